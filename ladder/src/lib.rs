@@ -1,7 +1,19 @@
 //! The ladder language: model, `.ld` text, checks and drawing. Meaning is told elsewhere, twice: in `ladder-eval` and in
 //! `ladder-compile`.
+#![forbid(unsafe_code)]
 
+mod codes;
+mod head;
+mod leaf;
+mod lex;
 pub mod model;
+mod parse;
+mod reader;
 pub mod symbols;
+mod table;
+mod write;
 
+pub use codes::CODES;
 pub use model::*;
+pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_RUNGS, Options, Parsed, parse, parse_bytes, parse_with};
+pub use write::{element_text, write};

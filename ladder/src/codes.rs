@@ -1,0 +1,127 @@
+//! The codes of this crate: LD0xx are told by the reader, LD1xx by the checks. One row is name, code, title and the text of
+//! `emu explain`.
+
+use diag::Code;
+
+macro_rules! codes {
+    ($($name:ident $code:literal $title:literal $explain:literal;)*) => {
+        $(pub(crate) const $name: &str = $code;)*
+        /// Every code of this crate, in order of its number.
+        pub const CODES: &[Code] = &[$(Code { code: $code, title: $title, explain: $explain }),*];
+    };
+}
+
+codes! {
+    EMPTY "LD001" "the file is empty"
+        "The file holds nothing, or only blank lines and lines that start with `;`. A program begins with the line LDmicro0.1 or LDmicro0.2.";
+    BINARY "LD002" "the file is not text"
+        "A control character or bytes that are no UTF-8 were found. A .ld file is plain text; perhaps the name of an image or an executable was given instead. A comment saved in another character set must be converted to UTF-8 first.";
+    BOM "LD003" "the file begins with a byte order mark"
+        "An editor put the invisible mark U+FEFF before the header. LDmicro does not read such a file either. Save it as UTF-8 without a mark.";
+    NO_HEADER "LD004" "the header is missing"
+        "The first line that is not blank must be LDmicro0.1 or LDmicro0.2. It sets the default of the dialect: 0.1 means ldmicro-2.3, 0.2 means ldmicro-5.";
+    TOO_LARGE "LD005" "the program is too large"
+        "Size is bounded so that a damaged file cannot use up memory: 4 MiB of text, 2,000 rungs, 20,000 elements, 64 levels of nesting. LDmicro 2.3 itself stops at 99 rungs.";
+    UNKNOWN_SETTING "LD006" "unknown line before PROGRAM"
+        "Before PROGRAM stand MICRO=, CYCLE=, CRYSTAL=, BAUD=, COMPILER=, COMPILED= and the lists IO LIST, VAR LIST and PULL-UP LIST. Spelling and capitals matter.";
+    SETTING_MISSING "LD007" "CYCLE= or CRYSTAL= is missing"
+        "Timers are counted in scans, so the time of a scan (CYCLE=, microseconds) and the clock (CRYSTAL=, Hz) must be known. There is no default: a guess would change every delay.";
+    SETTING_NUMBER "LD008" "a setting is not a number in its range"
+        "CYCLE= takes microseconds (optionally followed by `us ..`), CRYSTAL= and BAUD= take Hz (optionally followed by `Hz ..`). All are decimal, at most 1,000,000,000,000; CRYSTAL is at least 1.";
+    SETTING_TWICE "LD009" "a setting or list stands twice"
+        "Each setting and each list may stand once. Two lines of one name would leave it open which of them counts.";
+    IO_LINE "LD010" "a line of IO LIST is malformed"
+        "A line of IO LIST reads `name at pin`, in LDmicro 5 `name at pin slave address`. Pins are 0 (not assigned) to 255, slaves 0 to 255, addresses 0 to 65535.";
+    IO_NAME_TWICE "LD011" "a name stands twice in IO LIST"
+        "A symbol has one pin. Remove one of the lines.";
+    PIN_TWICE "LD012" "two names at one pin"
+        "Two symbols are assigned to the same package pin, which cannot serve both. Pin 0 means not assigned and may be used often.";
+    IO_KIND "LD013" "a name of IO LIST is neither input, output nor analog"
+        "The first letter tells the kind: X input, Y output, A analog. The line is kept and written back, but has no effect here. LDmicro 5 also knows kinds for PWM, Modbus, SPI and I2C.";
+    LIST_LINE "LD014" "a line of VAR LIST or PULL-UP LIST is malformed"
+        "VAR LIST takes `n bytes name` with n from 1 to 4, or `name signed n bit variable` with n one of 8, 16, 24, 32; each name once. PULL-UP LIST takes a port, a colon and a mask, such as `Pb: 0x0F`.";
+    LIST_OPEN "LD015" "a list is not closed"
+        "IO LIST, VAR LIST and PULL-UP LIST end with a line END before the next section starts.";
+    NO_PROGRAM "LD016" "the line PROGRAM is missing"
+        "After the settings and lists the line PROGRAM starts the rungs. Without it there is nothing to run.";
+    OUTSIDE_RUNG "LD017" "an element stands outside a rung"
+        "After PROGRAM there are only rungs: RUNG, its elements, END.";
+    REWRITTEN "LD018" "writing the program back changes this line"
+        "The program is understood, but the writer spells this line otherwise (leading zeros, other order of the settings, no IO LIST). Nothing of its meaning changes.";
+    TOO_MANY_ERRORS "LD019" "further errors are not shown"
+        "The reader stops telling errors after 100 of them. Mend those shown first.";
+    UNKNOWN_KEYWORD "LD020" "unknown keyword"
+        "The first word of a line in a rung is the keyword of an element or one of PARALLEL, SERIES and END. Keywords are written in capitals.";
+    LDMICRO5_ONLY "LD021" "known in LDmicro 5, not supported here"
+        "The keyword (or a special register, `#name`) exists in LDmicro 5 only and has no meaning here. It is told apart from a misspelt one, because the file is not damaged.";
+    TOO_FEW "LD022" "too few arguments"
+        "Every element has a fixed list of arguments; the hint shows it. LDmicro 5's longer lists are accepted under both headers.";
+    TOO_MANY "LD023" "too many arguments"
+        "Every element has a fixed list of arguments; the hint shows it. Tables say themselves how many values follow.";
+    NOT_A_NUMBER "LD024" "not a number"
+        "A number is decimal with an optional minus sign, 0x hexadecimal, 0o octal, 0b binary, or a character such as 'a' or '\\n'.";
+    OUT_OF_RANGE "LD025" "number out of range"
+        "Integers have 16 bits: constants lie in -32768 to 32767. Flags are 0 or 1, character codes 0 to 255, delays 0 to 1,000,000,000,000 microseconds, stages 1 to 256.";
+    BAD_NAME "LD026" "bad characters in a name"
+        "A name consists of the letters A to Z and a to z, digits and underscores, does not begin with a digit and has at most 127 characters. Capitals matter.";
+    CONTACT_KIND "LD027" "a contact needs an X, Y or R name"
+        "A contact tests one bit: an input X.., an output Y.. or a relay R... Timers, counters and other integers are tested by the compares (EQU, GEQ, ..) instead.";
+    INTEGER_ON_BIT "LD028" "an integer element on the name of a bit"
+        "Names that begin with a capital X, Y or R are bits. Elements that read or write integers need another name.";
+    CONSTANT_TARGET "LD029" "a constant where a variable must stand"
+        "The first argument of MOVE, ADD and the like is written by the element, so it must be the name of a variable.";
+    BIT_AND_INTEGER "LD030" "one name as bit and as integer"
+        "The name is used by a contact, a coil or IO LIST as one bit, and by this element as a 16-bit integer. They would be two different things under one name.";
+    UNCLOSED "LD031" "RUNG, PARALLEL or SERIES is not closed"
+        "Every RUNG, PARALLEL and SERIES needs its own END. The place is that of the opening line.";
+    STRAY_END "LD032" "END without a beginning"
+        "There is nothing open that this END could close. Perhaps an END too many stands above.";
+    EMPTY_GROUP "LD033" "RUNG, PARALLEL or SERIES is empty"
+        "Each rung and each branch holds at least one element. Write SHORT for a plain wire or OPEN for a cut one.";
+    NESTING "LD034" "SERIES and PARALLEL must alternate"
+        "A rung is itself a series: it may hold PARALLEL, whose branches are single elements or SERIES, which in turn may hold PARALLEL. SERIES directly in a rung or SERIES, and PARALLEL directly in PARALLEL, are not LDmicro's.";
+    COIL_KIND "LD035" "a coil needs a Y or R name"
+        "A coil writes one bit: an output Y.. or a relay R... An input X.. belongs to the outside, and integers are written by MOVE and the arithmetic elements.";
+    TOO_DEEP "LD036" "nested too deeply"
+        "At most 64 groups may lie in each other.";
+    BAD_STRING "LD037" "FORMATTED_STRING without its text"
+        "Two spellings exist: a length followed by as many decimal character codes, or (LDmicro 5) one text between double quotes.";
+    TIMER_RANGE "LD101" "a delay cannot be counted"
+        "A timer counts scans: P = delay / cycle, rounded down, less 1, and P must lie in 1 to 32767. Shorter delays are under two scans, longer ones do not fit 16 bits. Change the delay or CYCLE=.";
+    NOT_LAST "LD102" "an element that must stand last is not last"
+        "Coils, RES, MOVE, arithmetic, SHIFT_REGISTER, the tables, READ_ADC, SET_PWM, MASTER_RELAY and PERSIST end their path to the right rail: nothing may follow them in their series, nor follow a group that holds them.";
+    PLACEHOLDER "LD103" "an empty place is left"
+        "PLACEHOLDER is what LDmicro's editor shows before an element is chosen. The program is not complete.";
+    CYCLE_ZERO "LD104" "the scan has no fixed time"
+        "CYCLE=0 lets LDmicro 5 scan as fast as it can. Timers and the comparison scan by scan need a fixed time.";
+    FLAG_LDMICRO5 "LD105" "a flag of LDmicro 5 is set"
+        "The third argument of CONTACTS and the fifth of COIL must be 0: what else they may be has no meaning here.";
+    COIL_FLAGS "LD106" "more than one of negated, set and reset"
+        "A coil is plain, negated, set-only or reset-only; at most one of the three flags may be 1.";
+    DIALECT "LD107" "the element means something else in ldmicro-5"
+        "CTU, CTD, RES, TON, TOF and RTO count differently in LDmicro 5, and that dialect is not built yet. If the program was made for release 2.3, choose the dialect ldmicro-2.3.";
+    WIDTH "LD108" "an integer whose width is not two bytes"
+        "In ldmicro-5 an integer has as many bytes as VAR LIST says, and a chosen number where it is not listed. Only two bytes are supported: declare the name as `2 bytes name`.";
+    NOT_RISING "LD109" "the x values of PIECEWISE_LINEAR do not rise"
+        "The points are searched from left to right, so each x must be greater than the one before.";
+    ARGUMENT_LDMICRO5 "LD110" "an argument that only LDmicro 5 understands"
+        "The longer argument lists are read in every dialect, but in ldmicro-2.3 they may only say what release 2.3 does anyway: adjust -1, start value 0 on rising edges, constants for delays and limits, one byte without waiting.";
+    COIL_TWICE "LD120" "a coil is driven twice"
+        "Two elements write the bit in each scan, so the last one wins and the other has no lasting effect. A set coil together with a reset coil is the usual latch and is not reported.";
+    NEVER_DRIVEN "LD121" "a contact is never driven"
+        "No coil writes the bit, so the contact always sees 0. Often the name is misspelt.";
+    SHARED "LD122" "a timer or counter is shared"
+        "Two elements use one accumulator. Timers disturb each other. An up and a down counter on one name is LDmicro's usual way to count both ways, with separate edge memories.";
+    TRUNCATED "LD123" "the delay is not a multiple of the cycle"
+        "The delay is rounded down to whole scans, so the timer ends early.";
+    RES_TARGET "LD124" "RES of something that is no timer or counter"
+        "RES stores 0. On a plain variable MOVE says so more clearly; often the name is misspelt.";
+    TABLE_ALIAS "LD125" "a table writes its own index"
+        "Meaning here: the index is read once, before the result is stored. LDmicro's compilers read it again and deliver a wrong value.";
+    DIVISION_BY_ZERO "LD126" "division by the constant 0"
+        "The result is -1 for a dividend of 0 or more, and 1 for a negative one; that is rarely meant.";
+    STRING_CODE "LD127" "a character code under 32 in FORMATTED_STRING"
+        "LDmicro reads such a code as the letter X. Use a backslash escape, written as two codes (92 and the letter).";
+    NO_PORT_PIN "LD128" "not a port pin of this package"
+        "IO LIST gives package pins of the chip named by MICRO=. The pin named is a supply, reset or clock pin there, or does not exist.";
+}

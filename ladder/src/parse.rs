@@ -1,0 +1,325 @@
+//! The reader of `.ld` text. It tells every error it can find, and says nothing about meaning: that is `check`.
+
+use diag::{Diagnostic, Pos, Severity};
+
+use crate::codes;
+use crate::head::{self, Head};
+use crate::leaf::leaf;
+use crate::lex::{self, Line};
+use crate::model::{Dialect, Format, Node, Program, Rung};
+use crate::reader::{Reader, shown};
+use crate::write::write;
+
+/// Most bytes of text.
+pub const MAX_BYTES: usize = 4 << 20;
+/// Most rungs of a program.
+pub const MAX_RUNGS: usize = 2_000;
+/// Most elements of a program.
+pub const MAX_ELEMENTS: usize = 20_000;
+/// Most groups (PARALLEL and SERIES) that lie in each other.
+pub const MAX_DEPTH: usize = 64;
+
+/// What the user may say about how to read a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Options {
+    /// The dialect, instead of the one that the header stands for.
+    pub dialect: Option<Dialect>,
+}
+
+/// A program that was read, with what is worth telling about it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Parsed {
+    /// The program.
+    pub program: Program,
+    /// Warnings and notes, in order of their places; never errors.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Reads a program; the header decides about the dialect. `file` is the name used in messages.
+///
+/// # Errors
+/// All errors (and warnings) that were found, in order of their places; at least one of them is an error.
+pub fn parse(file: &str, text: &str) -> Result<Parsed, Vec<Diagnostic>> {
+    parse_with(file, text, Options::default())
+}
+
+/// Reads a program from bytes, which must be UTF-8.
+///
+/// # Errors
+/// As [`parse`], and LD002 where the bytes are not UTF-8.
+pub fn parse_bytes(file: &str, bytes: &[u8], options: Options) -> Result<Parsed, Vec<Diagnostic>> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => parse_with(file, text, options),
+        Err(error) => {
+            let valid = bytes.get(..error.valid_up_to()).and_then(|b| std::str::from_utf8(b).ok()).unwrap_or("");
+            let byte = bytes.get(error.valid_up_to()).copied().unwrap_or(0);
+            let mut reader = Reader::new(file);
+            let cause = format!("byte 0x{byte:02X} is not UTF-8");
+            reader.error(codes::BINARY, end_of(valid), cause, "give a .ld file, saved as UTF-8");
+            Err(reader.finish())
+        }
+    }
+}
+
+/// Reads a program with options.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_with(file: &str, text: &str, options: Options) -> Result<Parsed, Vec<Diagnostic>> {
+    let mut reader = Reader::new(file);
+    let program = read(&mut reader, text, options);
+    let diagnostics = reader.finish();
+    match program {
+        Some(program) if !diagnostics.iter().any(Diagnostic::is_error) => {
+            let mut warnings = diagnostics;
+            warnings.extend(rewritten(&program, text));
+            warnings.sort_by_key(|d| d.pos);
+            Ok(Parsed { program, warnings })
+        }
+        _ => Err(diagnostics),
+    }
+}
+
+fn read(reader: &mut Reader<'_>, text: &str, options: Options) -> Option<Program> {
+    fitness(reader, text)?;
+    let mut lines = lex::lines(text);
+    let Some(first) = lines.next() else {
+        reader.error(codes::EMPTY, Pos::default(), "the file is empty", "a program begins with LDmicro0.1");
+        return None;
+    };
+    let format = match first.text {
+        "LDmicro0.1" => Format::V01,
+        "LDmicro0.2" => Format::V02,
+        other => {
+            let cause = format!("the file must begin with LDmicro0.1 or LDmicro0.2, found `{}`", shown(other));
+            reader.error(codes::NO_HEADER, first.pos, cause, "put LDmicro0.1 in the first line");
+            // With a plausible first line of a .ld file the rest is worth reading; any other text would only make noise.
+            if !other.starts_with("LDmicro") && !other.contains('=') && other != "IO LIST" {
+                return None;
+            }
+            Format::V01
+        }
+    };
+    // Where the header is missing, its place holds a line of the head.
+    let kept = (!first.text.starts_with("LDmicro")).then_some(first);
+    let mut lines = kept.into_iter().chain(lines);
+    let mut parts = Head::default();
+    if !head::head(reader, &mut lines, &mut parts) {
+        return None;
+    }
+    let rungs = rungs(reader, &mut lines);
+    let (settings, io, vars, pull_ups) = parts.settings();
+    let default = match format {
+        Format::V01 => Dialect::Ldmicro23,
+        Format::V02 => Dialect::Ldmicro5,
+    };
+    let dialect = options.dialect.unwrap_or(default);
+    Some(Program { file: reader.file.to_owned(), format, dialect, settings, io, vars, pull_ups, rungs })
+}
+
+/// Refuses what is no text of a sensible size.
+fn fitness(reader: &mut Reader<'_>, text: &str) -> Option<()> {
+    if text.len() > MAX_BYTES {
+        let cause = format!("the file has {} bytes, at most {MAX_BYTES} are read", text.len());
+        reader.error(codes::TOO_LARGE, Pos::default(), cause, "give a .ld file");
+    } else if text.starts_with('\u{feff}') {
+        let cause = "the file begins with a byte order mark";
+        reader.error(codes::BOM, Pos::new(1, 1, 1), cause, "save it as UTF-8 without a mark");
+    } else if let Some((at, bad)) =
+        text.char_indices().find(|(_, c)| c.is_control() && !matches!(c, '\t' | '\n' | '\r'))
+    {
+        let cause = format!("control character U+{:04X}: this is no text", bad as u32);
+        reader.error(codes::BINARY, end_of(text.get(..at).unwrap_or("")), cause, "give a .ld file");
+    } else {
+        return Some(());
+    }
+    None
+}
+
+/// The place just behind a text.
+fn end_of(text: &str) -> Pos {
+    let line = text.matches('\n').count() as u32 + 1;
+    let column = text.rsplit('\n').next().map_or(0, |l| l.chars().count()) as u32 + 1;
+    Pos::new(line, column, 1)
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Rung,
+    Parallel,
+    Series,
+}
+
+impl Kind {
+    const fn name(self) -> &'static str {
+        match self {
+            Kind::Rung => "RUNG",
+            Kind::Parallel => "PARALLEL",
+            Kind::Series => "SERIES",
+        }
+    }
+}
+
+/// A group whose END has not come yet.
+struct Open {
+    kind: Kind,
+    pos: Pos,
+    /// Nodes of a rung or series, or the branches of PARALLEL.
+    nodes: Vec<Node>,
+    branches: Vec<Vec<Node>>,
+    /// Something in it was refused, so that being empty is no second error.
+    broken: bool,
+}
+
+/// The groups lie on a list instead of the call stack, so nesting cannot exhaust it.
+fn rungs<'a>(reader: &mut Reader<'_>, lines: &mut impl Iterator<Item = Line<'a>>) -> Vec<Rung> {
+    let mut rungs = Vec::new();
+    let mut open: Vec<Open> = Vec::new();
+    let mut elements = 0;
+    for line in lines {
+        if reader.is_full() {
+            return rungs;
+        }
+        match line.keyword() {
+            "RUNG" => {
+                unclosed(reader, &mut open);
+                if rungs.len() == MAX_RUNGS {
+                    let cause = format!("more than {MAX_RUNGS} rungs");
+                    reader.error(codes::TOO_LARGE, line.pos, cause, "split the program");
+                    return rungs;
+                }
+                // LDmicro 5 numbers the rungs; the number says nothing that their order does not.
+                let extra = match line.tokens.get(1) {
+                    Some(number) if number.text.chars().all(|c| c.is_ascii_digit()) => 2,
+                    _ => 1,
+                };
+                nothing_after(reader, &line, extra);
+                open.push(begin(Kind::Rung, line.pos));
+            }
+            "PARALLEL" | "SERIES" if !open.is_empty() => {
+                nothing_after(reader, &line, 1);
+                let kind = if line.keyword() == "SERIES" { Kind::Series } else { Kind::Parallel };
+                nesting(reader, &open, kind, line.pos);
+                open.push(begin(kind, line.pos));
+            }
+            "END" => {
+                nothing_after(reader, &line, 1);
+                match open.pop() {
+                    Some(group) => close(reader, group, &mut open, &mut rungs),
+                    None => reader.error(codes::STRAY_END, line.pos, "END closes nothing", "remove it"),
+                }
+            }
+            _ => match open.last_mut() {
+                None => {
+                    let cause = format!("`{}` stands outside a rung", shown(line.keyword()));
+                    let hint = match lex::nearest(line.keyword(), ["RUNG"]) {
+                        Some(near) => format!("did you mean {near}?"),
+                        None => "put it between RUNG and END".to_owned(),
+                    };
+                    reader.error(codes::OUTSIDE_RUNG, line.pos, cause, hint);
+                }
+                Some(group) => {
+                    elements += 1;
+                    if elements > MAX_ELEMENTS {
+                        let cause = format!("more than {MAX_ELEMENTS} elements");
+                        reader.error(codes::TOO_LARGE, line.pos, cause, "split the program");
+                        return rungs;
+                    }
+                    match leaf(reader, &line) {
+                        Some(element) => add(group, Node::Leaf(element, line.pos)),
+                        None => group.broken = true,
+                    }
+                }
+            },
+        }
+    }
+    unclosed(reader, &mut open);
+    rungs
+}
+
+const fn begin(kind: Kind, pos: Pos) -> Open {
+    Open { kind, pos, nodes: Vec::new(), branches: Vec::new(), broken: false }
+}
+
+fn add(group: &mut Open, node: Node) {
+    match group.kind {
+        Kind::Parallel => group.branches.push(vec![node]),
+        Kind::Rung | Kind::Series => group.nodes.push(node),
+    }
+}
+
+/// Complains of a group at a place where it may not stand; it is read all the same, to find errors in it.
+fn nesting(reader: &mut Reader<'_>, open: &[Open], kind: Kind, pos: Pos) {
+    let parent = open.last().map_or(Kind::Rung, |o| o.kind);
+    // The rung is no group, so this is the number of groups with the new one.
+    if open.len() == MAX_DEPTH + 1 {
+        let cause = format!("more than {MAX_DEPTH} groups lie in each other");
+        reader.error(codes::TOO_DEEP, pos, cause, "split the rung, with relays between the parts");
+    }
+    if kind == Kind::Series && parent != Kind::Parallel {
+        let cause = format!("SERIES stands in {}, it may only stand in PARALLEL", parent.name());
+        reader.error(codes::NESTING, pos, cause, "remove SERIES and its END: the elements are in series already");
+    }
+    if kind == Kind::Parallel && parent == Kind::Parallel {
+        let cause = "PARALLEL stands directly in PARALLEL";
+        reader.error(codes::NESTING, pos, cause, "put it into a SERIES of its own, or join the two");
+    }
+}
+
+fn nothing_after(reader: &mut Reader<'_>, line: &Line<'_>, words: usize) {
+    if let Some(extra) = line.tokens.get(words) {
+        let cause = format!("`{}` follows {}", shown(extra.text), line.keyword());
+        reader.error(codes::TOO_MANY, extra.pos, cause, format!("let {} stand alone in its line", line.keyword()));
+    }
+}
+
+fn close(reader: &mut Reader<'_>, group: Open, open: &mut [Open], rungs: &mut Vec<Rung>) {
+    let Open { kind, pos, nodes, branches, broken } = group;
+    if nodes.is_empty() && branches.is_empty() && !broken {
+        let cause = format!("{} holds nothing", kind.name());
+        reader.error(codes::EMPTY_GROUP, pos, cause, "write SHORT for a plain wire or OPEN for a cut one");
+    }
+    // Trees deeper than the bound are never built: to drop them would take a stack as deep.
+    let too_deep = open.len() > MAX_DEPTH;
+    match (kind, open.last_mut()) {
+        (Kind::Rung, _) => rungs.push(Rung { series: nodes, pos }),
+        (_, Some(parent)) if too_deep || broken || (nodes.is_empty() && branches.is_empty()) => parent.broken = true,
+        (Kind::Parallel, Some(parent)) => add(parent, Node::Parallel(branches, pos)),
+        // SERIES outside PARALLEL was refused above; its elements need no place.
+        (Kind::Series, Some(parent)) if parent.kind == Kind::Parallel => parent.branches.push(nodes),
+        (_, Some(parent)) => parent.broken = true,
+        (_, None) => {}
+    }
+}
+
+fn unclosed(reader: &mut Reader<'_>, open: &mut Vec<Open>) {
+    for group in open.drain(..) {
+        let cause = format!("{} is not closed", group.kind.name());
+        reader.error(codes::UNCLOSED, group.pos, cause, "put END after its last line");
+    }
+}
+
+/// A note where the writer would spell something otherwise than the file did.
+fn rewritten(program: &Program, text: &str) -> Option<Diagnostic> {
+    let written = write(program);
+    let mut after = lex::lines(&written);
+    for line in lex::lines(text) {
+        let new = after.next();
+        let same = |new: &Line<'_>| {
+            let bare = |l: &Line<'_>| l.text.split_whitespace().collect::<String>();
+            bare(new) == bare(&line)
+        };
+        if !new.as_ref().is_some_and(same) {
+            let now = new.map_or(String::new(), |l| shown(l.text));
+            let cause =
+                format!("written back, the file differs from here on: `{now}` instead of `{}`", shown(line.text));
+            let hint = "nothing of its meaning changes";
+            return Some(Diagnostic::new(Severity::Note, codes::REWRITTEN, &program.file, line.pos, cause, hint));
+        }
+    }
+    after.next().map(|line| {
+        let cause = format!("written back, the file gets one more line: `{}`", shown(line.text));
+        let hint = "nothing of its meaning changes";
+        Diagnostic::new(Severity::Note, codes::REWRITTEN, &program.file, Pos::default(), cause, hint)
+    })
+}

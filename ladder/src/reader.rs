@@ -1,0 +1,154 @@
+//! What all parts of the reader share: the list of complaints and the uses of names that only the whole file can judge.
+
+use std::collections::BTreeSet;
+
+use diag::{Diagnostic, Pos, Severity};
+
+use crate::codes;
+use crate::lex::{self, Token};
+
+/// Most errors told about one file.
+const MAX_ERRORS: usize = 100;
+
+/// State of reading one file.
+pub(crate) struct Reader<'a> {
+    pub file: &'a str,
+    diagnostics: Vec<Diagnostic>,
+    bits: BTreeSet<String>,
+    misused: Vec<(String, Pos, &'static str)>,
+}
+
+impl<'a> Reader<'a> {
+    pub fn new(file: &'a str) -> Self {
+        Reader { file, diagnostics: Vec::new(), bits: BTreeSet::new(), misused: Vec::new() }
+    }
+
+    pub fn error(&mut self, code: &'static str, pos: Pos, cause: impl Into<String>, hint: impl Into<String>) {
+        self.tell(Severity::Error, code, pos, cause, hint);
+    }
+
+    pub fn tell(
+        &mut self,
+        severity: Severity,
+        code: &'static str,
+        pos: Pos,
+        cause: impl Into<String>,
+        hint: impl Into<String>,
+    ) {
+        self.diagnostics.push(Diagnostic::new(severity, code, self.file, pos, cause, hint));
+    }
+
+    /// True when so many errors stand that reading on is pointless.
+    pub fn is_full(&self) -> bool {
+        self.diagnostics.len() + self.misused.len() > 2 * MAX_ERRORS
+    }
+
+    /// Notes that a contact, a coil or `IO LIST` uses the name as a bit.
+    pub fn use_as_bit(&mut self, name: &str) {
+        self.bits.insert(name.to_owned());
+    }
+
+    /// A name of any kind.
+    pub fn name(&mut self, token: Token<'_>) -> Option<String> {
+        if lex::is_name(token.text) {
+            return Some(token.text.to_owned());
+        }
+        let shown = shown(token.text);
+        if token.text.starts_with('#') {
+            self.error(
+                codes::LDMICRO5_ONLY,
+                token.pos,
+                format!("`{shown}` is a special register of LDmicro 5, not supported here"),
+                "use a plain variable",
+            );
+        } else {
+            self.error(
+                codes::BAD_NAME,
+                token.pos,
+                format!("`{shown}` is not a name"),
+                "a name has letters A-Z a-z, digits and _, does not begin with a digit, and has at most 127 of them",
+            );
+        }
+        None
+    }
+
+    /// The name of an integer, by the element `keyword`; names of bits are judged at the end of the file.
+    pub fn integer(&mut self, keyword: &'static str, token: Token<'_>) -> Option<String> {
+        let name = self.name(token)?;
+        if name.starts_with(['X', 'Y', 'R']) {
+            self.misused.push((name, token.pos, keyword));
+            return None;
+        }
+        Some(name)
+    }
+
+    /// A number between `low` and `high`; `what` names it in the message.
+    pub fn number(&mut self, token: Token<'_>, what: &str, low: i64, high: i64) -> Option<i64> {
+        let shown = shown(token.text);
+        match lex::number(token.text) {
+            None => {
+                self.error(
+                    codes::NOT_A_NUMBER,
+                    token.pos,
+                    format!("{what} must be a number, found `{shown}`"),
+                    "write a number such as 12, -3, 0x1F or 'a'",
+                );
+                None
+            }
+            Some(value) if value < low || value > high => {
+                self.error(
+                    codes::OUT_OF_RANGE,
+                    token.pos,
+                    format!("{what} is {shown}, allowed is {low} to {high}"),
+                    format!("choose a value from {low} to {high}"),
+                );
+                None
+            }
+            Some(value) => Some(value),
+        }
+    }
+
+    /// A number that is stored as `u32`.
+    pub fn small(&mut self, token: Token<'_>, what: &str, low: u32, high: u32) -> Option<u32> {
+        let value = self.number(token, what, i64::from(low), i64::from(high))?;
+        u32::try_from(value).ok()
+    }
+
+    /// All complaints in order of their places, at most [`MAX_ERRORS`] errors of them.
+    pub fn finish(mut self) -> Vec<Diagnostic> {
+        for (name, pos, keyword) in std::mem::take(&mut self.misused) {
+            if self.bits.contains(&name) {
+                let cause = format!("{name} is used as a bit elsewhere, and {keyword} uses it as an integer");
+                self.error(codes::BIT_AND_INTEGER, pos, cause, "give one of the two another name");
+            } else {
+                let cause = format!("{keyword} needs an integer, but {name} begins with {}", &name[..1]);
+                self.error(codes::INTEGER_ON_BIT, pos, cause, "X.., Y.. and R.. are bits: choose another name");
+            }
+        }
+        self.diagnostics.sort_by_key(|d| d.pos);
+        let errors = self.diagnostics.iter().filter(|d| d.is_error()).count();
+        if errors > MAX_ERRORS {
+            let (mut kept, mut last) = (0, Pos::default());
+            self.diagnostics.retain(|d| {
+                kept += usize::from(d.is_error());
+                let keep = kept <= MAX_ERRORS;
+                if keep {
+                    last = d.pos;
+                }
+                keep
+            });
+            let cause = format!("more than {MAX_ERRORS} errors: the rest is not shown");
+            self.error(codes::TOO_MANY_ERRORS, last, cause, "mend those above first");
+        }
+        self.diagnostics
+    }
+}
+
+/// A word from the file as it may stand in a message: not endless, no control characters.
+pub(crate) fn shown(text: &str) -> String {
+    let mut short: String = text.chars().take(40).map(|c| if c.is_control() { '?' } else { c }).collect();
+    if text.chars().nth(40).is_some() {
+        short.push_str("..");
+    }
+    short
+}

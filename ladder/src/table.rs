@@ -1,0 +1,94 @@
+//! The elements with as many arguments as one of them says: the tables and FORMATTED_STRING.
+
+use crate::codes;
+use crate::leaf::{Row, operand, span, target};
+use crate::lex::{self, Line, Token};
+use crate::model::Element;
+use crate::reader::{Reader, shown};
+
+/// Most values of a look-up table, most points of a curve, most characters of a string.
+const MAX_VALUES: u32 = 1024;
+
+pub(crate) fn look_up(r: &mut Reader<'_>, row: &Row, head: [Token<'_>; 4], values: &[Token<'_>]) -> Option<Element> {
+    let [dest, index, count, flag] = head;
+    let (dest, at) = (target(r, row.0, dest), operand(r, row.0, index));
+    let as_string = r.small(flag, "the flag `as_string`", 0, 1);
+    let wanted = r.small(count, "the number of values", 0, MAX_VALUES);
+    let values = all_values(r, row, count, wanted, values, "a value of the table", (-32768, 32767));
+    Some(Element::LookUpTable { dest: dest?, index: at?, as_string: as_string? == 1, values: values? })
+}
+
+pub(crate) fn piecewise(r: &mut Reader<'_>, row: &Row, head: [Token<'_>; 3], values: &[Token<'_>]) -> Option<Element> {
+    let [dest, index, count] = head;
+    let (dest, at) = (target(r, row.0, dest), operand(r, row.0, index));
+    let wanted = r.small(count, "the number of points", 0, MAX_VALUES).map(|n| 2 * n);
+    let values = all_values(r, row, count, wanted, values, "a coordinate", (-32768, 32767));
+    let points = values?.chunks_exact(2).filter_map(|p| Some((*p.first()?, *p.get(1)?))).collect();
+    Some(Element::PiecewiseLinear { dest: dest?, index: at?, points })
+}
+
+pub(crate) fn string(
+    r: &mut Reader<'_>,
+    line: &Line<'_>,
+    row: &Row,
+    var: Token<'_>,
+    rest: &[Token<'_>],
+) -> Option<Element> {
+    let name = match var.text {
+        "(none)" => Some(None),
+        _ => r.integer(row.0, var).map(Some),
+    };
+    let (first, codes_read) = rest.split_first()?;
+    if !first.text.starts_with('"') {
+        let wanted = r.small(*first, "the length", 0, MAX_VALUES);
+        let codes_read = all_values(r, row, *first, wanted, codes_read, "a character code", (0, 255));
+        let text = codes_read?.iter().filter_map(|c| u8::try_from(*c).ok()).map(char::from).collect();
+        return Some(Element::FormattedString { var: name?, text, quoted: false });
+    }
+    let raw = line.text.get(first.at + 1..).unwrap_or("");
+    let whole = span(first.pos, rest.last().unwrap_or(first).pos);
+    let Some(end) = raw.rfind('"') else {
+        r.error(codes::BAD_STRING, whole, "the text has no closing double quote", format!("write {}", row.3));
+        return None;
+    };
+    let (text, after) = raw.split_at_checked(end)?;
+    if after.len() > 1 {
+        let cause = format!("`{}` follows the text", shown(after.get(1..).unwrap_or("").trim()));
+        r.error(codes::TOO_MANY, whole, cause, format!("write {}", row.3));
+        return None;
+    }
+    Some(Element::FormattedString { var: name?, text: text.to_owned(), quoted: true })
+}
+
+/// As many numbers as were announced; `wanted` is `None` when the count itself was wrong.
+fn all_values(
+    r: &mut Reader<'_>,
+    row: &Row,
+    count: Token<'_>,
+    wanted: Option<u32>,
+    values: &[Token<'_>],
+    what: &str,
+    (low, high): (i64, i64),
+) -> Option<Vec<i64>> {
+    // LDmicro 5 puts a name after the last value of a table; it has no meaning, and the writer drops it.
+    let values = match values.split_last() {
+        Some((last, front))
+            if wanted == Some(front.len() as u32) && row.0 != "FORMATTED_STRING" && lex::is_name(last.text) =>
+        {
+            front
+        }
+        _ => values,
+    };
+    let read: Vec<Option<i64>> = values.iter().map(|t| r.number(*t, what, low, high)).collect();
+    let wanted = wanted? as usize;
+    let cause = format!("{} announces {wanted} number(s), found {}", row.0, values.len());
+    if values.len() < wanted {
+        r.error(codes::TOO_FEW, count.pos, cause, format!("write {}", row.3));
+        return None;
+    }
+    if let Some(extra) = values.get(wanted) {
+        r.error(codes::TOO_MANY, extra.pos, cause, format!("write {}", row.3));
+        return None;
+    }
+    read.into_iter().collect()
+}

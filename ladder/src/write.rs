@@ -1,0 +1,219 @@
+//! A program back as `.ld` text.
+
+use std::fmt::Write;
+
+use crate::model::{CompareOp, CounterKind, Element, Format, MathOp, Node, Operand, Program, Settings, TimerKind};
+
+/// The program as `.ld` text, as LDmicro lays it out: reading it again gives an equal program but for the positions.
+///
+/// The text equals what was read up to white space, blank lines and lines that start with `;`, except where the reader
+/// told LD018.
+#[must_use]
+pub fn write(program: &Program) -> String {
+    let mut out = String::new();
+    out.push_str(match program.format {
+        Format::V01 => "LDmicro0.1\n",
+        Format::V02 => "LDmicro0.2\n",
+    });
+    settings(&mut out, &program.settings);
+    if let Some(lines) = &program.pull_ups {
+        list(&mut out, "PULL-UP LIST", lines.iter().map(String::as_str));
+    }
+    if let Some(vars) = &program.vars {
+        list(&mut out, "VAR LIST", vars.iter().map(|v| v.text.as_str()));
+    }
+    let io: Vec<String> = program
+        .io
+        .iter()
+        .map(|e| match e.modbus {
+            None => format!("{} at {}", e.name, e.pin),
+            Some((slave, address)) => format!("{} at {} {slave} {address}", e.name, e.pin),
+        })
+        .collect();
+    list(&mut out, "IO LIST", io.iter().map(String::as_str));
+    out.push_str("\nPROGRAM\n");
+    for rung in &program.rungs {
+        out.push_str("RUNG\n");
+        series(&mut out, &rung.series, 1);
+        out.push_str("END\n");
+    }
+    out
+}
+
+/// The element as a line of `.ld` text, such as `CTU Ccnt 20`; reports and maps use it as the element's title.
+#[must_use]
+pub fn element_text(element: &Element) -> String {
+    let mut out = String::new();
+    // Writing to a String cannot fail.
+    let _ = line(&mut out, element);
+    out
+}
+
+fn settings(out: &mut String, settings: &Settings) {
+    let mut setting = |name: &str, value: String, rest: &str| {
+        let gap = if rest.is_empty() { "" } else { " " };
+        let _ = writeln!(out, "{name}={value}{gap}{rest}");
+    };
+    if let Some(micro) = &settings.micro {
+        setting("MICRO", micro.clone(), "");
+    }
+    setting("CYCLE", settings.cycle_us.to_string(), &settings.cycle_rest);
+    setting("CRYSTAL", settings.crystal_hz.to_string(), &settings.crystal_rest);
+    if let Some(baud) = settings.baud {
+        setting("BAUD", baud.to_string(), &settings.baud_rest);
+    }
+    if let Some(compiled) = &settings.compiled {
+        setting("COMPILED", compiled.clone(), "");
+    }
+    if let Some(compiler) = &settings.compiler {
+        setting("COMPILER", compiler.clone(), "");
+    }
+}
+
+fn list<'a>(out: &mut String, name: &str, lines: impl Iterator<Item = &'a str>) {
+    let _ = writeln!(out, "\n{name}");
+    for line in lines {
+        let _ = writeln!(out, "    {line}");
+    }
+    out.push_str("END\n");
+}
+
+fn series(out: &mut String, nodes: &[Node], depth: usize) {
+    let indent = "    ".repeat(depth);
+    for node in nodes {
+        match node {
+            Node::Leaf(element, _) => {
+                let _ = writeln!(out, "{indent}{}", element_text(element));
+            }
+            Node::Parallel(branches, _) => {
+                let _ = writeln!(out, "{indent}PARALLEL");
+                for branch in branches {
+                    if let [Node::Leaf(..)] = branch.as_slice() {
+                        series(out, branch, depth + 1);
+                    } else {
+                        let _ = writeln!(out, "{indent}    SERIES");
+                        series(out, branch, depth + 2);
+                        let _ = writeln!(out, "{indent}    END");
+                    }
+                }
+                let _ = writeln!(out, "{indent}END");
+            }
+        }
+    }
+}
+
+fn line(out: &mut String, element: &Element) -> std::fmt::Result {
+    match element {
+        Element::Comment(text) if text.is_empty() => write!(out, "COMMENT"),
+        Element::Comment(text) => {
+            write!(out, "COMMENT {}", text.replace('\\', "\\\\").replace('\n', "\\n").replace('\r', "\\r"))
+        }
+        Element::Contacts { name, negated, set1 } => {
+            write!(out, "CONTACTS {name} {}", u8::from(*negated))?;
+            set1.iter().try_for_each(|f| write!(out, " {f}"))
+        }
+        Element::Coil { name, negated, set, reset, ttrigger } => {
+            write!(out, "COIL {name} {} {} {}", u8::from(*negated), u8::from(*set), u8::from(*reset))?;
+            ttrigger.iter().try_for_each(|f| write!(out, " {f}"))
+        }
+        Element::Short => write!(out, "SHORT"),
+        Element::Open => write!(out, "OPEN"),
+        Element::Placeholder => write!(out, "PLACEHOLDER"),
+        Element::MasterRelay => write!(out, "MASTER_RELAY"),
+        Element::Osr => write!(out, "OSR"),
+        Element::Osf => write!(out, "OSF"),
+        Element::Timer { kind, name, delay, adjust } => {
+            write!(out, "{} {name} {}", timer(*kind), operand(delay))?;
+            adjust.iter().try_for_each(|a| write!(out, " {}", operand(a)))
+        }
+        Element::Counter { kind, name, max, init, input } => {
+            write!(out, "{} {name} {}", counter(*kind), operand(max))?;
+            init.iter().try_for_each(|i| write!(out, " {}", operand(i)))?;
+            input.iter().try_for_each(|k| write!(out, " {k}"))
+        }
+        Element::Res { name } => write!(out, "RES {name}"),
+        Element::Move { dest, src } => write!(out, "MOVE {dest} {}", operand(src)),
+        Element::Math { op, dest, op1, op2 } => {
+            write!(out, "{} {dest} {} {}", math(*op), operand(op1), operand(op2))
+        }
+        Element::Compare { op, op1, op2 } => write!(out, "{} {} {}", compare(*op), operand(op1), operand(op2)),
+        Element::ShiftRegister { name, stages } => write!(out, "SHIFT_REGISTER {name} {stages}"),
+        Element::LookUpTable { dest, index, as_string, values } => {
+            let flag = u8::from(*as_string);
+            write!(out, "LOOK_UP_TABLE {dest} {} {} {flag}", operand(index), values.len())?;
+            values.iter().try_for_each(|v| write!(out, " {v}"))
+        }
+        Element::PiecewiseLinear { dest, index, points } => {
+            write!(out, "PIECEWISE_LINEAR {dest} {} {}", operand(index), points.len())?;
+            points.iter().try_for_each(|(x, y)| write!(out, " {x} {y}"))
+        }
+        Element::ReadAdc { name, refs } => {
+            write!(out, "READ_ADC {name}")?;
+            refs.iter().try_for_each(|r| write!(out, " {r}"))
+        }
+        Element::SetPwm { duty, hertz, output } => {
+            write!(out, "SET_PWM {} {}", operand(duty), operand(hertz))?;
+            output.iter().try_for_each(|(name, resolution)| write!(out, " {name} {resolution}"))
+        }
+        Element::UartRecv { name, rest } => uart(out, "UART_RECV", name, rest.as_ref()),
+        Element::UartSend { name, rest } => uart(out, "UART_SEND", name, rest.as_ref()),
+        Element::Persist { name } => write!(out, "PERSIST {name}"),
+        Element::FormattedString { var, text, quoted } => {
+            write!(out, "FORMATTED_STRING {}", var.as_deref().unwrap_or("(none)"))?;
+            if *quoted {
+                return write!(out, " \"{text}\"");
+            }
+            write!(out, " {}", text.chars().count())?;
+            text.chars().try_for_each(|c| write!(out, " {}", c as u32))
+        }
+    }
+}
+
+fn uart(out: &mut String, keyword: &str, name: &str, rest: Option<&(u32, u32)>) -> std::fmt::Result {
+    write!(out, "{keyword} {name}")?;
+    rest.iter().try_for_each(|(bytes, wait)| write!(out, " {bytes} {wait}"))
+}
+
+/// The operand as it was written.
+pub(crate) fn operand(operand: &Operand) -> &str {
+    match operand {
+        Operand::Var(name) => name,
+        Operand::Const { text, .. } => text,
+    }
+}
+
+pub(crate) const fn timer(kind: TimerKind) -> &'static str {
+    match kind {
+        TimerKind::Ton => "TON",
+        TimerKind::Tof => "TOF",
+        TimerKind::Rto => "RTO",
+    }
+}
+
+pub(crate) const fn counter(kind: CounterKind) -> &'static str {
+    match kind {
+        CounterKind::Ctu => "CTU",
+        CounterKind::Ctd => "CTD",
+        CounterKind::Ctc => "CTC",
+    }
+}
+
+pub(crate) const fn math(op: MathOp) -> &'static str {
+    match op {
+        MathOp::Add => "ADD",
+        MathOp::Sub => "SUB",
+        MathOp::Mul => "MUL",
+        MathOp::Div => "DIV",
+    }
+}
+
+const fn compare(op: CompareOp) -> &'static str {
+    match op {
+        CompareOp::Equ => "EQU",
+        CompareOp::Neq => "NEQ",
+        CompareOp::Grt => "GRT",
+        CompareOp::Geq => "GEQ",
+        CompareOp::Les => "LES",
+        CompareOp::Leq => "LEQ",
+    }
+}
