@@ -68,7 +68,7 @@ impl Builder<'_> {
         match self.op(element) {
             Ok(Some(op)) => self.flat.steps.push(Step::Do(id, op)),
             Ok(None) => {}
-            Err(why) => return Err(Unsupported { element: id, text: format!("{element:?}"), why }),
+            Err(why) => return Err(Unsupported { element: id, text: ladder::element_text(element), why }),
         }
         Ok(())
     }
@@ -191,11 +191,9 @@ impl Builder<'_> {
     fn sixteen_bits(&self) -> Result<(), String> {
         match self.program.dialect {
             Dialect::Ldmicro23 => Ok(()),
-            Dialect::Ldmicro5 => {
-                Err("integers, timers and counters of dialect ldmicro-5 have no meaning here yet; \
+            Dialect::Ldmicro5 => Err("integers, timers and counters of dialect ldmicro-5 have no meaning here yet; \
                      dialect ldmicro-2.3 has 16 bits everywhere"
-                    .to_owned())
-            }
+                .to_owned()),
         }
     }
 
@@ -214,17 +212,19 @@ impl Builder<'_> {
             return Err("a timer needs a cycle time, and CYCLE is 0 (free running)".to_owned());
         }
         let count = i128::from(*value) / i128::from(cycle) - 1;
-        i16::try_from(count).ok().filter(|p| *p >= 1).ok_or_else(|| {
-            format!("the timer counts {value} us / {cycle} us - 1 = {count} scans, wanted 1 to 32767")
-        })
+        i16::try_from(count)
+            .ok()
+            .filter(|p| *p >= 1)
+            .ok_or_else(|| format!("the timer counts {value} us / {cycle} us - 1 = {count} scans, wanted 1 to 32767"))
     }
 }
 
 /// A constant of 16 bits; `what` names it in the refusal.
 fn constant(what: &str, operand: &Operand) -> Result<i16, String> {
     match operand {
-        Operand::Const { value, text } => i16::try_from(*value)
-            .map_err(|_| format!("{what} is {text}, wanted -32768 to 32767")),
+        Operand::Const { value, text } => {
+            i16::try_from(*value).map_err(|_| format!("{what} is {text}, wanted -32768 to 32767"))
+        }
         Operand::Var(name) => Err(format!("{what} is the variable `{name}`, which belongs to dialect ldmicro-5")),
     }
 }

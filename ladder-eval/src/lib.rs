@@ -79,7 +79,8 @@ impl Evaluator {
     /// Gives a symbol a value: inputs before a scan, anything else at will. A bit becomes 1 for every value but 0; an
     /// integer keeps the low 16 bits. An index past the last symbol changes nothing.
     pub fn set(&mut self, symbol: usize, value: i32) {
-        let (Some(slot), Some(Symbol { kind, .. })) = (self.state.values.get_mut(symbol), self.code.symbols.get(symbol))
+        let (Some(slot), Some(Symbol { kind, .. })) =
+            (self.state.values.get_mut(symbol), self.code.symbols.get(symbol))
         else {
             return;
         };

@@ -6,7 +6,10 @@ use ladder_eval::Evaluator;
 
 /// Rungs under a standard head: dialect 2.3, a cycle of 10 ms.
 pub fn rungs(text: &str) -> Program {
-    parse("test.ld", &format!("LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nBAUD=2400\n\nIO LIST\nEND\n\nPROGRAM\n{text}\n"))
+    parse(
+        "test.ld",
+        &format!("LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nBAUD=2400\n\nIO LIST\nEND\n\nPROGRAM\n{text}\n"),
+    )
 }
 
 /// A whole `.ld` text; its faults fail the test.
