@@ -1,0 +1,117 @@
+//! The codes of the image loaders, one row each: code, title, explanation.
+
+use diag::Code;
+
+/// All codes that [`super::load`], [`super::load_hex`] and [`super::load_elf`] give, for `emu explain`.
+#[rustfmt::skip]
+pub const CODES: &[Code] = &[
+    row("HEX001", "a line does not begin with a colon",
+        "Every line of Intel HEX begins with ':'. Spaces or other characters before it are refused, and so is a line of \
+         text. The rest of the line is still checked. Mend: remove what stands before the colon, or convert the file \
+         to Intel HEX if it is of another kind (Motorola S-records begin with 'S')."),
+    row("HEX002", "a character is not a hexadecimal digit",
+        "Only 0 to 9 and A to F (or a to f) may follow the colon. Often a letter O stands for a zero, or two lines \
+         were joined so that a colon stands in the middle. Mend: get the file again or correct the character."),
+    row("HEX003", "an odd number of digits",
+        "Two digits make a byte, so a line has an even number of them. One was lost or added. Mend: get the file again; \
+         which digit it was can seldom be told from the line."),
+    row("HEX004", "too few digits for a record",
+        "The shortest record has ten digits: count, address (two bytes), type and checksum, as in :00000001FF. The line \
+         was cut off. Mend: get the file again."),
+    row("HEX005", "the byte count disagrees with the line",
+        "The first byte of a record says how many data bytes it has. The line has more or fewer. The checksum of such a \
+         line is not judged, because its place is not known. Mend: get the file again."),
+    row("HEX006", "wrong checksum",
+        "All bytes of a record, its checksum included, add up to 0 modulo 256. The message gives the checksum found and \
+         the one that the other bytes want. Mend: get the file again; if the line was edited by hand, write the wanted \
+         checksum."),
+    row("HEX007", "unknown record type",
+        "Types are 00 data, 01 end, 02 segment address, 03 segment start, 04 linear address and 05 linear start. Mend: \
+         have the file written as Intel HEX (objcopy -O ihex)."),
+    row("HEX008", "wrong length for the record's type",
+        "An end record (01) has no data bytes, types 02 and 04 have two, types 03 and 05 have four. After an address \
+         record that cannot be read the addresses of the data are unknown, so that data is not placed. Mend: have the \
+         file written anew."),
+    row("HEX009", "the file goes on after its end record",
+        "The end record :00000001FF is the last line. What follows is most often a second file that was appended. Mend: \
+         merge the files with a tool for it (srec_cat, mergehex), or remove what follows."),
+    row("HEX010", "the end record is missing",
+        "A file without :00000001FF as its last line was most likely cut off, and part of the program is missing. Mend: \
+         get the file again."),
+    row("HEX011", "a second end record",
+        "A file has one end record. Two of them show that two files were joined. Mend: leave only the last one, after \
+         checking that the data before it belongs together."),
+    row("HEX012", "the file is empty",
+        "There is nothing but white space in the file. Some compilers leave an empty file behind when they fail. Mend: \
+         look at the messages of the tool that wrote it."),
+    row("HEX013", "the file is binary",
+        "Intel HEX is text, and a byte 0x00 never occurs in it. Mend: for a raw memory image use objcopy -I binary -O \
+         ihex; an ELF file is recognised by its first bytes and needs no conversion."),
+    row("HEX014", "the file begins with a byte order mark",
+        "An editor saved the file as UTF-8 or UTF-16 with a mark in front. Mend: save it as plain ASCII."),
+    row("HEX015", "a byte is given twice",
+        "Two records give the same address. The message names the line that came first. It is a fault even where both \
+         say the same, because then two programs that share a part were most likely joined. Mend: remove one."),
+    row("HEX016", "data outside the memories of the chip",
+        "The message gives the first and last address, and the memories of the chip with their sizes. Lines that go on \
+         without a gap are one fault. Mostly the program was built for a larger chip. Mend: build it for this chip or \
+         choose the other one."),
+    row("HEX017", "a record runs over the end of its 64 KB segment",
+        "The address field has 16 bits. After a type 02 record what runs over wraps to the start of the segment; after a \
+         type 04 record the format lets it go on, but many tools wrap there as well. As the meaning differs the record \
+         is refused. Mend: split it at the end of the segment."),
+    row("HEX018", "half a word",
+        "In a memory of two-byte words every stretch of data begins at an even byte address and ends before one, after \
+         all records are put together. Otherwise the other half of a word is unknown. Mend: pad the image to whole words \
+         (. = ALIGN(2) in a linker script, objcopy --gap-fill)."),
+    row("HEX019", "a line is too long for a record",
+        "The longest record has 255 data bytes, 520 digits. A longer line shows that the line breaks were lost, or that \
+         the file ends its lines with CR alone. Mend: one record a line, ended by LF or CR LF."),
+    row("HEX020", "more faults than are shown",
+        "At most 100 errors and 100 warnings of a HEX file are shown. The closing note counts the others. Mend the first \
+         ones; the others often have the same cause."),
+    row("HEX021", "the file holds no data",
+        "A warning: the file is well formed but has no data byte, so the memories stay as they are after erasing. Check \
+         that the program was built."),
+    row("HEX022", "address field in a record without address",
+        "A warning: in types 02 to 05 the address field is not used and is 0000. The record is taken as if it were. An \
+         end record may hold a start address, as old files do; it is not used."),
+    row("HEX023", "two start addresses",
+        "A warning: two records of type 03 or 05 name different start addresses. The first is kept. The chip itself \
+         starts at its reset vector whatever they say."),
+    row("ELF001", "not an ELF file",
+        "An ELF file begins with the bytes 7F 45 4C 46. Mend: load an ELF or an Intel HEX file."),
+    row("ELF002", "not a 32-bit ELF file",
+        "Programs for these chips are of class 1, 32 bits. A 64-bit file is a program for the host computer: the host's \
+         compiler was called in place of the cross compiler. Mend: build with the cross compiler."),
+    row("ELF003", "not little-endian",
+        "Programs for these chips have byte order 1, least significant byte first. Mend: build with the cross compiler \
+         for the chip."),
+    row("ELF004", "program for another processor",
+        "The message gives the number of the processor (e_machine) found and wanted; AVR is 83. Mend: build for this \
+         chip or choose the chip it was built for."),
+    row("ELF005", "not an executable",
+        "Type 2 is an executable. A relocatable object (.o) has no addresses yet; link it. Mend: load the linker's \
+         output."),
+    row("ELF006", "truncated or corrupt",
+        "A table or a section lies beyond the end of the file or contradicts itself. Mend: build or get the file again."),
+    row("ELF007", "a section outside the memories of the chip",
+        "The message gives the section, its load addresses and the memories of the chip. Mostly the program was linked \
+         for a larger chip. Sections without bytes (.bss) are not loaded and need no room. Mend: link for this chip; \
+         remove sections made for other tools with objcopy -R."),
+    row("ELF008", "two sections overlap",
+        "Two sections give bytes for the same load address, even if the same bytes. Mend: correct the load addresses in \
+         the linker script (AT, --section-start)."),
+    row("ELF009", "half a word",
+        "In a memory of two-byte words the sections that lie side by side must begin and end on a word boundary. Mend: \
+         . = ALIGN(2) at the end of the section in the linker script."),
+    row("ELF010", "no code",
+        "No executable section holds any bytes, so there is nothing to run. Mend: link a program; check that \
+         --gc-sections did not drop everything."),
+    row("ELF011", "more faults than are shown",
+        "At most 100 errors of an ELF file are shown. The closing note counts the others that were seen."),
+];
+
+const fn row(code: &'static str, title: &'static str, explain: &'static str) -> Code {
+    Code { code, title, explain }
+}

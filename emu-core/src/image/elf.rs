@@ -1,0 +1,257 @@
+//! ELF32, little-endian: sections to load addresses, and symbols. System V ABI, chapters 4 and 5; parsed by `object`.
+
+use diag::{Diagnostic, Pos};
+use object::LittleEndian as Le;
+use object::elf::{
+    self, FileHeader32, PF_X, PT_LOAD, ProgramHeader32, SHF_ALLOC, SHF_EXECINSTR, SHT_NOBITS, SHT_SYMTAB, STT_FILE,
+    STT_SECTION,
+};
+use object::read::Error;
+use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, SectionTable, Sym};
+
+use super::faults::Faults;
+use super::place::{Origin, Placed, Trouble, describe, window};
+use super::{ElfMachine, Image, Loaded, Space, SymbolAt};
+
+/// The first bytes of every ELF file.
+pub(super) const MAGIC: &[u8] = &elf::ELFMAG;
+
+/// More program headers than this are taken as a broken file; a program for a small chip has about five.
+const MOST_SEGMENTS: usize = 1024;
+/// All symbol names together may have this many times the bytes of the file: linkers share the tails of names, but a
+/// broken table that names one long string a million times must not fill the memory.
+const NAME_SHARING: usize = 4;
+
+/// Loads an ELF32 executable. `file` is the name for messages, `spaces` are the memories of the chip as windows of the
+/// file's address space, `e_machine` is the processor wanted. Bytes go to load (physical) addresses: initialised data
+/// lands in flash, behind the code, where the start-up code copies it from.
+///
+/// # Errors
+/// All faults of the file (codes ELF001 to ELF011); at most [`super::LIMIT`] and a closing note with the number of
+/// others.
+pub fn load_elf(file: &str, bytes: &[u8], spaces: &[Space], e_machine: u16) -> Result<Loaded, Vec<Diagnostic>> {
+    let mut faults = Faults::new(file, "ELF011");
+    check_header(bytes, ElfMachine(e_machine), &mut faults);
+    if !faults.none() {
+        return faults.finish(Image::default());
+    }
+    // The tables are read in place and need an aligned start; a slice out of something larger may not have it.
+    let copy;
+    let bytes = if bytes.as_ptr().align_offset(8) == 0 {
+        bytes
+    } else {
+        copy = bytes.to_vec();
+        &copy
+    };
+    let image = read(bytes, spaces, &mut faults).unwrap_or_else(|error| {
+        corrupt(&mut faults, &error.to_string());
+        Image::default()
+    });
+    faults.finish(image)
+}
+
+/// Checks what can be read without knowing the layout of the rest.
+fn check_header(bytes: &[u8], wanted: ElfMachine, faults: &mut Faults) {
+    let rebuild = "link the program for this chip (avr-gcc -mmcu=...) and load that file";
+    if !bytes.starts_with(MAGIC) {
+        let found = bytes.iter().take(4).map(|b| format!("{b:02X}")).collect::<Vec<_>>().join(" ");
+        let cause = || format!("the file begins with [{found}], an ELF file with [7F 45 4C 46]");
+        faults.error("ELF001", Pos::default(), cause, "load an ELF or an Intel HEX file");
+        return;
+    }
+    let &[_, _, _, _, class, order, _, _, _, _, _, _, _, _, _, _, type_0, type_1, machine_0, machine_1, ..] = bytes
+    else {
+        return corrupt(faults, &format!("the header is cut off after {} bytes", bytes.len()));
+    };
+    if class != elf::ELFCLASS32 {
+        let cause =
+            || format!("the class is {class} ({}), wanted 1 (32 bits)", if class == 2 { "64 bits" } else { "unknown" });
+        faults.error("ELF002", Pos::default(), cause, rebuild);
+    }
+    if order != elf::ELFDATA2LSB {
+        let name = if order == elf::ELFDATA2MSB { "big-endian" } else { "unknown" };
+        let cause = || format!("the byte order is {order} ({name}), wanted 1 (little-endian)");
+        faults.error("ELF003", Pos::default(), cause, rebuild);
+    }
+    let half = |bytes| if order == elf::ELFDATA2MSB { u16::from_be_bytes(bytes) } else { u16::from_le_bytes(bytes) };
+    let machine = ElfMachine(half([machine_0, machine_1]));
+    if machine != wanted {
+        let cause = || {
+            let names = (machine.name(), wanted.name());
+            format!("the program is for machine {} ({}), wanted {} ({})", machine.0, names.0, wanted.0, names.1)
+        };
+        faults.error("ELF004", Pos::default(), cause, rebuild);
+    }
+    let kind = half([type_0, type_1]);
+    if kind != elf::ET_EXEC {
+        let name = match kind {
+            elf::ET_REL => "relocatable object, not linked",
+            elf::ET_DYN => "shared object",
+            elf::ET_CORE => "core dump",
+            _ => "unknown",
+        };
+        let cause = || format!("the file type is {kind} ({name}), wanted 2 (executable)");
+        faults.error("ELF005", Pos::default(), cause, "link the object files and load the result");
+    }
+}
+
+fn corrupt(faults: &mut Faults, what: &str) {
+    let hint = "the file is cut off or damaged: build or get it again";
+    faults.error("ELF006", Pos::default(), || format!("the file cannot be read: {what}"), hint);
+}
+
+/// Bytes to load.
+struct Piece<'b> {
+    name: String,
+    addr: u64,
+    bytes: &'b [u8],
+    code: bool,
+}
+
+fn read(bytes: &[u8], spaces: &[Space], faults: &mut Faults) -> Result<Image, Error> {
+    let header = FileHeader32::<Le>::parse(bytes)?;
+    let segments = header.program_headers(Le, bytes)?;
+    if segments.len() > MOST_SEGMENTS {
+        corrupt(faults, &format!("{} program headers, at most {MOST_SEGMENTS} are read", segments.len()));
+        return Ok(Image::default());
+    }
+    let sections = header.sections(Le, bytes)?;
+    let pieces = if sections.is_empty() {
+        pieces_of_segments(segments, bytes, faults)
+    } else {
+        pieces_of_sections(&sections, segments, bytes, faults)
+    };
+    let mut placed = Placed::new(spaces);
+    for (piece, number) in pieces.iter().zip(0..) {
+        placed.put(piece.addr, piece.bytes, Origin { line: number, column: 0 }, |trouble| {
+            tell(trouble, &pieces, piece, spaces, faults);
+        });
+        if faults.full() {
+            break;
+        }
+    }
+    for half in placed.half_words() {
+        let name = pieces.get(half.from.line as usize).map_or("", |piece| &piece.name);
+        let (space, addr, other) = (half.space.name, half.addr, half.addr ^ 1);
+        let cause = || format!("{name} defines half a word: {space} byte 0x{addr:04X} without 0x{other:04X}");
+        faults.error("ELF009", Pos::default(), cause, "align the end of the section to a word in the linker script");
+    }
+    if faults.none() && !pieces.iter().any(|piece| piece.code) {
+        let cause = || format!("no executable section holds bytes ({} sections to load)", pieces.len());
+        faults.error("ELF010", Pos::default(), cause, "link a program, not only data");
+    }
+    let symbols = symbols(&sections, bytes, spaces, faults)?;
+    Ok(Image { segments: placed.into_segments(), symbols, entry: Some(header.e_entry(Le)) })
+}
+
+fn tell(trouble: Trouble, pieces: &[Piece], piece: &Piece, spaces: &[Space], faults: &mut Faults) {
+    let name = &piece.name;
+    match trouble {
+        Trouble::Outside { start, end } => {
+            let cause = || {
+                let (last, count) = (end - 1, end - start);
+                format!(
+                    "{name}: 0x{start:04X} to 0x{last:04X} ({count} bytes) lies outside the memories of the chip: {}",
+                    describe(spaces)
+                )
+            };
+            faults.error("ELF007", Pos::default(), cause, "link for this chip, or choose the chip it was linked for");
+        }
+        Trouble::Overlap { start, end, with } => {
+            let cause = || {
+                let other = pieces.get(with.line as usize).map_or("", |piece| &piece.name);
+                format!("{name}: 0x{start:04X} to 0x{:04X} ({} bytes) overlaps {other}", end - 1, end - start)
+            };
+            faults.error("ELF008", Pos::default(), cause, "mend the load addresses in the linker script");
+        }
+    }
+}
+
+/// The sections that a loader loads, at load addresses: that of the program header around the section, else its own.
+fn pieces_of_sections<'b>(
+    sections: &SectionTable<'b, FileHeader32<Le>>,
+    segments: &[ProgramHeader32<Le>],
+    bytes: &'b [u8],
+    faults: &mut Faults,
+) -> Vec<Piece<'b>> {
+    let mut pieces = Vec::new();
+    for section in sections.iter() {
+        let flags = section.sh_flags(Le);
+        if flags & SHF_ALLOC == 0 || section.sh_type(Le) == SHT_NOBITS || section.sh_size(Le) == 0 {
+            continue;
+        }
+        let name =
+            sections.section_name(Le, section).map(short).unwrap_or_else(|_| "a section without name".to_owned());
+        let Ok(data) = section.data(Le, bytes) else {
+            corrupt(faults, &format!("{name} goes beyond the end of the file"));
+            continue;
+        };
+        let (offset, vaddr) = (section.sh_offset(Le), section.sh_addr(Le));
+        let load = |segment: &ProgramHeader32<Le>| {
+            let into = u64::from(offset.checked_sub(segment.p_offset(Le))?);
+            let fits = into + data.len() as u64 <= u64::from(segment.p_filesz(Le));
+            let same = vaddr.wrapping_sub(segment.p_vaddr(Le)) as u64 == into;
+            (segment.p_type(Le) == PT_LOAD && fits && same).then(|| u64::from(segment.p_paddr(Le)) + into)
+        };
+        let addr = segments.iter().find_map(load).unwrap_or(u64::from(vaddr));
+        pieces.push(Piece { name, addr, bytes: data, code: flags & SHF_EXECINSTR != 0 });
+    }
+    pieces
+}
+
+/// For a file without section headers.
+fn pieces_of_segments<'b>(segments: &[ProgramHeader32<Le>], bytes: &'b [u8], faults: &mut Faults) -> Vec<Piece<'b>> {
+    let mut pieces = Vec::new();
+    for (segment, number) in segments.iter().zip(0..).filter(|(s, _)| s.p_type(Le) == PT_LOAD && s.p_filesz(Le) > 0) {
+        let name = format!("program header {number}");
+        match segment.data(Le, bytes) {
+            Ok(data) => {
+                let (addr, code) = (u64::from(segment.p_paddr(Le)), segment.p_flags(Le) & PF_X != 0);
+                pieces.push(Piece { name, addr, bytes: data, code });
+            }
+            Err(()) => corrupt(faults, &format!("{name} goes beyond the end of the file")),
+        }
+    }
+    pieces
+}
+
+/// Functions, objects and labels that lie in a memory. Left out: names of files and sections, absolute values,
+/// undefined symbols, the assembler's own labels (`.L...`) and mapping symbols (`$d`, `$t`).
+fn symbols(
+    sections: &SectionTable<FileHeader32<Le>>,
+    bytes: &[u8],
+    spaces: &[Space],
+    faults: &mut Faults,
+) -> Result<Vec<SymbolAt>, Error> {
+    let table = sections.symbols(Le, bytes, SHT_SYMTAB)?;
+    let mut found = Vec::new();
+    let mut budget = bytes.len().saturating_mul(NAME_SHARING);
+    for symbol in table.iter() {
+        let kind = symbol.st_type();
+        let home = symbol.st_shndx(Le);
+        if kind == STT_FILE || kind == STT_SECTION || matches!(home, elf::SHN_UNDEF | elf::SHN_ABS | elf::SHN_COMMON) {
+            continue;
+        }
+        let addr = symbol.st_value(Le);
+        let Some(at) = spaces.iter().position(|space| window(space).contains(&u64::from(addr))) else { continue };
+        let name = symbol.name(Le, table.strings())?;
+        let Some(left) = budget.checked_sub(name.len()) else {
+            corrupt(faults, "the names of the symbols are much larger than the file");
+            break;
+        };
+        budget = left;
+        if name.is_empty() || name.starts_with(b"$") || name.starts_with(b".L") {
+            continue;
+        }
+        let Some(space) = spaces.get(at) else { continue };
+        let name = String::from_utf8_lossy(name).into_owned();
+        found.push((at, SymbolAt { name, space: space.name, addr: addr - space.start, size: symbol.st_size(Le) }));
+    }
+    found.sort_by(|(a, x), (b, y)| (a, x.addr, &x.name, x.size).cmp(&(b, y.addr, &y.name, y.size)));
+    Ok(found.into_iter().map(|(_, symbol)| symbol).collect())
+}
+
+/// A section's name for messages, of bearable length.
+fn short(name: &[u8]) -> String {
+    String::from_utf8_lossy(name.get(..name.len().min(60)).unwrap_or_default()).into_owned()
+}

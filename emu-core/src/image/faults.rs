@@ -1,0 +1,79 @@
+//! The list of faults that a loader fills, with a limit so that 100 MB of garbage do not become gigabytes of messages.
+
+use diag::{Diagnostic, Pos, Severity};
+
+use super::{Image, Loaded};
+
+/// Largest number of errors, and of warnings, that are kept for one file; the others are only counted.
+pub const LIMIT: usize = 100;
+
+/// Faults of one file.
+pub(super) struct Faults<'f> {
+    file: &'f str,
+    more_code: &'static str,
+    errors: Kept,
+    warnings: Kept,
+}
+
+#[derive(Default)]
+struct Kept {
+    list: Vec<Diagnostic>,
+    more: u64,
+}
+
+impl<'f> Faults<'f> {
+    /// No faults yet. `more_code` is the code of the closing note.
+    pub fn new(file: &'f str, more_code: &'static str) -> Self {
+        Faults { file, more_code, errors: Kept::default(), warnings: Kept::default() }
+    }
+
+    /// Adds an error. The text is made only when it is kept.
+    pub fn error(&mut self, code: &'static str, pos: Pos, cause: impl FnOnce() -> String, hint: &str) {
+        self.errors.add(|| Diagnostic::new(Severity::Error, code, self.file, pos, cause(), hint));
+    }
+
+    /// Adds a warning. The text is made only when it is kept.
+    pub fn warning(&mut self, code: &'static str, pos: Pos, cause: impl FnOnce() -> String, hint: &str) {
+        self.warnings.add(|| Diagnostic::new(Severity::Warning, code, self.file, pos, cause(), hint));
+    }
+
+    /// True when nothing has refused the file so far.
+    pub fn none(&self) -> bool {
+        self.errors.list.is_empty()
+    }
+
+    /// True when errors were counted that are not kept: looking further would only count more.
+    pub fn full(&self) -> bool {
+        self.errors.more > 0
+    }
+
+    /// The image when there were no errors, else all that was found, in the order of the places.
+    pub fn finish(self, image: Image) -> Result<Loaded, Vec<Diagnostic>> {
+        let refused = !self.none();
+        let more = self.errors.more + self.warnings.more;
+        let mut all = self.errors.list;
+        all.extend(self.warnings.list);
+        all.sort_by_key(|d| d.pos);
+        if more > 0 {
+            all.push(Diagnostic::new(
+                Severity::Note,
+                self.more_code,
+                self.file,
+                Pos::default(),
+                format!("{more} more faults are not shown"),
+                "mend the first ones and load the file again",
+            ));
+        }
+        if refused { Err(all) } else { Ok(Loaded { image, warnings: all }) }
+    }
+}
+
+impl Kept {
+    fn add(&mut self, make: impl FnOnce() -> Diagnostic) {
+        if self.list.len() < LIMIT {
+            self.list.push(make());
+        } else {
+            self.more += 1;
+        }
+    }
+}

@@ -1,0 +1,249 @@
+//! Intel HEX: lines to records to addresses. "Hexadecimal Object File Format Specification", Intel, revision A, 1988.
+
+use diag::{Diagnostic, Pos};
+use ihex::Record;
+
+use super::faults::Faults;
+use super::line::{self, Line};
+use super::place::{Origin, Placed, Trouble, describe};
+use super::{Image, Loaded, Space};
+
+/// Offsets within a segment end here: an offset has 16 bits.
+const SEGMENT: usize = 0x1_0000;
+
+/// Loads Intel HEX. `file` is the name for messages, `spaces` are the memories of the chip.
+///
+/// # Errors
+/// All faults of the file in the order of their places (codes HEX001 to HEX023, `docs/formats/hex.md`); at most
+/// [`super::LIMIT`] and a closing note with the number of others.
+pub fn load_hex(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Vec<Diagnostic>> {
+    let mut reader = Reader {
+        faults: Faults::new(file, "HEX020"),
+        placed: Placed::new(spaces),
+        spaces,
+        base: Some(0),
+        end: None,
+        told_of_end: false,
+        start: None,
+        outside: None,
+    };
+    if let Some(text) = text_of(bytes, &mut reader.faults) {
+        let mut last = 0;
+        for (text, number) in text.split(|&byte| byte == b'\n').zip(1..) {
+            let text = text.trim_ascii_end();
+            if !text.is_empty() {
+                reader.line(text, number);
+                last = number;
+            }
+        }
+        reader.close(last);
+    }
+    let Reader { faults, placed, start, .. } = reader;
+    let image = Image { segments: placed.into_segments(), symbols: Vec::new(), entry: start.map(|(entry, _)| entry) };
+    faults.finish(image)
+}
+
+/// The text of the file without byte order mark, if it is a text at all.
+fn text_of<'b>(bytes: &'b [u8], faults: &mut Faults) -> Option<&'b [u8]> {
+    let hint = "save the file as plain ASCII without a byte order mark";
+    let (mark, text) = match bytes {
+        [0xEF, 0xBB, 0xBF, rest @ ..] => (Some("UTF-8"), rest),
+        [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => (Some("UTF-16"), &[][..]),
+        all => (None, all),
+    };
+    if let Some(name) = mark {
+        faults.error(
+            "HEX014",
+            Pos::new(1, 1, 1),
+            || format!("the file begins with the byte order mark of {name}"),
+            hint,
+        );
+        if name == "UTF-16" {
+            return None;
+        }
+    }
+    if let Some(at) = text.iter().position(|&byte| byte == 0) {
+        let at = at + bytes.len() - text.len();
+        let cause = || format!("the file is binary: byte 0x00 at offset {at}");
+        faults.error("HEX013", Pos::default(), cause, "convert it to Intel HEX (objcopy -I binary -O ihex)");
+        return None;
+    }
+    if text.trim_ascii().is_empty() {
+        let cause = || format!("the file is empty ({} bytes)", bytes.len());
+        faults.error("HEX012", Pos::default(), cause, "the program that wrote it has most likely failed: run it again");
+        return None;
+    }
+    Some(text)
+}
+
+struct Reader<'f> {
+    faults: Faults<'f>,
+    placed: Placed<'f>,
+    spaces: &'f [Space],
+    /// What the offsets are added to; not known after a type 02 or 04 record that cannot be read.
+    base: Option<u32>,
+    /// Line of the last end record.
+    end: Option<u32>,
+    told_of_end: bool,
+    /// Start address and its line.
+    start: Option<(u32, u32)>,
+    outside: Option<Outside>,
+}
+
+/// Bytes outside all memories, over as many lines as they go on: an image for a larger chip is one fault.
+struct Outside {
+    addr: std::ops::Range<u64>,
+    first: Pos,
+    last_line: u32,
+}
+
+impl Reader<'_> {
+    fn line(&mut self, text: &[u8], number: u32) {
+        let line = line::read(text, number, &mut self.faults);
+        if line.kind != Some(1) {
+            self.after_end(number);
+        }
+        match line.record {
+            Some(Record::Data { offset, ref value }) => self.data(&line, number, offset, value),
+            Some(Record::ExtendedSegmentAddress(segment)) => self.base = Some(u32::from(segment) << 4),
+            Some(Record::ExtendedLinearAddress(upper)) => self.base = Some(u32::from(upper) << 16),
+            Some(Record::StartSegmentAddress { cs, ip }) => {
+                self.start(&line, number, (u32::from(cs) << 4) + u32::from(ip))
+            }
+            Some(Record::StartLinearAddress(start)) => self.start(&line, number, start),
+            Some(Record::EndOfFile) => self.end(number),
+            None => match line.kind {
+                Some(1) => self.end(number),
+                Some(2 | 4) => self.base = None,
+                _ => {}
+            },
+        }
+    }
+
+    fn after_end(&mut self, number: u32) {
+        let Some(end) = self.end.filter(|_| !self.told_of_end) else { return };
+        self.told_of_end = true;
+        let cause = || format!("the file goes on after the end record of line {end}");
+        let hint = "the end record is the last line; two joined files must be merged (srec_cat, mergehex)";
+        self.faults.error("HEX009", Pos::new(number, 1, 1), cause, hint);
+    }
+
+    fn end(&mut self, number: u32) {
+        if let Some(first) = self.end {
+            let cause = || format!("a second end record, the first is on line {first}");
+            self.faults.error("HEX011", Pos::new(number, 1, 1), cause, "leave only one end record, as the last line");
+        }
+        self.end = Some(number);
+        self.told_of_end = false;
+        self.base = Some(0);
+    }
+
+    fn start(&mut self, line: &Line, number: u32, start: u32) {
+        match self.start {
+            None => self.start = Some((start, number)),
+            Some((first, _)) if first == start => {}
+            Some((first, first_line)) => self.faults.warning(
+                "HEX023",
+                Pos::new(number, line.column, 8),
+                || format!("the start address is 0x{start:04X} here and 0x{first:04X} on line {first_line}"),
+                "the first one is kept; leave only one start record",
+            ),
+        }
+    }
+
+    fn data(&mut self, line: &Line, number: u32, offset: u16, value: &[u8]) {
+        let room = SEGMENT - usize::from(offset);
+        if value.len() > room {
+            let over = value.len() - room;
+            let pos = Pos::new(number, line.column + 2 * room as u32, 2 * over as u32);
+            let cause = || {
+                let count = value.len();
+                format!("{count} data bytes at offset 0x{offset:04X} run over the end of the 64 KB segment by {over}")
+            };
+            self.faults.error("HEX017", pos, cause, "split the record at the end of the segment");
+            return;
+        }
+        let Some(base) = self.base else { return };
+        let addr = u64::from(base) + u64::from(offset);
+        let mut troubles = Vec::new();
+        self.placed.put(addr, value, Origin { line: number, column: line.column }, |trouble| troubles.push(trouble));
+        for trouble in troubles {
+            let pos =
+                |from: u64, to: u64| Pos::new(number, line.column + 2 * (from - addr) as u32, 2 * (to - from) as u32);
+            match trouble {
+                Trouble::Outside { start, end } => self.outside(start..end, pos(start, end)),
+                Trouble::Overlap { start, end, with } => self.faults.error(
+                    "HEX015",
+                    pos(start, end),
+                    || format!("{} already given on line {}", span(start, end, " was", " were"), with.line),
+                    "give every byte once, even where both lines say the same",
+                ),
+            }
+        }
+    }
+
+    fn outside(&mut self, addr: std::ops::Range<u64>, pos: Pos) {
+        match &mut self.outside {
+            Some(outside) if outside.addr.end == addr.start => {
+                outside.addr.end = addr.end;
+                outside.last_line = pos.line;
+            }
+            _ => {
+                self.tell_outside();
+                self.outside = Some(Outside { addr, first: pos, last_line: pos.line });
+            }
+        }
+    }
+
+    fn tell_outside(&mut self) {
+        let Some(Outside { addr, first, last_line }) = self.outside.take() else { return };
+        let cause = || {
+            let bytes = span(addr.start, addr.end, " lies", " lie");
+            let lines = if last_line > first.line { format!(" (to line {last_line})") } else { String::new() };
+            format!("{bytes} outside the memories of the chip{lines}: {}", describe(self.spaces))
+        };
+        self.faults.error(
+            "HEX016",
+            first,
+            cause,
+            "build the program for this chip, or choose the chip it was built for",
+        );
+    }
+
+    /// What can be said only at the end of the file; `last` is its last line with text.
+    fn close(&mut self, last: u32) {
+        self.tell_outside();
+        if self.end.is_none() {
+            let cause = || "the end record is missing".to_owned();
+            self.faults.error(
+                "HEX010",
+                Pos::new(last, 0, 0),
+                cause,
+                "the file is cut off: get it again (last line :00000001FF)",
+            );
+        }
+        for half in self.placed.half_words() {
+            let pos = Pos::new(half.from.line, half.from.column + 2 * half.offset, 2);
+            let (name, addr, other) = (half.space.name, half.addr, half.addr ^ 1);
+            let cause = || {
+                format!(
+                    "the word at {name} 0x{:04X} is half defined: byte 0x{addr:04X} without 0x{other:04X}",
+                    addr & !1
+                )
+            };
+            self.faults.error("HEX018", pos, cause, "pad the image so that both bytes of every word are given");
+        }
+        if self.faults.none() && self.placed.is_empty() {
+            let cause = || "the file holds no data".to_owned();
+            self.faults.warning("HEX021", Pos::default(), cause, "check that the program was built");
+        }
+    }
+}
+
+/// `byte 0x0010 was` or `bytes 0x0010 to 0x001F (16) were`.
+fn span(start: u64, end: u64, one: &str, many: &str) -> String {
+    match end - start {
+        1 => format!("byte 0x{start:04X}{one}"),
+        count => format!("bytes 0x{start:04X} to 0x{:04X} ({count}){many}", end - 1),
+    }
+}

@@ -1,0 +1,162 @@
+//! Images: what a HEX or ELF file puts into the memories of a chip.
+//!
+//! [`load`] looks at the first bytes and hands on to [`load_elf`] or [`load_hex`]. Both are strict: a file is either
+//! taken whole or refused with all its faults, each with a place, a stable code (see [`CODES`]) and a hint. What is
+//! accepted stands in `docs/formats/hex.md`. [`write_hex`] is the way back.
+//!
+//! ```text
+//!   hex.rs   lines to records to addresses          elf.rs   sections to load addresses, symbols
+//!   line.rs  one line and its faults                place.rs bytes into memories: outside, overlap, half words
+//!   write.rs segments to HEX                        faults.rs the list of faults and its limit
+//!   codes.rs the table of codes
+//! ```
+
+mod codes;
+mod elf;
+mod faults;
+mod hex;
+mod line;
+mod place;
+mod write;
+
+use diag::Diagnostic;
+
+pub use codes::CODES;
+pub use elf::load_elf;
+pub use faults::LIMIT;
+pub use hex::load_hex;
+pub use write::write_hex;
+
+/// One memory that an image may fill: a window in the address space of the image file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Space {
+    /// Name of the memory, such as `flash`.
+    pub name: &'static str,
+    /// Where the window begins, a byte address of the image file (in an ELF file for AVR the EEPROM is at 0x810000).
+    pub start: u32,
+    /// Size in bytes.
+    pub len: u32,
+    /// Bytes in a word: 1 or 2. Where it is 2 an image must define both bytes of a word or none.
+    pub word: u32,
+}
+
+/// Bytes that lie side by side in one memory.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Segment {
+    /// Name of the memory.
+    pub space: &'static str,
+    /// Byte address of the first byte within the memory.
+    pub addr: u32,
+    /// The bytes, never none.
+    pub bytes: Vec<u8>,
+}
+
+/// A name for an address.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SymbolAt {
+    /// The name as the linker wrote it.
+    pub name: String,
+    /// Name of the memory.
+    pub space: &'static str,
+    /// Byte address within the memory.
+    pub addr: u32,
+    /// Size in bytes; 0 for a mere label.
+    pub size: u32,
+}
+
+/// What a file puts into the memories of a chip.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Image {
+    /// The bytes: in the order of the memories given to the loader, then by address; neighbours are merged and none
+    /// overlap.
+    pub segments: Vec<Segment>,
+    /// The symbols in the order of the memories, then by address and name. Empty for a HEX file.
+    pub symbols: Vec<SymbolAt>,
+    /// Start address that the file names, a byte address of the image file. For information: a chip starts at its
+    /// reset vector.
+    pub entry: Option<u32>,
+}
+
+impl Image {
+    /// Copies the bytes of one memory to their places in `into`; the rest of `into` keeps its value. Bytes beyond the
+    /// end of `into` are left out.
+    pub fn fill(&self, space: &str, into: &mut [u8]) {
+        for (addr, byte) in self.bytes_in(space) {
+            if let Some(cell) = into.get_mut(addr as usize) {
+                *cell = byte;
+            }
+        }
+    }
+
+    /// The bytes of one memory with their addresses in it, ascending.
+    pub fn bytes_in(&self, space: &str) -> impl Iterator<Item = (u32, u8)> {
+        self.segments_in(space).flat_map(|s| (s.addr..).zip(s.bytes.iter().copied()))
+    }
+
+    /// The highest used address of one memory plus 1; 0 when the image puts nothing there.
+    #[must_use]
+    pub fn end(&self, space: &str) -> u32 {
+        self.segments_in(space).map(|s| s.addr + s.bytes.len() as u32).max().unwrap_or(0)
+    }
+
+    fn segments_in(&self, space: &str) -> impl Iterator<Item = &Segment> {
+        self.segments.iter().filter(move |s| s.space == space)
+    }
+}
+
+/// An image and what is odd about its file, though not wrong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Loaded {
+    /// The image.
+    pub image: Image,
+    /// Warnings in the order of their places, at most [`LIMIT`] and a closing note.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// The number by which an ELF file names its processor (`e_machine`; System V ABI, chapter 4, "ELF Header").
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ElfMachine(pub u16);
+
+impl ElfMachine {
+    /// Atmel AVR (EM_AVR).
+    pub const AVR: Self = ElfMachine(83);
+    /// Intel 8051 and variants (EM_8051).
+    pub const MCS51: Self = ElfMachine(165);
+
+    /// Name of the processor for messages, where it is a well known one.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            3 => "Intel 80386",
+            8 => "MIPS",
+            40 => "ARM",
+            62 => "x86-64",
+            83 => "AVR",
+            94 => "Xtensa",
+            105 => "MSP430",
+            165 => "8051",
+            183 => "AArch64",
+            204 => "PIC",
+            243 => "RISC-V",
+            _ => "another processor",
+        }
+    }
+}
+
+/// Loads an image, ELF if the file begins with the ELF magic and Intel HEX otherwise. `file` is the name for messages.
+///
+/// # Errors
+/// All faults of the file in the order of their places; at most [`LIMIT`] and a closing note with the number of others.
+pub fn load(
+    file: &str,
+    bytes: &[u8],
+    hex_spaces: &[Space],
+    elf_spaces: &[Space],
+    machine: ElfMachine,
+) -> Result<Loaded, Vec<Diagnostic>> {
+    if bytes.starts_with(elf::MAGIC) {
+        load_elf(file, bytes, elf_spaces, machine.0)
+    } else {
+        load_hex(file, bytes, hex_spaces)
+    }
+}

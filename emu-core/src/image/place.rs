@@ -1,0 +1,174 @@
+//! Puts bytes at addresses of the image file into memories and finds what lies outside, overlaps or halves a word.
+
+use std::collections::BTreeMap;
+
+use super::{Segment, Space};
+
+/// Where bytes came from: for HEX a line and the column of the first byte, for ELF the number of a section.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Origin {
+    pub line: u32,
+    pub column: u32,
+}
+
+/// What is wrong with bytes that were to be placed at `start..end` of the image file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Trouble {
+    /// No memory is there.
+    Outside { start: u64, end: u64 },
+    /// `with` had put bytes there before.
+    Overlap { start: u64, end: u64, with: Origin },
+}
+
+/// A byte whose word has no other half.
+pub(super) struct HalfWord<'s> {
+    pub space: &'s Space,
+    /// Byte address within the memory.
+    pub addr: u32,
+    pub from: Origin,
+    /// How many bytes of `from`'s run come before this one.
+    pub offset: u32,
+}
+
+/// The bytes placed so far. No run overlaps another.
+pub(super) struct Placed<'s> {
+    spaces: &'s [Space],
+    runs: Vec<BTreeMap<u32, Run>>,
+}
+
+struct Run {
+    bytes: Vec<u8>,
+    from: Origin,
+    /// Bytes of the record before the first of this run.
+    offset: u32,
+}
+
+impl Run {
+    fn end(&self, start: u32) -> u32 {
+        start + self.bytes.len() as u32
+    }
+}
+
+impl<'s> Placed<'s> {
+    pub fn new(spaces: &'s [Space]) -> Self {
+        Placed { spaces, runs: spaces.iter().map(|_| BTreeMap::new()).collect() }
+    }
+
+    /// Places `bytes` at the image address `addr`. What is in trouble is told and left out, the rest is kept.
+    pub fn put(&mut self, addr: u64, bytes: &[u8], from: Origin, mut tell: impl FnMut(Trouble)) {
+        let end = addr + bytes.len() as u64;
+        let mut at = addr;
+        while at < end {
+            let inside = self.spaces.iter().position(|s| window(s).contains(&at));
+            let stop = match inside {
+                Some(i) => window(&self.spaces[i]).end.min(end),
+                None => self
+                    .spaces
+                    .iter()
+                    .map(|s| window(s).start)
+                    .filter(|&start| start > at)
+                    .min()
+                    .unwrap_or(end)
+                    .min(end),
+            };
+            match inside {
+                Some(i) => {
+                    let piece = slice(bytes, at - addr, stop - addr);
+                    self.put_in(i, at, piece, from, (at - addr) as u32, &mut tell);
+                }
+                None => tell(Trouble::Outside { start: at, end: stop }),
+            }
+            at = stop;
+        }
+    }
+
+    fn put_in(&mut self, i: usize, addr: u64, bytes: &[u8], from: Origin, offset: u32, tell: &mut impl FnMut(Trouble)) {
+        let (Some(space), Some(runs)) = (self.spaces.get(i), self.runs.get_mut(i)) else { return };
+        let base = u64::from(space.start);
+        let start = (addr - base) as u32;
+        let end = start + bytes.len() as u32;
+        let first =
+            runs.range(..=start).next_back().filter(|(at, run)| run.end(**at) > start).map_or(start, |(at, _)| *at);
+        let taken: Vec<(u32, u32, Origin)> =
+            runs.range(first..end).map(|(at, run)| (*at, run.end(*at), run.from)).collect();
+        let mut free = start;
+        for (taken_from, taken_to, with) in taken.into_iter().chain([(end, end, from)]) {
+            let (overlap_from, overlap_to) = (taken_from.max(start), taken_to.min(end));
+            if free < overlap_from {
+                let bytes = slice(bytes, u64::from(free - start), u64::from(overlap_from - start)).to_vec();
+                runs.insert(free, Run { bytes, from, offset: offset + (free - start) });
+            }
+            if overlap_from < overlap_to {
+                tell(Trouble::Overlap {
+                    start: base + u64::from(overlap_from),
+                    end: base + u64::from(overlap_to),
+                    with,
+                });
+            }
+            free = overlap_to;
+        }
+    }
+
+    /// The bytes that define half a word: in a memory of two-byte words every stretch of bytes, as long as it goes,
+    /// must begin and end at an even address.
+    pub fn half_words(&self) -> Vec<HalfWord<'_>> {
+        let mut halves = Vec::new();
+        for (space, runs) in self.spaces.iter().zip(&self.runs).filter(|(s, _)| s.word == 2) {
+            let mut runs = runs.iter().peekable();
+            let mut last_end = None;
+            while let Some((&at, run)) = runs.next() {
+                if at % 2 == 1 && last_end != Some(at) {
+                    halves.push(HalfWord { space, addr: at, from: run.from, offset: run.offset });
+                }
+                let end = run.end(at);
+                if end % 2 == 1 && runs.peek().is_none_or(|(next, _)| **next != end) {
+                    let offset = run.offset + (end - at - 1);
+                    halves.push(HalfWord { space, addr: end - 1, from: run.from, offset });
+                }
+                last_end = Some(end);
+            }
+        }
+        halves
+    }
+
+    /// True when nothing was placed.
+    pub fn is_empty(&self) -> bool {
+        self.runs.iter().all(BTreeMap::is_empty)
+    }
+
+    /// The bytes in the order of memories and addresses, neighbours merged.
+    pub fn into_segments(self) -> Vec<Segment> {
+        let mut segments: Vec<Segment> = Vec::new();
+        for (space, runs) in self.spaces.iter().zip(self.runs) {
+            for (addr, run) in runs {
+                match segments.last_mut() {
+                    Some(s) if s.space == space.name && s.addr + s.bytes.len() as u32 == addr => {
+                        s.bytes.extend(run.bytes)
+                    }
+                    _ => segments.push(Segment { space: space.name, addr, bytes: run.bytes }),
+                }
+            }
+        }
+        segments
+    }
+}
+
+/// Where the memory `space` lies in the image file.
+pub(super) fn window(space: &Space) -> std::ops::Range<u64> {
+    let start = u64::from(space.start);
+    start..start + u64::from(space.len)
+}
+
+/// The memories and their windows, for messages.
+pub(super) fn describe(spaces: &[Space]) -> String {
+    let names = spaces.iter().filter(|s| s.len > 0).map(|s| {
+        let window = window(s);
+        format!("{} {:#06X} to {:#06X}, {} bytes", s.name, window.start, window.end - 1, s.len)
+    });
+    names.collect::<Vec<_>>().join("; ")
+}
+
+/// `bytes[from..to]`, empty where that does not exist.
+fn slice(bytes: &[u8], from: u64, to: u64) -> &[u8] {
+    bytes.get(from as usize..to as usize).unwrap_or_default()
+}

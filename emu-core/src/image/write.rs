@@ -1,0 +1,42 @@
+//! Segments to Intel HEX.
+
+use ihex::checksum;
+
+const DATA_BYTES: u32 = 16;
+
+/// Writes Intel HEX: `segments` are byte addresses of the image file with their bytes, in any order, and must not
+/// overlap or run over 4 GB. Addresses ascend, a line has up to 16 data bytes and never crosses a multiple of 64 KB, a
+/// type 04 record comes before data of another 64 KB, digits are in upper case and every line ends with `\n`. What it
+/// writes is what [`super::load_hex`] accepts.
+#[must_use]
+pub fn write_hex(segments: &[(u32, &[u8])]) -> String {
+    let mut sorted = segments.to_vec();
+    sorted.sort_by_key(|&(addr, _)| addr);
+    let mut text = String::new();
+    let mut upper = 0;
+    for (mut addr, mut bytes) in sorted {
+        while !bytes.is_empty() {
+            if addr >> 16 != upper {
+                upper = addr >> 16;
+                record(&mut text, 0, 4, &(upper as u16).to_be_bytes());
+            }
+            let room = DATA_BYTES.min(0x1_0000 - (addr & 0xFFFF)) as usize;
+            let (line, rest) = bytes.split_at(room.min(bytes.len()));
+            record(&mut text, addr as u16, 0, line);
+            addr = addr.wrapping_add(line.len() as u32);
+            bytes = rest;
+        }
+    }
+    record(&mut text, 0, 1, &[]);
+    text
+}
+
+fn record(text: &mut String, offset: u16, kind: u8, data: &[u8]) {
+    let [high, low] = offset.to_be_bytes();
+    let mut bytes = vec![data.len() as u8, high, low, kind];
+    bytes.extend_from_slice(data);
+    bytes.push(checksum(&bytes));
+    text.push(':');
+    bytes.iter().for_each(|byte| text.push_str(&format!("{byte:02X}")));
+    text.push('\n');
+}
