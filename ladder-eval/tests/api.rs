@@ -164,6 +164,10 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
     for (element, reason) in cases {
         expect(&element, reason, refusal(|_| {}, element.clone()));
     }
+    let shift =
+        refusal(|_| {}, Element::ShiftRegister { name: "reg".to_owned(), stages: 3 }).map_err(|e| e.to_string());
+    let told = "rung 2, element 3: `SHIFT_REGISTER reg 3`: this element has no meaning here yet";
+    assert_eq!(shift, Err(told.to_owned()));
     #[rustfmt::skip]
     let in_dialect_5: Vec<(Element, &str)> = vec![
         (Element::Osf,                                                              ""),
