@@ -21,7 +21,7 @@ codes! {
     NO_HEADER "LD004" "the header is missing"
         "The first line that is not blank must be LDmicro0.1 or LDmicro0.2. It sets the default of the dialect: 0.1 means ldmicro-2.3, 0.2 means ldmicro-5.";
     TOO_LARGE "LD005" "the program is too large"
-        "Size is bounded so that a damaged file cannot use up memory: 4 MiB of text, 2,000 rungs, 20,000 elements, 64 levels of nesting. LDmicro 2.3 itself stops at 99 rungs.";
+        "Size is bounded so that a damaged file cannot use up memory: 4 MiB of text, 2,000 rungs, 20,000 elements, 4,000 lines in a list. LDmicro 2.3 itself stops at 99 rungs.";
     UNKNOWN_SETTING "LD006" "unknown line before PROGRAM"
         "Before PROGRAM stand MICRO=, CYCLE=, CRYSTAL=, BAUD=, COMPILER=, COMPILED= and the lists IO LIST, VAR LIST and PULL-UP LIST. Spelling and capitals matter.";
     SETTING_MISSING "LD007" "CYCLE= or CRYSTAL= is missing"

@@ -9,6 +9,8 @@ use crate::reader::{Reader, shown};
 
 /// Largest value of CYCLE, CRYSTAL and BAUD.
 const MAX_SETTING: u64 = 1_000_000_000_000;
+/// Most lines of a list.
+const MAX_LIST: usize = 4_000;
 const SETTINGS: [&str; 10] = [
     "MICRO=",
     "CYCLE=",
@@ -202,6 +204,11 @@ fn quantity(
 }
 
 fn list_line(reader: &mut Reader<'_>, list: &str, line: &Line<'_>, out: &mut Head) {
+    let length = out.io.len().max(out.vars.as_ref().map_or(0, Vec::len)).max(out.pull_ups.as_ref().map_or(0, Vec::len));
+    if length >= MAX_LIST {
+        let cause = format!("more than {MAX_LIST} lines in {list}");
+        return reader.error(codes::TOO_LARGE, line.pos, cause, "remove the names that are not used");
+    }
     match list {
         "IO LIST" => {
             if let Some(entry) = io_line(reader, line) {

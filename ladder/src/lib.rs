@@ -2,7 +2,11 @@
 //! `ladder-compile`.
 #![forbid(unsafe_code)]
 
+mod cell;
+mod check;
+mod chips;
 mod codes;
+mod draw;
 mod head;
 mod leaf;
 mod lex;
@@ -13,7 +17,10 @@ pub mod symbols;
 mod table;
 mod write;
 
+pub use check::check;
+pub use chips::{chip_of, knows_pins, package_pin};
 pub use codes::CODES;
+pub use draw::{Cell, Drawing, draw, draw_rung};
 pub use model::*;
 pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_RUNGS, Options, Parsed, parse, parse_bytes, parse_with};
 pub use write::{element_text, write};

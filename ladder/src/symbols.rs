@@ -19,10 +19,11 @@ pub(crate) fn symbols(program: &Program) -> Vec<Symbol> {
         let kind = by_letter(&entry.name);
         found.entry(entry.name.clone()).or_insert(kind);
     }
+    let pins: BTreeMap<&str, u32> = program.io.iter().rev().map(|e| (e.name.as_str(), e.pin)).collect();
     let mut list: Vec<Symbol> = found
         .into_iter()
         .map(|(name, kind)| {
-            let pin = program.io.iter().find(|e| e.name == name).map_or(0, |e| e.pin);
+            let pin = pins.get(name.as_str()).copied().unwrap_or(0);
             Symbol { name, kind, pin }
         })
         .collect();
@@ -45,7 +46,7 @@ pub fn by_letter(name: &str) -> SymbolKind {
 /// Calls `each` for every name that `element` reads or writes, with the kind that this use gives it.
 pub fn uses(element: &Element, each: &mut dyn FnMut(&str, SymbolKind)) {
     use SymbolKind::{Adc, Counter, Timer, Variable};
-    let mut operand = |o: &Operand, each: &mut dyn FnMut(&str, SymbolKind)| {
+    let operand = |o: &Operand, each: &mut dyn FnMut(&str, SymbolKind)| {
         if let Operand::Var(name) = o {
             each(name, Variable);
         }
