@@ -1,1 +1,20 @@
-//! To come.
+//! The ATmega328P, cycle by cycle: instruction table, core, peripherals and chip data.
+//!
+//! Sources: "AVR Instruction Set Manual" (Microchip DS40002198) for instructions, "ATmega48A/PA/88A/PA/168A/PA/328/P"
+//! (DS40002061) for the chip. What is not modelled stands in QUIRKS.md.
+
+#![forbid(unsafe_code)]
+
+pub mod chips;
+pub mod isa;
+pub mod operands;
+
+mod boundary;
+mod cpu;
+mod exec;
+mod flags;
+mod predecode;
+pub mod soc;
+mod turn;
+
+pub use cpu::Avr;

@@ -1,1 +1,16 @@
-//! To come.
+//! What every emulated chip shares: the instruction table, the vocabulary of instruction bodies, the traits of cores,
+//! buses and probes, pins, images and the data of chips.
+
+#![forbid(unsafe_code)]
+
+pub mod chip;
+pub mod cpu;
+pub mod image;
+pub mod machine;
+pub mod pins;
+pub mod rng;
+pub mod table;
+
+pub use chip::{Chip, PinDef, Reg};
+pub use cpu::{Bus, Cpu, Fault, NEVER, Probe, RamInit, Reset, Stop, Wake};
+pub use pins::{Event, Level, PinId, Time};

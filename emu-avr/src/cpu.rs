@@ -1,0 +1,301 @@
+//! The machine as a value: [`Avr`].
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use emu_core::chip::Chip;
+use emu_core::cpu::{Bus, Cpu, Probe, RamInit, Reset, Stop};
+use emu_core::image::Image;
+use emu_core::pins::{Level, PinId, Time};
+use emu_core::rng::Rng;
+
+use crate::boundary::Seen;
+use crate::flags::Flags;
+use crate::isa::{Kind, PC_MASK};
+use crate::predecode::Code;
+use crate::soc::Soc;
+use crate::turn::{DATA, Hot, RAM_LEN, RAM_START, Turn};
+
+/// An AVR chip with its program. A clone is a snapshot; program memory is shared until it changes.
+#[derive(Debug, Clone)]
+pub struct Avr {
+    pub(crate) chip: &'static Chip,
+    pub(crate) hot: Hot,
+    pub(crate) data: [u8; DATA],
+    pub(crate) code: Arc<Code>,
+    pub(crate) soc: Soc,
+    pub(crate) eeprom: Arc<Vec<u8>>,
+    pub(crate) traps: Arc<BTreeSet<u32>>,
+    /// The trap that stopped the last run, to be stepped over by the next.
+    pub(crate) passing: Option<u32>,
+    /// The machine as it was one turn of a polling loop ago.
+    pub(crate) seen: Option<Seen>,
+    /// Loops that only look are jumped over.
+    pub(crate) skip: bool,
+}
+
+impl Avr {
+    /// A chip after power-up with the memories of `image`; what the image does not fill is erased (FFh) or, in RAM and
+    /// the core's registers, as `ram` says.
+    #[must_use]
+    pub fn new(chip: &'static Chip, image: &Image, ram: RamInit) -> Avr {
+        let mut flash = vec![0xFF; chip.flash as usize];
+        image.fill("flash", &mut flash);
+        let mut eeprom = vec![0xFF; usize::from(chip.eeprom)];
+        image.fill("eeprom", &mut eeprom);
+        let mut data = [0u8; DATA];
+        if let RamInit::Random(seed) = ram {
+            let mut rng = Rng::new(seed);
+            rng.fill(&mut data[..32]);
+            rng.fill(&mut data[usize::from(RAM_START)..usize::from(RAM_START + RAM_LEN)]);
+        }
+        let mut code = Code::new(chip.flash, &flash);
+        code.predecode(true);
+        let mut avr = Avr {
+            chip,
+            hot: Hot {
+                pc: 0,
+                sp: 0,
+                flags: Flags::default(),
+                end: 0,
+                left: 0,
+                instructions: 0,
+                hold_at: u64::MAX,
+                sleeping: false,
+                escape: false,
+                stop: false,
+            },
+            data,
+            code: Arc::new(code),
+            soc: Soc::new(chip),
+            eeprom: Arc::new(eeprom),
+            traps: Arc::default(),
+            passing: None,
+            seen: None,
+            skip: true,
+        };
+        avr.soc.set_clock_hz(chip.default_hz);
+        avr.reset(Reset::PowerOn);
+        avr
+    }
+
+    /// Sets the clock in Hz: how fast the watchdog's own oscillator is against it.
+    pub fn set_clock_hz(&mut self, hz: u64) {
+        self.soc.set_clock_hz(hz);
+    }
+
+    /// Turns the jumping over of polling loops on (as it is at first) or off. Results do not change, only the time taken.
+    pub fn set_skip(&mut self, on: bool) {
+        if self.skip != on {
+            self.skip = on;
+            self.seen = None;
+            let code = Arc::make_mut(&mut self.code);
+            code.predecode(on);
+            for &pc in self.traps.iter() {
+                code.ops[pc as usize].kind = Kind::Trap;
+            }
+        }
+    }
+
+    /// The chip around the core.
+    #[must_use]
+    pub fn soc(&self) -> &Soc {
+        &self.soc
+    }
+
+    /// Interrupt that would be taken at the next instruction boundary, as a vector number.
+    #[must_use]
+    pub fn pending_interrupt(&self) -> Option<u8> {
+        self.soc.pending(self.cycle())
+    }
+
+    /// The core at its boundary, ready for a burst.
+    pub(crate) fn turn<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Turn<'a, P>, &'a Code) {
+        let code: &Code = &self.code;
+        (Turn { hot: self.hot, data: &mut self.data, flash: &code.bytes, bus: &mut self.soc, probe }, code)
+    }
+
+    /// The outside changed the machine: what was seen of a loop no longer counts.
+    fn touched(&mut self) {
+        self.seen = None;
+        self.hot.force();
+    }
+}
+
+impl Cpu for Avr {
+    fn chip(&self) -> &'static Chip {
+        self.chip
+    }
+
+    fn clocks_per_cycle(&self) -> u32 {
+        1
+    }
+
+    fn reset(&mut self, why: Reset) {
+        self.hot.force();
+        let now = self.hot.now();
+        self.hot = Hot {
+            pc: 0,
+            sp: self.chip.ram_start + self.chip.ram_len - 1,
+            flags: Flags::unpack(0),
+            hold_at: u64::MAX,
+            sleeping: false,
+            escape: false,
+            stop: false,
+            ..self.hot
+        };
+        self.passing = None;
+        self.seen = None;
+        self.soc.reset(why, now);
+    }
+
+    fn cycle(&self) -> u64 {
+        self.hot.now()
+    }
+
+    fn instructions(&self) -> u64 {
+        self.hot.instructions
+    }
+
+    fn pc(&self) -> u32 {
+        self.hot.pc & PC_MASK
+    }
+
+    fn set_pc(&mut self, pc: u32) {
+        self.hot.pc = pc & PC_MASK;
+        self.passing = None;
+        self.touched();
+    }
+
+    fn reg(&self, name: &str) -> Option<u32> {
+        Some(match register(name)? {
+            Register::General(n) => u32::from(self.data[n]),
+            Register::Sreg => u32::from(self.hot.flags.pack()),
+            Register::Sp => u32::from(self.hot.sp),
+            Register::Pc => self.pc(),
+        })
+    }
+
+    fn set_reg(&mut self, name: &str, value: u32) -> bool {
+        match register(name) {
+            Some(Register::General(n)) => self.data[n] = value as u8,
+            Some(Register::Sreg) => self.hot.flags = Flags::unpack(value as u8),
+            Some(Register::Sp) => self.hot.sp = value as u16,
+            Some(Register::Pc) => self.set_pc(value),
+            None => return false,
+        }
+        self.touched();
+        true
+    }
+
+    fn peek(&self, space: &str, addr: u32) -> Option<u8> {
+        let at = addr as usize;
+        match space {
+            "data" => Some(match addr {
+                0x5D => self.hot.sp as u8,
+                0x5E => (self.hot.sp >> 8) as u8,
+                0x5F => self.hot.flags.pack(),
+                0x20..=0xFF => self.soc.peek(addr as u16, self.cycle()),
+                _ if at < usize::from(RAM_START + RAM_LEN) => self.data[at],
+                _ => return None,
+            }),
+            "flash" => self.code.bytes.get(at).copied(),
+            "eeprom" => self.eeprom.get(at).copied(),
+            _ => None,
+        }
+    }
+
+    fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool {
+        let at = addr as usize;
+        match space {
+            "data" => match addr {
+                0x5D => self.hot.sp = self.hot.sp & 0xFF00 | u16::from(value),
+                0x5E => self.hot.sp = self.hot.sp & 0x00FF | u16::from(value) << 8,
+                0x5F => self.hot.flags = Flags::unpack(value),
+                0x20..=0xFF => {
+                    let now = self.cycle();
+                    self.soc.write(addr as u16, value, now);
+                }
+                _ if at < usize::from(RAM_START + RAM_LEN) => self.data[at] = value,
+                _ => return false,
+            },
+            "flash" if at < self.code.bytes.len() => {
+                let (skip, traps) = (self.skip, self.traps.clone());
+                let code = Arc::make_mut(&mut self.code);
+                code.bytes[at] = value;
+                // The byte may belong to an instruction up to two words back, or be skipped over by one before that; a
+                // polling loop that holds it may end up to eight words ahead.
+                let pc = (at / 2) as u32;
+                for pc in pc.saturating_sub(3)..(pc + 12).min(PC_MASK + 1) {
+                    code.ops[pc as usize] = code.op_at(pc, skip);
+                    if traps.contains(&pc) {
+                        code.ops[pc as usize].kind = Kind::Trap;
+                    }
+                }
+            }
+            "eeprom" if at < self.eeprom.len() => Arc::make_mut(&mut self.eeprom)[at] = value,
+            _ => return false,
+        }
+        self.touched();
+        true
+    }
+
+    fn trap(&mut self, pc: u32, on: bool) {
+        let pc = pc & PC_MASK;
+        let traps = Arc::make_mut(&mut self.traps);
+        let changed = if on { traps.insert(pc) } else { traps.remove(&pc) };
+        if changed {
+            self.passing = self.passing.filter(|&p| on || p != pc);
+            let code = Arc::make_mut(&mut self.code);
+            code.ops[pc as usize] = code.op_at(pc, self.skip);
+            if on {
+                code.ops[pc as usize].kind = Kind::Trap;
+            }
+        }
+    }
+
+    fn level(&self, pin: PinId) -> Level {
+        self.soc.level(pin)
+    }
+
+    fn drive(&mut self, at: Time, pin: PinId, level: Level) {
+        let now = self.cycle();
+        self.soc.drive(at.cycle, now, pin, level);
+        self.touched();
+    }
+
+    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
+        self.soc.log(P::EVENTS);
+        loop {
+            if let Some(stop) = self.boundary(until, probe) {
+                return stop;
+            }
+            let (turn, code) = self.turn(probe);
+            self.hot = turn.burst(&code.ops);
+        }
+    }
+
+    fn step<P: Probe>(&mut self, probe: &mut P) -> Stop {
+        let until = if self.hot.sleeping { self.soc.fire(self.cycle()).max(self.cycle() + 1) } else { self.cycle() + 1 };
+        self.run(until, probe)
+    }
+}
+
+enum Register {
+    General(usize),
+    Sreg,
+    Sp,
+    Pc,
+}
+
+fn register(name: &str) -> Option<Register> {
+    match name.to_ascii_lowercase().as_str() {
+        "sreg" => Some(Register::Sreg),
+        "sp" => Some(Register::Sp),
+        "pc" => Some(Register::Pc),
+        other => {
+            let number: usize = other.strip_prefix('r')?.parse().ok()?;
+            (number < 32 && !other.starts_with("r0") | (other == "r0")).then_some(Register::General(number))
+        }
+    }
+}

@@ -1,0 +1,343 @@
+//! Bodies of the AVR instructions, one per meaning, in the order of the table.
+//!
+//! Source: AVR Instruction Set Manual DS40002198, section 5. Flag formulas are its boolean formulas computed on all eight
+//! bits at once: bit 7 of `carries` is C, bit 3 is H.
+
+use emu_core::machine::{Machine, WideOps, WordOps};
+
+use crate::flags::Flag;
+use crate::operands::{A, B, D16, K, R, Rel, Rh, Rp, Rw, Skip};
+
+/// Number of the lower register of the pointer X.
+pub const X: u8 = 26;
+/// Number of the lower register of the pointer Y.
+pub const Y: u8 = 28;
+/// Number of the lower register of the pointer Z.
+pub const Z: u8 = 30;
+
+/// What AVR bodies need beyond [`Machine`]. Accesses fall in the last cycle charged so far.
+pub trait AvrMachine: Machine {
+    /// A register.
+    fn reg(&self, r: u8) -> Self::Word;
+    /// Writes a register.
+    fn set_reg(&mut self, r: u8, value: Self::Word);
+    /// A flag.
+    fn flag(&self, flag: Flag) -> Self::Bit;
+    /// Writes one flag alone; I set to 1 holds interrupts for one instruction.
+    fn set_flag(&mut self, flag: Flag, value: Self::Bit);
+    /// Writes a flag that is known while the table compiles.
+    fn force_flag(&mut self, flag: Flag, on: bool);
+    /// The carry as a word, 0 or 1.
+    fn carry(&self) -> Self::Word;
+    /// A word that is zero exactly when Z is set.
+    fn not_zero(&self) -> Self::Word;
+    /// C := bit 7.
+    fn set_c(&mut self, carries: Self::Word);
+    /// H := bit 3.
+    fn set_h(&mut self, carries: Self::Word);
+    /// Z := word is zero.
+    fn set_z(&mut self, word: Self::Word);
+    /// N := bit 7 of `n`, Z := `z` is zero, V := bit 7 of `v`, S := N xor V.
+    fn set_nzv(&mut self, n: Self::Word, z: Self::Word, v: Self::Word);
+    /// Reads data memory.
+    fn load(&mut self, addr: Self::Wide) -> Self::Word;
+    /// Writes data memory.
+    fn store(&mut self, addr: Self::Wide, value: Self::Word);
+    /// Reads an I/O register, 0 to 63.
+    fn io_read(&mut self, a: u8) -> Self::Word;
+    /// Writes an I/O register, 0 to 63.
+    fn io_write(&mut self, a: u8, value: Self::Word);
+    /// Writes one bit of an I/O register, 0 to 31.
+    fn io_write_bit(&mut self, a: u8, b: u8, on: bool);
+    /// Reads a byte of program memory.
+    fn code_byte(&mut self, addr: Self::Wide) -> Self::Word;
+    /// The stack pointer.
+    fn sp(&self) -> Self::Wide;
+    /// Writes the stack pointer.
+    fn set_sp(&mut self, sp: Self::Wide);
+    /// Word address of the next instruction.
+    fn next_pc(&self) -> Self::Wide;
+    /// Goes to sleep if SMCR allows it.
+    fn sleep(&mut self);
+    /// Restarts the watchdog.
+    fn clear_watchdog(&mut self);
+}
+
+macro_rules! bodies {
+    ($( $(#[doc = $doc:literal])* fn $name:ident($m:ident $(, $arg:ident : $type:ty)*) $body:block )*) => { $(
+        $(#[doc = $doc])*
+        #[inline(always)]
+        pub fn $name<M: AvrMachine>($m: &mut M $(, $arg: $type)*) $body
+    )* };
+}
+
+/// A pointer or pair register.
+#[inline(always)]
+fn pair<M: AvrMachine>(m: &M, low: u8) -> M::Wide {
+    M::Wide::join(m.reg(low | 1), m.reg(low))
+}
+
+#[inline(always)]
+fn set_pair<M: AvrMachine>(m: &mut M, low: u8, value: M::Wide) {
+    m.set_reg(low, value.lo());
+    m.set_reg(low | 1, value.hi());
+}
+
+/// `a + b + carry`, with all flags of an addition.
+#[inline(always)]
+fn sum<M: AvrMachine>(m: &mut M, a: M::Word, b: M::Word, carry: M::Word) -> M::Word {
+    let s = a + b + carry;
+    let carries = (a & b) | (!s & (a | b));
+    m.set_c(carries);
+    m.set_h(carries);
+    m.set_nzv(s, s, (a ^ s) & (b ^ s));
+    s
+}
+
+/// `a - b - borrow`, with all flags of a subtraction; `z` is or-ed into what decides Z.
+#[inline(always)]
+fn difference<M: AvrMachine>(m: &mut M, a: M::Word, b: M::Word, borrow: M::Word, z: M::Word) -> M::Word {
+    let s = a - b - borrow;
+    let borrows = (!a & b) | (s & (!a | b));
+    m.set_c(borrows);
+    m.set_h(borrows);
+    m.set_nzv(s, s | z, (a ^ b) & (a ^ s));
+    s
+}
+
+/// Flags of a logic result: V is clear.
+#[inline(always)]
+fn logic<M: AvrMachine>(m: &mut M, d: u8, s: M::Word) {
+    m.set_nzv(s, s, M::Word::from(0));
+    m.set_reg(d, s);
+}
+
+/// Flags of a right shift of `a` to `s`: C is the bit shifted out, V is N xor C.
+#[inline(always)]
+fn shifted<M: AvrMachine>(m: &mut M, d: R, a: M::Word, s: M::Word) {
+    let out = a << 7;
+    m.set_c(out);
+    m.set_nzv(s, s, s ^ out);
+    m.set_reg(d.0, s);
+}
+
+#[inline(always)]
+fn push_word<M: AvrMachine>(m: &mut M, value: M::Word) {
+    let sp = m.sp();
+    m.store(sp, value);
+    m.set_sp(sp - M::Wide::from(1));
+}
+
+#[inline(always)]
+fn pop_word<M: AvrMachine>(m: &mut M) -> M::Word {
+    let sp = m.sp() + M::Wide::from(1);
+    m.set_sp(sp);
+    m.load(sp)
+}
+
+/// Pushes the address of the next instruction, low byte first (manual: CALL, "the return address is stored").
+#[inline(always)]
+pub fn push_pc<M: AvrMachine>(m: &mut M) {
+    let pc = m.next_pc();
+    push_word(m, pc.lo());
+    push_word(m, pc.hi());
+}
+
+bodies! {
+    fn add(m, d: R, r: R) {
+        let (a, b) = (m.reg(d.0), m.reg(r.0));
+        let s = sum(m, a, b, M::Word::from(0));
+        m.set_reg(d.0, s);
+    }
+    fn adc(m, d: R, r: R) {
+        let (a, b, c) = (m.reg(d.0), m.reg(r.0), m.carry());
+        let s = sum(m, a, b, c);
+        m.set_reg(d.0, s);
+    }
+    fn adiw(m, d: Rw, k: K) {
+        let a = pair(m, d.0);
+        let s = a + M::Wide::from(u16::from(k.0));
+        m.set_c(a.hi() & !s.hi());
+        m.set_nzv(s.hi(), s.hi() | s.lo(), s.hi() & !a.hi());
+        set_pair(m, d.0, s);
+    }
+    fn sub(m, d: R, r: R) {
+        let (a, b) = (m.reg(d.0), m.reg(r.0));
+        let s = difference(m, a, b, M::Word::from(0), M::Word::from(0));
+        m.set_reg(d.0, s);
+    }
+    fn subi(m, d: Rh, k: K) {
+        let a = m.reg(d.0);
+        let s = difference(m, a, M::Word::from(k.0), M::Word::from(0), M::Word::from(0));
+        m.set_reg(d.0, s);
+    }
+    fn sbc(m, d: R, r: R) {
+        let (a, b, c, z) = (m.reg(d.0), m.reg(r.0), m.carry(), m.not_zero());
+        let s = difference(m, a, b, c, z);
+        m.set_reg(d.0, s);
+    }
+    fn sbci(m, d: Rh, k: K) {
+        let (a, c, z) = (m.reg(d.0), m.carry(), m.not_zero());
+        let s = difference(m, a, M::Word::from(k.0), c, z);
+        m.set_reg(d.0, s);
+    }
+    fn sbiw(m, d: Rw, k: K) {
+        let a = pair(m, d.0);
+        let s = a - M::Wide::from(u16::from(k.0));
+        m.set_c(s.hi() & !a.hi());
+        m.set_nzv(s.hi(), s.hi() | s.lo(), a.hi() & !s.hi());
+        set_pair(m, d.0, s);
+    }
+    fn and(m, d: R, r: R) { let s = m.reg(d.0) & m.reg(r.0); logic(m, d.0, s); }
+    fn andi(m, d: Rh, k: K) { let s = m.reg(d.0) & M::Word::from(k.0); logic(m, d.0, s); }
+    fn or(m, d: R, r: R) { let s = m.reg(d.0) | m.reg(r.0); logic(m, d.0, s); }
+    fn ori(m, d: Rh, k: K) { let s = m.reg(d.0) | M::Word::from(k.0); logic(m, d.0, s); }
+    fn eor(m, d: R, r: R) { let s = m.reg(d.0) ^ m.reg(r.0); logic(m, d.0, s); }
+    fn com(m, d: R) {
+        let s = !m.reg(d.0);
+        m.set_c(M::Word::from(0x80));
+        logic(m, d.0, s);
+    }
+    fn neg(m, d: R) {
+        let b = m.reg(d.0);
+        let s = difference(m, M::Word::from(0), b, M::Word::from(0), M::Word::from(0));
+        m.set_reg(d.0, s);
+    }
+    fn inc(m, d: R) {
+        let a = m.reg(d.0);
+        let s = a + M::Word::from(1);
+        m.set_nzv(s, s, s & !a);
+        m.set_reg(d.0, s);
+    }
+    fn dec(m, d: R) {
+        let a = m.reg(d.0);
+        let s = a - M::Word::from(1);
+        m.set_nzv(s, s, a & !s);
+        m.set_reg(d.0, s);
+    }
+    fn mul(m, d: R, r: R) {
+        let p = M::Wide::mul(m.reg(d.0), m.reg(r.0));
+        m.set_c(p.hi());
+        m.set_z(p.hi() | p.lo());
+        set_pair(m, 0, p);
+    }
+    /// The signed and fractional products. A signed factor below 0 counts 256 too much for each unit of the other one;
+    /// a fractional product is shifted left by one, C being the bit before the shift.
+    fn muls(m, d: u8, r: u8, d_signed: bool, r_signed: bool, shift: u8) {
+        let (a, b) = (m.reg(d), m.reg(r));
+        let zero = M::Word::from(0);
+        let minus = |on: bool, sign: M::Word, other: M::Word| if on { (zero - (sign >> 7)) & other } else { zero };
+        let high = minus(d_signed, a, b) + minus(r_signed, b, a);
+        let p = M::Wide::mul(a, b) - M::Wide::join(high, zero);
+        m.set_c(p.hi());
+        let p = if shift == 1 { p + p } else { p };
+        m.set_z(p.hi() | p.lo());
+        set_pair(m, 0, p);
+    }
+    fn jmp(m, k: u16) { m.jump(u32::from(k)); }
+    fn ijmp(m) { let z = pair(m, Z); m.goto(z); }
+    fn call(m, k: u16) { push_pc(m); m.jump(u32::from(k)); }
+    fn icall(m) { let z = pair(m, Z); push_pc(m); m.goto(z); }
+    fn ret(m) {
+        let hi = pop_word(m);
+        let lo = pop_word(m);
+        m.goto(M::Wide::join(hi, lo));
+    }
+    fn reti(m) { ret(m); m.force_flag(Flag::I, true); }
+    fn cpse(m, d: R, r: R, n: Skip) {
+        let equal = (m.reg(d.0) ^ m.reg(r.0)).is_zero();
+        m.charge(1);
+        m.skip_if(equal, u32::from(n.0));
+    }
+    fn cp(m, d: R, r: R) {
+        let (a, b) = (m.reg(d.0), m.reg(r.0));
+        difference(m, a, b, M::Word::from(0), M::Word::from(0));
+    }
+    fn cpc(m, d: R, r: R) {
+        let (a, b, c, z) = (m.reg(d.0), m.reg(r.0), m.carry(), m.not_zero());
+        difference(m, a, b, c, z);
+    }
+    fn cpi(m, d: Rh, k: K) {
+        let a = m.reg(d.0);
+        difference(m, a, M::Word::from(k.0), M::Word::from(0), M::Word::from(0));
+    }
+    fn sbr(m, r: R, b: B, n: Skip, on: bool) {
+        let bit = m.reg(r.0).bit(b.0);
+        m.charge(1);
+        m.skip_if(if on { bit } else { !bit }, u32::from(n.0));
+    }
+    fn sbi_skip(m, a: A, b: B, n: Skip, on: bool) {
+        m.charge(1);
+        let bit = m.io_read(a.0).bit(b.0);
+        m.skip_if(if on { bit } else { !bit }, u32::from(n.0));
+    }
+    fn br(m, flag: Flag, on: bool, k: Rel) {
+        let bit = m.flag(flag);
+        m.charge(1);
+        m.branch_if(if on { bit } else { !bit }, u32::from(k.0));
+    }
+    fn io_bit(m, a: A, b: B, on: bool) { m.io_write_bit(a.0, b.0, on); }
+    fn lsr(m, d: R) { let a = m.reg(d.0); shifted(m, d, a, a >> 1); }
+    fn ror(m, d: R) { let a = m.reg(d.0); let s = (a >> 1) | (m.carry() << 7); shifted(m, d, a, s); }
+    fn asr(m, d: R) { let a = m.reg(d.0); shifted(m, d, a, (a >> 1) | (a & M::Word::from(0x80))); }
+    fn swap(m, d: R) { let a = m.reg(d.0); m.set_reg(d.0, (a << 4) | (a >> 4)); }
+    fn flag(m, flag: Flag, on: bool) { m.force_flag(flag, on); }
+    fn bst(m, d: R, b: B) { let bit = m.reg(d.0).bit(b.0); m.set_flag(Flag::T, bit); }
+    fn bld(m, d: R, b: B) { let s = m.reg(d.0).with_bit(b.0, m.flag(Flag::T)); m.set_reg(d.0, s); }
+    fn mov(m, d: R, r: R) { let s = m.reg(r.0); m.set_reg(d.0, s); }
+    fn movw(m, d: Rp, r: Rp) { let s = pair(m, r.0); set_pair(m, d.0, s); }
+    fn ldi(m, d: Rh, k: K) { m.set_reg(d.0, M::Word::from(k.0)); }
+    fn ld(m, d: R, p: u8, q: u8) {
+        let addr = pair(m, p) + M::Wide::from(u16::from(q));
+        let s = m.load(addr);
+        m.set_reg(d.0, s);
+    }
+    /// The pointer is counted before the register is written: `ld r26, X+` leaves the byte loaded (undefined by the manual).
+    fn ld_inc(m, d: R, p: u8) {
+        let addr = pair(m, p);
+        let s = m.load(addr);
+        set_pair(m, p, addr + M::Wide::from(1));
+        m.set_reg(d.0, s);
+    }
+    fn ld_dec(m, d: R, p: u8) {
+        let addr = pair(m, p) - M::Wide::from(1);
+        let s = m.load(addr);
+        set_pair(m, p, addr);
+        m.set_reg(d.0, s);
+    }
+    fn lds(m, d: R, k: D16) { let s = m.load(M::Wide::from(k.0)); m.set_reg(d.0, s); }
+    fn st(m, p: u8, q: u8, r: R) {
+        let (addr, s) = (pair(m, p) + M::Wide::from(u16::from(q)), m.reg(r.0));
+        m.store(addr, s);
+    }
+    /// The byte stored is the register's before the pointer counts: `st X+, r26` stores the old value (undefined by the manual).
+    /// The pointer is written first, so that a store onto itself wins.
+    fn st_inc(m, p: u8, r: R) {
+        let (addr, s) = (pair(m, p), m.reg(r.0));
+        set_pair(m, p, addr + M::Wide::from(1));
+        m.store(addr, s);
+    }
+    fn st_dec(m, p: u8, r: R) {
+        let (addr, s) = (pair(m, p) - M::Wide::from(1), m.reg(r.0));
+        set_pair(m, p, addr);
+        m.store(addr, s);
+    }
+    fn sts(m, k: D16, r: R) { let s = m.reg(r.0); m.store(M::Wide::from(k.0), s); }
+    fn lpm(m, d: R, inc: bool) {
+        let z = pair(m, Z);
+        let s = m.code_byte(z);
+        if inc {
+            set_pair(m, Z, z + M::Wide::from(1));
+        }
+        m.set_reg(d.0, s);
+    }
+    /// Never runs: predecode makes a fault of it.
+    fn spm(_m) {}
+    fn in_(m, d: R, a: A) { let s = m.io_read(a.0); m.set_reg(d.0, s); }
+    fn out(m, a: A, r: R) { let s = m.reg(r.0); m.io_write(a.0, s); }
+    fn push(m, r: R) { let s = m.reg(r.0); push_word(m, s); }
+    fn pop(m, d: R) { let s = pop_word(m); m.set_reg(d.0, s); }
+    fn nop(_m) {}
+    fn sleep(m) { m.sleep(); }
+    fn wdr(m) { m.clear_watchdog(); }
+}

@@ -1,0 +1,373 @@
+//! THE table of AVR instructions, and what is read off it.
+//!
+//! Order of rows: the instruction set manual's groups (arithmetic and logic, branches, bits, data transfer, control).
+
+use emu_core::table::{Alias, AsmError, EncodeError, Line, Op, Row, Site, assemble as assemble_line, disassemble as disassemble_line, find};
+
+use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
+
+/// Hands every row to `callback!`, after the tokens of `{ .. }`. Columns: name, mnemonic, syntax, pattern, operands, cycles
+/// (`/` between outcomes), flags written, body.
+#[rustfmt::skip]
+macro_rules! avr_table {
+    ($callback:path { $($head:tt)* }) => { $callback! { $($head)* 16; extra {
+        /// No row matches: stops the run.
+        Illegal,
+        /// A breakpoint stands here.
+        Trap,
+        /// Closes a loop that may repeat without changing anything.
+        Poll,
+    }
+    // Arithmetic and logic.
+    /// Add without carry.
+    Add    "add"    "d, r"   "0000 11rd dddd rrrr" (d: R, r: R)           "1"     "HSVNZC"   => add(d, r);
+    /// Add with carry.
+    Adc    "adc"    "d, r"   "0001 11rd dddd rrrr" (d: R, r: R)           "1"     "HSVNZC"   => adc(d, r);
+    /// Add constant to pair.
+    Adiw   "adiw"   "d, k"   "1001 0110 kkdd kkkk" (d: Rw, k: K)          "2"     "SVNZC"    => adiw(d, k);
+    /// Subtract without carry.
+    Sub    "sub"    "d, r"   "0001 10rd dddd rrrr" (d: R, r: R)           "1"     "HSVNZC"   => sub(d, r);
+    /// Subtract constant.
+    Subi   "subi"   "d, k"   "0101 kkkk dddd kkkk" (d: Rh, k: K)          "1"     "HSVNZC"   => subi(d, k);
+    /// Subtract with carry.
+    Sbc    "sbc"    "d, r"   "0000 10rd dddd rrrr" (d: R, r: R)           "1"     "HSVNZC"   => sbc(d, r);
+    /// Subtract constant with carry.
+    Sbci   "sbci"   "d, k"   "0100 kkkk dddd kkkk" (d: Rh, k: K)          "1"     "HSVNZC"   => sbci(d, k);
+    /// Subtract constant from pair.
+    Sbiw   "sbiw"   "d, k"   "1001 0111 kkdd kkkk" (d: Rw, k: K)          "2"     "SVNZC"    => sbiw(d, k);
+    /// And.
+    And    "and"    "d, r"   "0010 00rd dddd rrrr" (d: R, r: R)           "1"     "SVNZ"     => and(d, r);
+    /// And with constant.
+    Andi   "andi"   "d, k"   "0111 kkkk dddd kkkk" (d: Rh, k: K)          "1"     "SVNZ"     => andi(d, k);
+    /// Or.
+    Or     "or"     "d, r"   "0010 10rd dddd rrrr" (d: R, r: R)           "1"     "SVNZ"     => or(d, r);
+    /// Or with constant.
+    Ori    "ori"    "d, k"   "0110 kkkk dddd kkkk" (d: Rh, k: K)          "1"     "SVNZ"     => ori(d, k);
+    /// Exclusive or.
+    Eor    "eor"    "d, r"   "0010 01rd dddd rrrr" (d: R, r: R)           "1"     "SVNZ"     => eor(d, r);
+    /// One's complement.
+    Com    "com"    "d"      "1001 010d dddd 0000" (d: R)                 "1"     "SVNZC"    => com(d);
+    /// Two's complement.
+    Neg    "neg"    "d"      "1001 010d dddd 0001" (d: R)                 "1"     "HSVNZC"   => neg(d);
+    /// Increment.
+    Inc    "inc"    "d"      "1001 010d dddd 0011" (d: R)                 "1"     "SVNZ"     => inc(d);
+    /// Decrement.
+    Dec    "dec"    "d"      "1001 010d dddd 1010" (d: R)                 "1"     "SVNZ"     => dec(d);
+    /// Multiply unsigned.
+    Mul    "mul"    "d, r"   "1001 11rd dddd rrrr" (d: R, r: R)           "2"     "ZC"       => mul(d, r);
+    /// Multiply signed.
+    Muls   "muls"   "d, r"   "0000 0010 dddd rrrr" (d: Rh, r: Rh)         "2"     "ZC"       => muls(d.0, r.0, true, true, 0);
+    /// Multiply signed with unsigned.
+    Mulsu  "mulsu"  "d, r"   "0000 0011 0ddd 0rrr" (d: Rm, r: Rm)         "2"     "ZC"       => muls(d.0, r.0, true, false, 0);
+    /// Fractional multiply unsigned.
+    Fmul   "fmul"   "d, r"   "0000 0011 0ddd 1rrr" (d: Rm, r: Rm)         "2"     "ZC"       => muls(d.0, r.0, false, false, 1);
+    /// Fractional multiply signed.
+    Fmuls  "fmuls"  "d, r"   "0000 0011 1ddd 0rrr" (d: Rm, r: Rm)         "2"     "ZC"       => muls(d.0, r.0, true, true, 1);
+    /// Fractional multiply signed with unsigned.
+    Fmulsu "fmulsu" "d, r"   "0000 0011 1ddd 1rrr" (d: Rm, r: Rm)         "2"     "ZC"       => muls(d.0, r.0, true, false, 1);
+    // Branches.
+    /// Relative jump.
+    Rjmp   "rjmp"   "k"      "1100 kkkk kkkk kkkk" (k: Rel)               "2"     ""         => jmp(k.0);
+    /// Indirect jump to Z.
+    Ijmp   "ijmp"   ""       "1001 0100 0000 1001" ()                     "2"     ""         => ijmp();
+    /// Jump.
+    Jmp    "jmp"    "k"      "1001 010k kkkk 110k kkkk kkkk kkkk kkkk" (k: Abs) "3" ""       => jmp(k.0);
+    /// Relative call.
+    Rcall  "rcall"  "k"      "1101 kkkk kkkk kkkk" (k: Rel)               "3"     ""         => call(k.0);
+    /// Indirect call to Z.
+    Icall  "icall"  ""       "1001 0101 0000 1001" ()                     "3"     ""         => icall();
+    /// Call.
+    Call   "call"   "k"      "1001 010k kkkk 111k kkkk kkkk kkkk kkkk" (k: Abs) "4" ""       => call(k.0);
+    /// Return.
+    Ret    "ret"    ""       "1001 0101 0000 1000" ()                     "4"     ""         => ret();
+    /// Return from interrupt.
+    Reti   "reti"   ""       "1001 0101 0001 1000" ()                     "4"     "I"        => reti();
+    /// Compare, skip if equal.
+    Cpse   "cpse"   "d, r"   "0001 00rd dddd rrrr" (d: R, r: R, n: Skip)  "1/2/3" ""         => cpse(d, r, n);
+    /// Compare.
+    Cp     "cp"     "d, r"   "0001 01rd dddd rrrr" (d: R, r: R)           "1"     "HSVNZC"   => cp(d, r);
+    /// Compare with carry.
+    Cpc    "cpc"    "d, r"   "0000 01rd dddd rrrr" (d: R, r: R)           "1"     "HSVNZC"   => cpc(d, r);
+    /// Compare with constant.
+    Cpi    "cpi"    "d, k"   "0011 kkkk dddd kkkk" (d: Rh, k: K)          "1"     "HSVNZC"   => cpi(d, k);
+    /// Skip if bit in register is clear.
+    Sbrc   "sbrc"   "r, b"   "1111 110r rrrr 0bbb" (r: R, b: B, n: Skip)  "1/2/3" ""         => sbr(r, b, n, false);
+    /// Skip if bit in register is set.
+    Sbrs   "sbrs"   "r, b"   "1111 111r rrrr 0bbb" (r: R, b: B, n: Skip)  "1/2/3" ""         => sbr(r, b, n, true);
+    /// Skip if bit in I/O register is clear.
+    Sbic   "sbic"   "a, b"   "1001 1001 aaaa abbb" (a: A, b: B, n: Skip)  "1/2/3" ""         => sbi_skip(a, b, n, false);
+    /// Skip if bit in I/O register is set.
+    Sbis   "sbis"   "a, b"   "1001 1011 aaaa abbb" (a: A, b: B, n: Skip)  "1/2/3" ""         => sbi_skip(a, b, n, true);
+    /// Branch if carry is set (also: lower).
+    Brcs   "brcs"   "k"      "1111 00kk kkkk k000" (k: Rel)               "1/2"   ""         => br(Flag::C, true, k);
+    /// Branch if zero is set (equal).
+    Breq   "breq"   "k"      "1111 00kk kkkk k001" (k: Rel)               "1/2"   ""         => br(Flag::Z, true, k);
+    /// Branch if negative is set (minus).
+    Brmi   "brmi"   "k"      "1111 00kk kkkk k010" (k: Rel)               "1/2"   ""         => br(Flag::N, true, k);
+    /// Branch if overflow is set.
+    Brvs   "brvs"   "k"      "1111 00kk kkkk k011" (k: Rel)               "1/2"   ""         => br(Flag::V, true, k);
+    /// Branch if sign is set (less than, signed).
+    Brlt   "brlt"   "k"      "1111 00kk kkkk k100" (k: Rel)               "1/2"   ""         => br(Flag::S, true, k);
+    /// Branch if half carry is set.
+    Brhs   "brhs"   "k"      "1111 00kk kkkk k101" (k: Rel)               "1/2"   ""         => br(Flag::H, true, k);
+    /// Branch if T is set.
+    Brts   "brts"   "k"      "1111 00kk kkkk k110" (k: Rel)               "1/2"   ""         => br(Flag::T, true, k);
+    /// Branch if interrupts are enabled.
+    Brie   "brie"   "k"      "1111 00kk kkkk k111" (k: Rel)               "1/2"   ""         => br(Flag::I, true, k);
+    /// Branch if carry is clear (also: same or higher).
+    Brcc   "brcc"   "k"      "1111 01kk kkkk k000" (k: Rel)               "1/2"   ""         => br(Flag::C, false, k);
+    /// Branch if zero is clear (not equal).
+    Brne   "brne"   "k"      "1111 01kk kkkk k001" (k: Rel)               "1/2"   ""         => br(Flag::Z, false, k);
+    /// Branch if negative is clear (plus).
+    Brpl   "brpl"   "k"      "1111 01kk kkkk k010" (k: Rel)               "1/2"   ""         => br(Flag::N, false, k);
+    /// Branch if overflow is clear.
+    Brvc   "brvc"   "k"      "1111 01kk kkkk k011" (k: Rel)               "1/2"   ""         => br(Flag::V, false, k);
+    /// Branch if sign is clear (greater or equal, signed).
+    Brge   "brge"   "k"      "1111 01kk kkkk k100" (k: Rel)               "1/2"   ""         => br(Flag::S, false, k);
+    /// Branch if half carry is clear.
+    Brhc   "brhc"   "k"      "1111 01kk kkkk k101" (k: Rel)               "1/2"   ""         => br(Flag::H, false, k);
+    /// Branch if T is clear.
+    Brtc   "brtc"   "k"      "1111 01kk kkkk k110" (k: Rel)               "1/2"   ""         => br(Flag::T, false, k);
+    /// Branch if interrupts are disabled.
+    Brid   "brid"   "k"      "1111 01kk kkkk k111" (k: Rel)               "1/2"   ""         => br(Flag::I, false, k);
+    // Bits.
+    /// Set bit in I/O register.
+    Sbi    "sbi"    "a, b"   "1001 1010 aaaa abbb" (a: A, b: B)           "2"     ""         => io_bit(a, b, true);
+    /// Clear bit in I/O register.
+    Cbi    "cbi"    "a, b"   "1001 1000 aaaa abbb" (a: A, b: B)           "2"     ""         => io_bit(a, b, false);
+    /// Logical shift right.
+    Lsr    "lsr"    "d"      "1001 010d dddd 0110" (d: R)                 "1"     "SVNZC"    => lsr(d);
+    /// Rotate right through carry.
+    Ror    "ror"    "d"      "1001 010d dddd 0111" (d: R)                 "1"     "SVNZC"    => ror(d);
+    /// Arithmetic shift right.
+    Asr    "asr"    "d"      "1001 010d dddd 0101" (d: R)                 "1"     "SVNZC"    => asr(d);
+    /// Swap nibbles.
+    Swap   "swap"   "d"      "1001 010d dddd 0010" (d: R)                 "1"     ""         => swap(d);
+    /// Set carry.
+    Sec    "sec"    ""       "1001 0100 0000 1000" ()                     "1"     "C"        => flag(Flag::C, true);
+    /// Set zero.
+    Sez    "sez"    ""       "1001 0100 0001 1000" ()                     "1"     "Z"        => flag(Flag::Z, true);
+    /// Set negative.
+    Sen    "sen"    ""       "1001 0100 0010 1000" ()                     "1"     "N"        => flag(Flag::N, true);
+    /// Set overflow.
+    Sev    "sev"    ""       "1001 0100 0011 1000" ()                     "1"     "V"        => flag(Flag::V, true);
+    /// Set sign.
+    Ses    "ses"    ""       "1001 0100 0100 1000" ()                     "1"     "S"        => flag(Flag::S, true);
+    /// Set half carry.
+    Seh    "seh"    ""       "1001 0100 0101 1000" ()                     "1"     "H"        => flag(Flag::H, true);
+    /// Set T.
+    Set    "set"    ""       "1001 0100 0110 1000" ()                     "1"     "T"        => flag(Flag::T, true);
+    /// Enable interrupts, from after the next instruction.
+    Sei    "sei"    ""       "1001 0100 0111 1000" ()                     "1"     "I"        => flag(Flag::I, true);
+    /// Clear carry.
+    Clc    "clc"    ""       "1001 0100 1000 1000" ()                     "1"     "C"        => flag(Flag::C, false);
+    /// Clear zero.
+    Clz    "clz"    ""       "1001 0100 1001 1000" ()                     "1"     "Z"        => flag(Flag::Z, false);
+    /// Clear negative.
+    Cln    "cln"    ""       "1001 0100 1010 1000" ()                     "1"     "N"        => flag(Flag::N, false);
+    /// Clear overflow.
+    Clv    "clv"    ""       "1001 0100 1011 1000" ()                     "1"     "V"        => flag(Flag::V, false);
+    /// Clear sign.
+    Cls    "cls"    ""       "1001 0100 1100 1000" ()                     "1"     "S"        => flag(Flag::S, false);
+    /// Clear half carry.
+    Clh    "clh"    ""       "1001 0100 1101 1000" ()                     "1"     "H"        => flag(Flag::H, false);
+    /// Clear T.
+    Clt    "clt"    ""       "1001 0100 1110 1000" ()                     "1"     "T"        => flag(Flag::T, false);
+    /// Disable interrupts.
+    Cli    "cli"    ""       "1001 0100 1111 1000" ()                     "1"     "I"        => flag(Flag::I, false);
+    /// Bit of register to T.
+    Bst    "bst"    "d, b"   "1111 101d dddd 0bbb" (d: R, b: B)           "1"     "T"        => bst(d, b);
+    /// T to bit of register.
+    Bld    "bld"    "d, b"   "1111 100d dddd 0bbb" (d: R, b: B)           "1"     ""         => bld(d, b);
+    // Data transfer.
+    /// Copy register.
+    Mov    "mov"    "d, r"   "0010 11rd dddd rrrr" (d: R, r: R)           "1"     ""         => mov(d, r);
+    /// Copy register pair.
+    Movw   "movw"   "d, r"   "0000 0001 dddd rrrr" (d: Rp, r: Rp)         "1"     ""         => movw(d, r);
+    /// Load constant.
+    Ldi    "ldi"    "d, k"   "1110 kkkk dddd kkkk" (d: Rh, k: K)          "1"     ""         => ldi(d, k);
+    /// Load through X.
+    LdX    "ld"     "d, X"   "1001 000d dddd 1100" (d: R)                 "2"     ""         => ld(d, X, 0);
+    /// Load through X, then count X up.
+    LdXi   "ld"     "d, X+"  "1001 000d dddd 1101" (d: R)                 "2"     ""         => ld_inc(d, X);
+    /// Count X down, then load through it.
+    LdXd   "ld"     "d, -X"  "1001 000d dddd 1110" (d: R)                 "2"     ""         => ld_dec(d, X);
+    /// Load through Y.
+    LdY    "ld"     "d, Y"   "1000 000d dddd 1000" (d: R)                 "2"     ""         => ld(d, Y, 0);
+    /// Load through Y, then count Y up.
+    LdYi   "ld"     "d, Y+"  "1001 000d dddd 1001" (d: R)                 "2"     ""         => ld_inc(d, Y);
+    /// Count Y down, then load through it.
+    LdYd   "ld"     "d, -Y"  "1001 000d dddd 1010" (d: R)                 "2"     ""         => ld_dec(d, Y);
+    /// Load through Y with displacement.
+    LddY   "ldd"    "d, Y+q" "10q0 qq0d dddd 1qqq" (d: R, q: Q)           "2"     ""         => ld(d, Y, q.0);
+    /// Load through Z.
+    LdZ    "ld"     "d, Z"   "1000 000d dddd 0000" (d: R)                 "2"     ""         => ld(d, Z, 0);
+    /// Load through Z, then count Z up.
+    LdZi   "ld"     "d, Z+"  "1001 000d dddd 0001" (d: R)                 "2"     ""         => ld_inc(d, Z);
+    /// Count Z down, then load through it.
+    LdZd   "ld"     "d, -Z"  "1001 000d dddd 0010" (d: R)                 "2"     ""         => ld_dec(d, Z);
+    /// Load through Z with displacement.
+    LddZ   "ldd"    "d, Z+q" "10q0 qq0d dddd 0qqq" (d: R, q: Q)           "2"     ""         => ld(d, Z, q.0);
+    /// Load direct.
+    Lds    "lds"    "d, k"   "1001 000d dddd 0000 kkkk kkkk kkkk kkkk" (d: R, k: D16) "2" "" => lds(d, k);
+    /// Store through X.
+    StX    "st"     "X, r"   "1001 001r rrrr 1100" (r: R)                 "2"     ""         => st(X, 0, r);
+    /// Store through X, then count X up.
+    StXi   "st"     "X+, r"  "1001 001r rrrr 1101" (r: R)                 "2"     ""         => st_inc(X, r);
+    /// Count X down, then store through it.
+    StXd   "st"     "-X, r"  "1001 001r rrrr 1110" (r: R)                 "2"     ""         => st_dec(X, r);
+    /// Store through Y.
+    StY    "st"     "Y, r"   "1000 001r rrrr 1000" (r: R)                 "2"     ""         => st(Y, 0, r);
+    /// Store through Y, then count Y up.
+    StYi   "st"     "Y+, r"  "1001 001r rrrr 1001" (r: R)                 "2"     ""         => st_inc(Y, r);
+    /// Count Y down, then store through it.
+    StYd   "st"     "-Y, r"  "1001 001r rrrr 1010" (r: R)                 "2"     ""         => st_dec(Y, r);
+    /// Store through Y with displacement.
+    StdY   "std"    "Y+q, r" "10q0 qq1r rrrr 1qqq" (q: Q, r: R)           "2"     ""         => st(Y, q.0, r);
+    /// Store through Z.
+    StZ    "st"     "Z, r"   "1000 001r rrrr 0000" (r: R)                 "2"     ""         => st(Z, 0, r);
+    /// Store through Z, then count Z up.
+    StZi   "st"     "Z+, r"  "1001 001r rrrr 0001" (r: R)                 "2"     ""         => st_inc(Z, r);
+    /// Count Z down, then store through it.
+    StZd   "st"     "-Z, r"  "1001 001r rrrr 0010" (r: R)                 "2"     ""         => st_dec(Z, r);
+    /// Store through Z with displacement.
+    StdZ   "std"    "Z+q, r" "10q0 qq1r rrrr 0qqq" (q: Q, r: R)           "2"     ""         => st(Z, q.0, r);
+    /// Store direct.
+    Sts    "sts"    "k, r"   "1001 001r rrrr 0000 kkkk kkkk kkkk kkkk" (r: R, k: D16) "2" "" => sts(k, r);
+    /// Load program memory through Z into r0.
+    Lpm    "lpm"    ""       "1001 0101 1100 1000" ()                     "3"     ""         => lpm(R(0), false);
+    /// Load program memory through Z.
+    LpmZ   "lpm"    "d, Z"   "1001 000d dddd 0100" (d: R)                 "3"     ""         => lpm(d, false);
+    /// Load program memory through Z, then count Z up.
+    LpmZi  "lpm"    "d, Z+"  "1001 000d dddd 0101" (d: R)                 "3"     ""         => lpm(d, true);
+    /// Store program memory.
+    Spm    "spm"    ""       "1001 0101 1110 1000" ()                     "1"     ""         => spm();
+    /// In from I/O.
+    In     "in"     "d, a"   "1011 0aad dddd aaaa" (d: R, a: A)           "1"     ""         => in_(d, a);
+    /// Out to I/O.
+    Out    "out"    "a, r"   "1011 1aar rrrr aaaa" (a: A, r: R)           "1"     ""         => out(a, r);
+    /// Push on the stack.
+    Push   "push"   "r"      "1001 001r rrrr 1111" (r: R)                 "2"     ""         => push(r);
+    /// Pop from the stack.
+    Pop    "pop"    "d"      "1001 000d dddd 1111" (d: R)                 "2"     ""         => pop(d);
+    // Control.
+    /// Do nothing.
+    Nop    "nop"    ""       "0000 0000 0000 0000" ()                     "1"     ""         => nop();
+    /// Sleep.
+    Sleep  "sleep"  ""       "1001 0101 1000 1000" ()                     "1"     ""         => sleep();
+    /// Reset the watchdog.
+    Wdr    "wdr"    ""       "1001 0101 1010 1000" ()                     "1"     ""         => wdr();
+    /// Break; does nothing without an on-chip debugger.
+    Break  "break"  ""       "1001 0101 1001 1000" ()                     "1"     ""         => nop();
+    } };
+}
+pub(crate) use avr_table;
+
+avr_table!(emu_core::define_isa {});
+
+/// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
+#[rustfmt::skip]
+pub const ALIASES: &[Alias] = &[
+    ("lsl",  "d",    "add",  "d,d"),
+    ("rol",  "d",    "adc",  "d,d"),
+    ("tst",  "d",    "and",  "d,d"),
+    ("clr",  "d",    "eor",  "d,d"),
+    ("ser",  "d",    "ldi",  "d,0xFF"),
+    ("sbr",  "d, k", "ori",  "d,k"),
+    ("brlo", "k",    "brcs", "k"),
+    ("brsh", "k",    "brcc", "k"),
+    // A displacement of 0 has no bits of its own to be told apart by.
+    ("ldd",  "d, Y", "ld",   "d,Y"),
+    ("ldd",  "d, Z", "ld",   "d,Z"),
+];
+
+/// Bits of an AVR program word.
+pub const WORD_BITS: u32 = 16;
+
+/// The words of one instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Words {
+    words: [u16; 2],
+    len: usize,
+}
+
+impl std::ops::Deref for Words {
+    type Target = [u16];
+    fn deref(&self) -> &[u16] {
+        &self.words[..self.len]
+    }
+}
+
+/// Program words of the largest chip of the family as modelled, minus one: where targets wrap.
+pub const PC_MASK: u32 = 0x3FFF;
+
+/// Encodes an instruction that will stand at the word address `pc`. Operands come in row order: registers by number,
+/// targets as absolute word addresses, I/O addresses 0 to 63.
+///
+/// # Errors
+/// An operand that does not fit, with what is allowed.
+pub fn encode(kind: Kind, operands: &[i32], pc: u32) -> Result<Words, EncodeError> {
+    let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: "not an instruction".into() })?;
+    let bits = row.encode(operands, &Site { pc, len: row.len(), next_len: 1, pc_mask: PC_MASK })?;
+    Ok(match row.len() {
+        2 => Words { words: [(bits >> WORD_BITS) as u16, bits as u16], len: 2 },
+        _ => Words { words: [bits as u16, 0], len: 1 },
+    })
+}
+
+/// Disassembles the instruction at the front of `words`, which stands at the word address `pc`. Targets print as byte
+/// addresses.
+#[must_use]
+pub fn disassemble(words: &[u16], pc: u32) -> Line {
+    disassemble_line(ROWS, WORD_BITS, words, &Site { pc, len: 1, next_len: 1, pc_mask: PC_MASK })
+}
+
+/// Assembles one line that will stand at the word address `pc`.
+///
+/// # Errors
+/// As [`emu_core::table::assemble`].
+pub fn assemble(line: &str, pc: u32) -> Result<Vec<u16>, AsmError> {
+    assemble_line(ROWS, ALIASES, WORD_BITS, line, &Site { pc, len: 1, next_len: 1, pc_mask: PC_MASK })
+}
+
+/// The row of the word at the front of an instruction; `None` when there is none.
+#[must_use]
+pub fn row_of(first: u16, second: u16) -> Option<(&'static Row, Kind, u32)> {
+    let (i, bits) = find(ROWS, WORD_BITS, u32::from(first), u32::from(second))?;
+    Some((&ROWS[i], KINDS[i], bits))
+}
+
+/// A predecoded AVR instruction.
+pub type AvrOp = Op<Kind>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every word, followed by a word that shows up in two-word instructions, comes back from its own text.
+    #[test]
+    fn every_word_survives_its_own_text() {
+        for second in [0x0000u16, 0x1234, 0xFFFF] {
+            for first in 0..=0xFFFFu16 {
+                let words = [first, second];
+                let line = disassemble(&words, 0x100);
+                let back = assemble(&line.text, 0x100).unwrap_or_else(|e| panic!("{first:04x}: {}: {e}", line.text));
+                assert_eq!(back, words[..line.len], "{first:04x}: {}", line.text);
+            }
+        }
+    }
+
+    /// Rows overlap only where the table wants it: a displacement of 0 is the form without displacement.
+    #[test]
+    fn rows_are_disjoint_but_for_the_displacements_of_zero() {
+        let wanted = [("LdY", "LddY"), ("LdZ", "LddZ"), ("StY", "StdY"), ("StZ", "StdZ")];
+        for (i, a) in ROWS.iter().enumerate() {
+            for b in &ROWS[i + 1..] {
+                let shift = |r: &Row, v: u32| if r.len() == 2 { v >> 16 } else { v };
+                let both = shift(a, a.pattern.mask) & shift(b, b.pattern.mask);
+                let overlap = (shift(a, a.pattern.value) ^ shift(b, b.pattern.value)) & both == 0;
+                assert_eq!(overlap, wanted.contains(&(a.name, b.name)), "{} and {}", a.name, b.name);
+            }
+        }
+    }
+}

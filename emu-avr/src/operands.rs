@@ -1,0 +1,156 @@
+//! Operand kinds of the AVR: registers, constants, addresses, targets.
+
+use std::fmt::Write;
+
+use emu_core::table::{Operand, OperandKind, Site, number};
+
+macro_rules! operands {
+    ($( $(#[doc = $doc:literal])+ $name:ident($type:ty) $wide:literal $label:literal
+        value $value:expr, raw $raw:expr, text $text:expr, parse $parse:expr; )*) => { $(
+        $(#[doc = $doc])+
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub struct $name(pub $type);
+
+        impl Operand for $name {
+            const KIND: OperandKind =
+                OperandKind { name: $label, wide: $wide, value: $value, raw: $raw, text: $text, parse: $parse };
+            #[inline(always)]
+            fn from_value(value: u16) -> Self {
+                $name(value as $type)
+            }
+        }
+    )* };
+}
+
+/// A plain field: the value is the field.
+fn same(raw: u32, _: u32, _: &Site) -> i32 {
+    raw as i32
+}
+
+fn range(value: i32, low: i32, high: i32, what: &str) -> Result<u32, String> {
+    if (low..=high).contains(&value) { Ok((value - low) as u32) } else { Err(format!("{what} {value} is not in {low}..={high}")) }
+}
+
+fn fits(value: i32, bits: u32, what: &str) -> Result<u32, String> {
+    range(value, 0, (1 << bits) - 1, what)
+}
+
+fn step2(value: i32, low: i32, high: i32, what: &str) -> Result<u32, String> {
+    if value % 2 != 0 {
+        return Err(format!("{what} r{value} is odd: the lower register of a pair is wanted"));
+    }
+    range(value, low, high, what).map(|v| v / 2)
+}
+
+fn register_text(value: i32, out: &mut String) {
+    let _ = write!(out, "r{value}");
+}
+
+fn register_parse(text: &str, _: &Site) -> Option<i32> {
+    match text.to_ascii_uppercase().as_str() {
+        "XL" => Some(26),
+        "XH" => Some(27),
+        "YL" => Some(28),
+        "YH" => Some(29),
+        "ZL" => Some(30),
+        "ZH" => Some(31),
+        other => other.strip_prefix('R')?.parse().ok().filter(|n| (0..32).contains(n)),
+    }
+}
+
+fn decimal_text(value: i32, out: &mut String) {
+    let _ = write!(out, "{value}");
+}
+
+fn hex2_text(value: i32, out: &mut String) {
+    let _ = write!(out, "0x{value:02X}");
+}
+
+fn hex4_text(value: i32, out: &mut String) {
+    let _ = write!(out, "0x{value:04X}");
+}
+
+fn plain_parse(text: &str, _: &Site) -> Option<i32> {
+    number(text)
+}
+
+/// Word address as bytes, the way objdump and gdb write AVR program addresses.
+fn target_text(value: i32, out: &mut String) {
+    let _ = write!(out, "0x{:04X}", value * 2);
+}
+
+fn target_parse(text: &str, site: &Site) -> Option<i32> {
+    let bytes = match text.strip_prefix('.') {
+        // `.` is the instruction itself; relative branches count from the next one, so `.-2` is the classic wait.
+        Some("") => site.pc as i32 * 2,
+        Some(offset) => site.pc as i32 * 2 + 2 + number(offset.strip_prefix('+').unwrap_or(offset))?,
+        None => number(text)?,
+    };
+    (bytes % 2 == 0).then_some(bytes / 2)
+}
+
+fn relative(raw: u32, bits: u32, site: &Site) -> i32 {
+    let offset = ((raw << (32 - bits)) as i32) >> (32 - bits);
+    ((site.pc as i32 + 1 + offset) as u32 & site.pc_mask) as i32
+}
+
+/// The distance to a target, the short way round where program memory wraps.
+fn distance(value: i32, bits: u32, site: &Site) -> Result<u32, String> {
+    let half = 1i32 << (bits - 1);
+    let straight = value - (site.pc as i32 + 1);
+    let size = site.pc_mask as i32 + 1;
+    let wrapped = [straight, straight - size, straight + size];
+    match wrapped.into_iter().find(|d| (-half..half).contains(d)) {
+        Some(d) if (0..size).contains(&value) => Ok(d as u32 & ((1 << bits) - 1)),
+        _ => Err(format!(
+            "target 0x{:04X} is {straight} words away; this instruction reaches {} to {}",
+            value * 2,
+            -half,
+            half - 1
+        )),
+    }
+}
+
+operands! {
+    /// Any register, r0 to r31.
+    R(u8) false "register"
+        value same, raw |v, b, _| fits(v, b, "register"), text register_text, parse register_parse;
+    /// An upper register, r16 to r31.
+    Rh(u8) false "register r16 to r31"
+        value |raw, _, _| raw as i32 + 16, raw |v, _, _| range(v, 16, 31, "register"), text register_text, parse register_parse;
+    /// A register of the signed multiplications, r16 to r23.
+    Rm(u8) false "register r16 to r23"
+        value |raw, _, _| raw as i32 + 16, raw |v, _, _| range(v, 16, 23, "register"), text register_text, parse register_parse;
+    /// The lower register of a pair, r0, r2 .. r30.
+    Rp(u8) false "register pair"
+        value |raw, _, _| raw as i32 * 2, raw |v, _, _| step2(v, 0, 30, "register"), text register_text, parse register_parse;
+    /// The lower register of an upper pair, r24, r26, r28 or r30.
+    Rw(u8) false "register pair from r24"
+        value |raw, _, _| raw as i32 * 2 + 24, raw |v, _, _| step2(v, 24, 30, "register"), text register_text, parse register_parse;
+    /// A constant byte, or a smaller field of ADIW and SBIW; negative constants stand for their two's complement.
+    K(u8) false "constant"
+        value same,
+        raw |v, b, _| if b == 8 && (-128..0).contains(&v) { Ok(v as u32 & 0xFF) } else { fits(v, b, "constant") },
+        text hex2_text, parse plain_parse;
+    /// An I/O address, 0 to 63 (0 to 31 for the single-bit instructions); the data address is 0x20 higher.
+    A(u8) false "I/O address"
+        value same, raw |v, b, _| fits(v, b, "I/O address"), text hex2_text, parse plain_parse;
+    /// A bit number, 0 to 7.
+    B(u8) false "bit"
+        value same, raw |v, b, _| fits(v, b, "bit"), text decimal_text, parse plain_parse;
+    /// A displacement, 0 to 63.
+    Q(u8) false "displacement"
+        value same, raw |v, b, _| fits(v, b, "displacement"), text decimal_text, parse plain_parse;
+    /// A data address of the two-word loads and stores.
+    D16(u16) true "data address"
+        value same, raw |v, b, _| fits(v, b, "data address"), text hex4_text, parse plain_parse;
+    /// A relative target, kept as an absolute word address.
+    Rel(u16) true "target"
+        value relative, raw distance, text target_text, parse target_parse;
+    /// The absolute target of JMP and CALL, a word address.
+    Abs(u16) true "target"
+        value same, raw |v, b, _| fits(v, b, "target"), text target_text, parse target_parse;
+    /// Words to skip: the length of the next instruction. Not in any pattern.
+    Skip(u8) false "skip"
+        value |_, _, site| site.next_len as i32, raw |_, _, _| Ok(0), text |_, _| {}, parse |_, _| None;
+}

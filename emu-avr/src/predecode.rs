@@ -1,0 +1,108 @@
+//! Flash as predecoded ops: four bytes per program word.
+
+use emu_core::table::{Op, Site};
+
+use crate::isa::{AvrOp, Kind, PC_MASK, row_of};
+
+/// Program words that the op array holds; a power of two, so that an address needs a mask and no check.
+pub const WORDS: usize = PC_MASK as usize + 1;
+
+/// Program memory in both forms.
+#[derive(Debug, Clone)]
+pub struct Code {
+    /// Bytes, erased ones FFh.
+    pub bytes: Vec<u8>,
+    /// One op per program word, poll marks and traps in place.
+    pub ops: Box<[AvrOp; WORDS]>,
+}
+
+impl Code {
+    /// Erased program memory of `size` bytes (at most 32 KiB, even), filled from address 0 with `image`.
+    pub fn new(size: u32, image: &[u8]) -> Code {
+        let size = (size as usize).min(WORDS * 2);
+        let mut bytes = vec![0xFF; size];
+        let n = image.len().min(size);
+        bytes[..n].copy_from_slice(&image[..n]);
+        let illegal = Op { kind: Kind::Illegal, arg: [0; 3] };
+        let ops = Box::new([illegal; WORDS]);
+        Code { bytes, ops }
+    }
+
+    /// The word at `pc`, which wraps at the end of memory.
+    pub fn word(&self, pc: u32) -> u16 {
+        let at = (pc as usize * 2) % self.bytes.len();
+        u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]])
+    }
+
+    /// Length of the instruction at `pc` in words; a word without a row counts one.
+    fn len_at(&self, pc: u32) -> u32 {
+        row_of(self.word(pc), 0).map_or(1, |(row, ..)| row.len())
+    }
+
+    /// Decodes the instruction at `pc`, without poll marks or traps. A word without a row, and SPM, come as `Illegal`.
+    pub fn decode(&self, pc: u32) -> AvrOp {
+        let Some((row, kind, bits)) = row_of(self.word(pc), self.word(pc + 1)) else {
+            return Op { kind: Kind::Illegal, arg: [0; 3] };
+        };
+        if kind == Kind::Spm {
+            return Op { kind: Kind::Illegal, arg: [0; 3] };
+        }
+        let len = row.len();
+        let mask = (self.bytes.len() / 2 - 1) as u32;
+        row.op(kind, bits, &Site { pc, len, next_len: self.len_at(pc + len), pc_mask: mask })
+    }
+
+    /// Decodes all of it. With `polls`, branches that close a loop which only looks are marked [`Kind::Poll`]; a jump to
+    /// itself is marked always, since that is how programs end.
+    pub fn predecode(&mut self, polls: bool) {
+        for pc in 0..WORDS as u32 {
+            self.ops[pc as usize] = self.op_at(pc, polls);
+        }
+    }
+
+    /// The op that stands at `pc` where no trap is set.
+    pub fn op_at(&self, pc: u32, polls: bool) -> AvrOp {
+        let op = self.decode(pc);
+        let closes = loop_closed_by(op, pc).is_some_and(|head| head == pc || polls && self.only_looks(head, pc).is_some());
+        if closes { Op { kind: Kind::Poll, arg: op.arg } } else { op }
+    }
+
+    /// The I/O registers (data addresses) that the loop from `head` to the branch at `end` reads, when it does nothing but
+    /// read them, test and branch: then nothing changes from turn to turn until one of them does.
+    pub fn only_looks(&self, head: u32, end: u32) -> Option<Vec<u16>> {
+        let mut reads = Vec::new();
+        let mut pc = head;
+        while pc < end {
+            let op = self.decode(pc);
+            match op.kind {
+                Kind::In => reads.push(u16::from(op.arg[1]) + 0x20),
+                Kind::Sbic | Kind::Sbis => reads.push(u16::from(op.arg[0]) + 0x20),
+                Kind::Lds => reads.push(u16::from_le_bytes([op.arg[1], op.arg[2]])),
+                kind if LOOKS.contains(&kind) => {}
+                _ => return None,
+            }
+            pc += self.len_at(pc);
+        }
+        // A loop without reads that comes back to the same state is a wait; counting loops never do.
+        (pc == end && !reads.is_empty() || head == end).then_some(reads)
+    }
+}
+
+/// Instructions that may stand in a loop that only looks: they give the same results from the same registers.
+const LOOKS: &[Kind] = &[
+    Kind::Sbrc, Kind::Sbrs, Kind::Andi, Kind::And, Kind::Cpi, Kind::Cp, Kind::Cpc, Kind::Cpse, Kind::Nop, Kind::Ldi, Kind::Mov,
+    Kind::Bst, Kind::Swap, Kind::Com, Kind::Breq, Kind::Brne, Kind::Brcs, Kind::Brcc, Kind::Brmi, Kind::Brpl, Kind::Brlt,
+    Kind::Brge, Kind::Brts, Kind::Brtc, Kind::Rjmp, Kind::Or, Kind::Ori, Kind::Eor,
+];
+
+/// The target of a short backward branch (or a jump to itself), the head of the loop that it closes.
+fn loop_closed_by(op: AvrOp, pc: u32) -> Option<u32> {
+    const REACH: u32 = 8;
+    let closing = matches!(
+        op.kind,
+        Kind::Rjmp | Kind::Jmp | Kind::Breq | Kind::Brne | Kind::Brcs | Kind::Brcc | Kind::Brmi | Kind::Brpl | Kind::Brlt
+            | Kind::Brge | Kind::Brts | Kind::Brtc
+    );
+    let target = u32::from(u16::from_le_bytes([op.arg[0], op.arg[1]]));
+    (closing && target <= pc && pc - target <= REACH).then_some(target)
+}

@@ -1,0 +1,404 @@
+//! The hot loop: what one instruction does to the machine.
+//!
+//! [`Turn`] holds the hot state as plain locals whose address never escapes, so that it lives in host registers; data
+//! memory (registers of the core included) lies beside it. Everything a body calls is inlined; slow paths get scalars.
+
+use emu_core::cpu::{Bus, Probe, Wake};
+use emu_core::dispatch;
+use emu_core::machine::{Byte, Machine, Pair};
+use emu_core::table::Op;
+
+#[allow(clippy::wildcard_imports)]
+use crate::exec::*;
+use crate::flags::{Flag, Flags};
+use crate::isa::{AvrOp, Kind, PC_MASK, avr_table};
+use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
+use crate::predecode::WORDS;
+use crate::soc::Soc;
+
+/// Data memory as an array: a power of two, so that an address needs a mask and no check.
+pub const DATA: usize = 0x1000;
+/// First data address of RAM.
+pub const RAM_START: u16 = 0x100;
+/// RAM in bytes.
+pub const RAM_LEN: u16 = 0x800;
+
+const SPL: u16 = 0x5D;
+const SPH: u16 = 0x5E;
+const SREG: u16 = 0x5F;
+
+/// The state of the core that every instruction touches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Hot {
+    /// Program word address; may stand behind the end of memory until it is masked.
+    pub pc: u32,
+    /// Stack pointer.
+    pub sp: u16,
+    /// SREG.
+    pub flags: Flags,
+    /// Cycle of the deadline.
+    pub end: u64,
+    /// Cycles left to it; negative when an instruction ran over it.
+    pub left: i64,
+    /// Instructions executed.
+    pub instructions: u64,
+    /// The boundary at this cycle takes no interrupt: the instruction before it set I.
+    pub hold_at: u64,
+    /// SLEEP was executed.
+    pub sleeping: bool,
+    /// The op at `pc` needs the slow path.
+    pub escape: bool,
+    /// The probe asked for a stop.
+    pub stop: bool,
+}
+
+impl Hot {
+    /// The machine cycle.
+    #[inline(always)]
+    pub const fn now(&self) -> u64 {
+        self.end.wrapping_sub(self.left as u64)
+    }
+
+    /// Ends the burst before the next instruction.
+    #[inline(always)]
+    pub const fn force(&mut self) {
+        self.end = self.now();
+        self.left = 0;
+    }
+
+    /// Sets the next deadline, a cycle not before now.
+    pub const fn set_deadline(&mut self, deadline: u64) {
+        let now = self.now();
+        let left = deadline - now;
+        let left = if left > i64::MAX as u64 { i64::MAX as u64 } else { left };
+        self.end = now + left;
+        self.left = left as i64;
+    }
+}
+
+/// One turn of the loop: hot state by value, everything else borrowed.
+pub struct Turn<'a, P: Probe> {
+    pub hot: Hot,
+    pub data: &'a mut [u8; DATA],
+    pub flash: &'a [u8],
+    pub bus: &'a mut Soc,
+    pub probe: &'a mut P,
+}
+
+impl<P: Probe> Turn<'_, P> {
+    /// The machine cycle in which an access of the running instruction falls: the last one charged.
+    #[inline(always)]
+    const fn access(&self) -> u64 {
+        self.hot.now().wrapping_sub(1)
+    }
+
+    #[inline(always)]
+    fn wake(&mut self, wake: Wake) {
+        if wake != Wake::NONE {
+            self.hot.left -= i64::from(wake.stalled());
+            if wake.has(Wake::HOLD) {
+                self.hot.hold_at = self.hot.now();
+            }
+            self.hot.force();
+        }
+    }
+
+    /// After I was set: the next boundary takes no interrupt.
+    #[inline(always)]
+    fn hold(&mut self) {
+        self.hot.hold_at = self.hot.now();
+        self.hot.force();
+    }
+
+    #[inline(always)]
+    fn looked(&mut self, stop: bool) {
+        if stop {
+            self.hot.stop = true;
+            self.hot.force();
+        }
+    }
+
+    /// Reads what is not RAM: core registers by their data address, peripherals, nothing.
+    #[inline(always)]
+    fn read_special(&mut self, addr: u16) -> u8 {
+        match addr {
+            0..=0x1F => self.data[addr as usize],
+            SPL => self.hot.sp as u8,
+            SPH => (self.hot.sp >> 8) as u8,
+            SREG => self.hot.flags.pack(),
+            _ => {
+                let (value, wake) = read_bus(self.bus, addr, self.access());
+                self.wake(wake);
+                value
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn write_special(&mut self, addr: u16, value: u8) {
+        match addr {
+            0..=0x1F => self.data[addr as usize] = value,
+            SPL => self.hot.sp = self.hot.sp & 0xFF00 | u16::from(value),
+            SPH => self.hot.sp = self.hot.sp & 0x00FF | u16::from(value) << 8,
+            SREG => {
+                self.hot.flags = Flags::unpack(value);
+                if value & 0x80 != 0 {
+                    self.hold();
+                }
+            }
+            _ => {
+                let wake = write_bus(self.bus, addr, value, self.access());
+                self.wake(wake);
+            }
+        }
+    }
+}
+
+/// A peripheral register is read; addresses behind RAM give 0.
+#[inline(never)]
+fn read_bus(bus: &mut Soc, addr: u16, at: u64) -> (u8, Wake) {
+    if addr < RAM_START { bus.read(addr, at) } else { (0, Wake::NONE) }
+}
+
+/// A peripheral register is written; addresses behind RAM take nothing.
+#[inline(never)]
+fn write_bus(bus: &mut Soc, addr: u16, value: u8, at: u64) -> Wake {
+    if addr < RAM_START { bus.write(addr, value, at) } else { Wake::NONE }
+}
+
+impl<P: Probe> Machine for Turn<'_, P> {
+    type Bit = bool;
+    type Word = Byte;
+    type Wide = Pair;
+
+    #[inline(always)]
+    fn advance(&mut self, words: u32) {
+        self.hot.pc += words;
+    }
+    #[inline(always)]
+    fn charge(&mut self, cycles: u32) {
+        self.hot.left -= i64::from(cycles);
+    }
+    #[inline(always)]
+    fn jump(&mut self, target: u32) {
+        self.hot.pc = target;
+    }
+    #[inline(always)]
+    fn goto(&mut self, target: Pair) {
+        self.hot.pc = u32::from(target.0);
+    }
+    #[inline(always)]
+    fn branch_if(&mut self, condition: bool, target: u32) {
+        if condition {
+            self.hot.left -= 1;
+            self.hot.pc = target;
+        }
+    }
+    #[inline(always)]
+    fn skip_if(&mut self, condition: bool, words: u32) {
+        if condition {
+            self.hot.left -= i64::from(words);
+            self.hot.pc += words;
+        }
+    }
+}
+
+impl<P: Probe> AvrMachine for Turn<'_, P> {
+    #[inline(always)]
+    fn reg(&self, r: u8) -> Byte {
+        Byte(self.data[r as usize & 31])
+    }
+    #[inline(always)]
+    fn set_reg(&mut self, r: u8, value: Byte) {
+        self.data[r as usize & 31] = value.0;
+    }
+    #[inline(always)]
+    fn flag(&self, flag: Flag) -> bool {
+        self.hot.flags.get(flag)
+    }
+    #[inline(always)]
+    fn set_flag(&mut self, flag: Flag, value: bool) {
+        self.hot.flags.set(flag, value);
+    }
+    #[inline(always)]
+    fn force_flag(&mut self, flag: Flag, on: bool) {
+        self.hot.flags.set(flag, on);
+        if flag as u8 == Flag::I as u8 && on {
+            self.hold();
+        }
+    }
+    #[inline(always)]
+    fn carry(&self) -> Byte {
+        Byte(self.hot.flags.c >> 7)
+    }
+    #[inline(always)]
+    fn not_zero(&self) -> Byte {
+        Byte(self.hot.flags.z)
+    }
+    #[inline(always)]
+    fn set_c(&mut self, carries: Byte) {
+        self.hot.flags.c = carries.0;
+    }
+    #[inline(always)]
+    fn set_h(&mut self, carries: Byte) {
+        self.hot.flags.h = carries.0;
+    }
+    #[inline(always)]
+    fn set_z(&mut self, word: Byte) {
+        self.hot.flags.z = word.0;
+    }
+    #[inline(always)]
+    fn set_nzv(&mut self, n: Byte, z: Byte, v: Byte) {
+        let flags = &mut self.hot.flags;
+        (flags.n, flags.z, flags.v, flags.s) = (n.0, z.0, v.0, 0);
+    }
+    #[inline(always)]
+    fn load(&mut self, addr: Pair) -> Byte {
+        let addr = addr.0;
+        let value = if addr.wrapping_sub(RAM_START) < RAM_LEN {
+            self.data[addr as usize & (DATA - 1)]
+        } else {
+            self.read_special(addr)
+        };
+        if P::DATA {
+            let stop = self.probe.data(self.access(), addr, value, false);
+            self.looked(stop);
+        }
+        Byte(value)
+    }
+    #[inline(always)]
+    fn store(&mut self, addr: Pair, value: Byte) {
+        let addr = addr.0;
+        if P::DATA {
+            let stop = self.probe.data(self.access(), addr, value.0, true);
+            self.looked(stop);
+        }
+        if addr.wrapping_sub(RAM_START) < RAM_LEN {
+            self.data[addr as usize & (DATA - 1)] = value.0;
+        } else {
+            self.write_special(addr, value.0);
+        }
+    }
+    #[inline(always)]
+    fn io_read(&mut self, a: u8) -> Byte {
+        let addr = u16::from(a & 0x3F) + 0x20;
+        let value = self.read_special(addr);
+        if P::DATA {
+            let stop = self.probe.data(self.access(), addr, value, false);
+            self.looked(stop);
+        }
+        Byte(value)
+    }
+    #[inline(always)]
+    fn io_write(&mut self, a: u8, value: Byte) {
+        let addr = u16::from(a & 0x3F) + 0x20;
+        if P::DATA {
+            let stop = self.probe.data(self.access(), addr, value.0, true);
+            self.looked(stop);
+        }
+        self.write_special(addr, value.0);
+    }
+    #[inline(always)]
+    fn io_write_bit(&mut self, a: u8, b: u8, on: bool) {
+        let addr = u16::from(a & 0x1F) + 0x20;
+        let mask = 1u8 << (b & 7);
+        let value = if on { mask } else { 0 };
+        if P::DATA {
+            let stop = self.probe.data(self.access(), addr, value, true);
+            self.looked(stop);
+        }
+        let wake = self.bus.write_bits(addr, mask, value, self.access());
+        self.wake(wake);
+    }
+    #[inline(always)]
+    fn code_byte(&mut self, addr: Pair) -> Byte {
+        Byte(self.flash[usize::from(addr.0) % self.flash.len()])
+    }
+    #[inline(always)]
+    fn sp(&self) -> Pair {
+        Pair(self.hot.sp)
+    }
+    #[inline(always)]
+    fn set_sp(&mut self, sp: Pair) {
+        self.hot.sp = sp.0;
+    }
+    #[inline(always)]
+    fn next_pc(&self) -> Pair {
+        Pair((self.hot.pc & PC_MASK) as u16)
+    }
+    #[inline(always)]
+    fn sleep(&mut self) {
+        self.hot.sleeping = self.bus.sleep_enabled().is_some();
+        self.hot.force();
+    }
+    #[inline(always)]
+    fn clear_watchdog(&mut self) {
+        let at = self.access();
+        self.bus.clear_watchdog(at);
+        self.hot.force();
+    }
+}
+
+/// Executes `$op` on `$m`; `$other` is for kinds without a row.
+macro_rules! execute {
+    ($m:ident, $op:ident, $other:expr) => {
+        avr_table!(dispatch { ($m, $op, $op.kind, $other) })
+    };
+}
+
+/// Fetches and executes the instruction at the program counter.
+macro_rules! turn {
+    ($turn:ident, $ops:ident) => {{
+        let m = &mut $turn;
+        let op: AvrOp = $ops[m.hot.pc as usize & (WORDS - 1)];
+        if P::INSN && op.kind as u8 != Kind::Trap as u8 && m.probe.insn(m.hot.now(), m.hot.pc & PC_MASK) {
+            m.hot.stop = true;
+            m.hot.force();
+            break;
+        }
+        m.hot.instructions += 1;
+        execute!(m, op, {
+            m.hot.instructions -= 1;
+            m.hot.escape = true;
+            m.hot.force();
+        });
+    }};
+}
+
+impl<P: Probe> Turn<'_, P> {
+    /// Runs to the deadline; returns the hot state. The turn is written twice so that there are two indirect jumps.
+    #[inline(never)]
+    pub fn burst(self, ops: &[AvrOp; WORDS]) -> Hot {
+        let mut turn = self;
+        while turn.hot.left > 0 {
+            turn!(turn, ops);
+            if turn.hot.left <= 0 {
+                break;
+            }
+            turn!(turn, ops);
+        }
+        turn.hot
+    }
+
+    /// Executes one given op, whatever stands in the op array; a kind without a row does nothing.
+    #[inline(never)]
+    pub fn single(self, op: Op<Kind>) -> Hot {
+        let mut turn = self;
+        let m = &mut turn;
+        m.hot.instructions += 1;
+        execute!(m, op, m.hot.instructions -= 1);
+        turn.hot
+    }
+
+    /// Enters the interrupt `vector`: return address on the stack, I clear, 4 cycles (data sheet 7.7.1).
+    #[inline(never)]
+    pub fn interrupt(self, vector: u8) -> Hot {
+        let mut turn = self;
+        let m = &mut turn;
+        m.charge(4);
+        push_pc(m);
+        m.hot.flags.set(Flag::I, false);
+        m.hot.pc = u32::from(vector) * 2;
+        turn.hot
+    }
+}

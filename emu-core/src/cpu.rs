@@ -1,0 +1,246 @@
+//! The traits that every chip implements and every tool uses.
+
+use crate::chip::Chip;
+use crate::pins::{Event, Level, PinId, Time};
+
+/// Why a chip is reset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Reset {
+    /// Supply voltage came up.
+    PowerOn,
+    /// The reset pin.
+    External,
+    /// The watchdog.
+    Watchdog,
+    /// The supply dipped.
+    BrownOut,
+}
+
+/// Why a run ended. All of them leave the machine at an instruction boundary, ready to run on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// The cycle asked for was reached.
+    Limit,
+    /// Nothing enabled can wake or reset the chip, and nothing is on its way out.
+    Halted,
+    /// The word at the program counter is no instruction of this chip. It was not executed.
+    Illegal {
+        /// Program word address.
+        pc: u32,
+        /// The word found.
+        word: u16,
+    },
+    /// The program did something that this model cannot carry out; the instruction was not executed.
+    Fault {
+        /// Program word address.
+        pc: u32,
+        /// What it was.
+        fault: Fault,
+    },
+    /// A trap set by [`Cpu::trap`] was reached; its instruction was not executed yet.
+    Trap {
+        /// Program word address.
+        pc: u32,
+    },
+    /// The probe asked for a stop.
+    Probe,
+}
+
+/// What a guest program can do that the model does not carry out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Fault {
+    /// SPM: self-programming is not modelled.
+    SelfProgramming,
+    /// A memory cell of RAM was read before it was written (only with `--ram trap`).
+    UninitialisedRead {
+        /// Data address.
+        addr: u16,
+    },
+}
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Fault::SelfProgramming => f.write_str("SPM: self-programming of flash is not modelled"),
+            Fault::UninitialisedRead { addr } => write!(f, "data:0x{addr:04x} was read before it was written"),
+        }
+    }
+}
+
+/// What RAM holds after power-up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum RamInit {
+    /// Bytes drawn from a seed, as silicon leaves them undefined.
+    Random(u64),
+    /// Zeros.
+    Zero,
+}
+
+/// A chip as a value: `Clone` is the snapshot. Same inputs, same bytes, for ever.
+pub trait Cpu: Clone {
+    /// The chip's row of data.
+    fn chip(&self) -> &'static Chip;
+    /// Oscillator clocks per machine cycle: 1 on AVR.
+    fn clocks_per_cycle(&self) -> u32;
+    /// Resets the chip for the given reason. Counting of cycles goes on.
+    fn reset(&mut self, why: Reset);
+    /// Machine cycles since power-up.
+    fn cycle(&self) -> u64;
+    /// Instructions executed since power-up, interrupt entries not counted.
+    fn instructions(&self) -> u64;
+    /// Program counter in program words.
+    fn pc(&self) -> u32;
+    /// Sets the program counter, in program words; wraps within program memory.
+    fn set_pc(&mut self, pc: u32);
+    /// Value of the register `name` (as listed in [`Chip::cpu_regs`]); `None` where there is none.
+    fn reg(&self, name: &str) -> Option<u32>;
+    /// Sets a register; false where there is none of that name.
+    fn set_reg(&mut self, name: &str, value: u32) -> bool;
+    /// Reads one byte of a memory space without any side effect; `None` outside of it.
+    fn peek(&self, space: &str, addr: u32) -> Option<u8>;
+    /// Writes one byte of a memory space as a debugger does (no timing); false outside of it.
+    fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool;
+    /// Sets or clears a breakpoint at the program word `pc`. Traps are no part of the machine's state.
+    fn trap(&mut self, pc: u32, on: bool);
+    /// Level of a pin now.
+    fn level(&self, pin: PinId) -> Level;
+    /// Drives a pin from outside at `at` (at once when that has passed).
+    fn drive(&mut self, at: Time, pin: PinId, level: Level);
+    /// Runs until machine cycle `until` is reached or something stops it; always to an instruction boundary.
+    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop;
+    /// Executes one instruction, or one interrupt entry, or sleeps to the next deadline.
+    fn step<P: Probe>(&mut self, probe: &mut P) -> Stop;
+}
+
+/// What a bus access asks of the core, a set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Wake(pub u32);
+
+impl Wake {
+    /// Nothing.
+    pub const NONE: Wake = Wake(0);
+    /// Deadlines, pending interrupts or enables may have moved: look before the next instruction.
+    pub const DEADLINE: Wake = Wake(1);
+    /// Hold interrupts for one instruction.
+    pub const HOLD: Wake = Wake(2);
+
+    /// Stalls the core for `cycles` (at most 65,535).
+    #[must_use]
+    pub const fn stall(cycles: u32) -> Wake {
+        Wake(cycles << 16)
+    }
+
+    /// Cycles to stall.
+    #[must_use]
+    pub const fn stalled(self) -> u32 {
+        self.0 >> 16
+    }
+
+    /// True when `other` is asked for.
+    #[must_use]
+    pub const fn has(self, other: Wake) -> bool {
+        self.0 & other.0 != 0
+    }
+}
+
+/// A moment that never comes.
+pub const NEVER: u64 = u64::MAX;
+
+/// What a core sees of its chip. Plain RAM is not behind it. `now` is the machine cycle in which the access falls; a
+/// write takes effect at the edge that ends that cycle. Every access first runs what is due at its own cycle.
+pub trait Bus: Clone {
+    /// Reads a register as the program does, with side effects.
+    fn read(&mut self, reg: u16, now: u64) -> (u8, Wake);
+    /// Reads a register without side effects.
+    fn peek(&self, reg: u16, now: u64) -> u8;
+    /// Writes a register.
+    fn write(&mut self, reg: u16, value: u8, now: u64) -> Wake;
+    /// Writes only the bits of `mask`, as single-bit instructions do.
+    fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> Wake;
+    /// Runs what is due up to `now` and returns the next deadline, [`NEVER`] where there is none.
+    fn fire(&mut self, now: u64) -> u64;
+    /// How long a read of `reg` keeps giving the same value without side effects if the program does nothing: a cycle
+    /// after `now`, or `now` itself when nothing is promised.
+    fn steady_until(&self, reg: u16, now: u64) -> u64;
+    /// The interrupt that would be taken at `now`, by its vector number.
+    fn pending(&self, now: u64) -> Option<u8>;
+    /// The core takes that interrupt.
+    fn take(&mut self, vector: u8, now: u64);
+    /// True when an enabled source could still interrupt or reset the chip.
+    fn can_wake(&self, interrupts_enabled: bool) -> bool;
+    /// True when something is still on its way: a byte being sent, a drive queued.
+    fn busy(&self) -> bool;
+}
+
+/// Looks at a run. The constants switch the hooks on at compile time; `()` looks at nothing and costs nothing.
+pub trait Probe {
+    /// [`Probe::insn`] is called.
+    const INSN: bool = false;
+    /// [`Probe::data`] is called.
+    const DATA: bool = false;
+    /// [`Probe::event`] is called, and the chip logs edges and bytes.
+    const EVENTS: bool = false;
+
+    /// Before the instruction at program word `pc` starts at machine cycle `at`. True stops the run before it.
+    fn insn(&mut self, at: u64, pc: u32) -> bool {
+        let _ = (at, pc);
+        false
+    }
+    /// An access to data memory (registers of the chip included) in machine cycle `at`. True stops the run at the end of
+    /// the instruction.
+    fn data(&mut self, at: u64, addr: u16, value: u8, write: bool) -> bool {
+        let _ = (at, addr, value, write);
+        false
+    }
+    /// An interrupt is entered; `at` is the first cycle of its entry.
+    fn irq(&mut self, at: u64, vector: u8) {
+        let _ = (at, vector);
+    }
+    /// Something left the chip or reached a pin. True stops the run at the next instruction boundary.
+    fn event(&mut self, event: Event) -> bool {
+        let _ = event;
+        false
+    }
+}
+
+impl Probe for () {}
+
+/// Two probes at once; nest for more.
+impl<A: Probe, B: Probe> Probe for (A, B) {
+    const INSN: bool = A::INSN || B::INSN;
+    const DATA: bool = A::DATA || B::DATA;
+    const EVENTS: bool = A::EVENTS || B::EVENTS;
+
+    fn insn(&mut self, at: u64, pc: u32) -> bool {
+        self.0.insn(at, pc) | self.1.insn(at, pc)
+    }
+    fn data(&mut self, at: u64, addr: u16, value: u8, write: bool) -> bool {
+        self.0.data(at, addr, value, write) | self.1.data(at, addr, value, write)
+    }
+    fn irq(&mut self, at: u64, vector: u8) {
+        self.0.irq(at, vector);
+        self.1.irq(at, vector);
+    }
+    fn event(&mut self, event: Event) -> bool {
+        self.0.event(event) | self.1.event(event)
+    }
+}
+
+impl<P: Probe> Probe for &mut P {
+    const INSN: bool = P::INSN;
+    const DATA: bool = P::DATA;
+    const EVENTS: bool = P::EVENTS;
+
+    fn insn(&mut self, at: u64, pc: u32) -> bool {
+        (**self).insn(at, pc)
+    }
+    fn data(&mut self, at: u64, addr: u16, value: u8, write: bool) -> bool {
+        (**self).data(at, addr, value, write)
+    }
+    fn irq(&mut self, at: u64, vector: u8) {
+        (**self).irq(at, vector);
+    }
+    fn event(&mut self, event: Event) -> bool {
+        (**self).event(event)
+    }
+}

@@ -1,0 +1,186 @@
+//! The vocabulary of instruction bodies.
+//!
+//! A body is a small function, generic over a [`Machine`], in which arithmetic reads as arithmetic. Values are `Copy`; a
+//! condition on an emulated value never becomes a Rust `if`. So one text of an instruction has several meanings: the
+//! interpreter computes with [`Byte`] and [`Pair`], a recorder computes with nothing and notes what was touched.
+
+use std::ops::{Add, BitAnd, BitOr, BitXor, Not, Shl, Shr, Sub};
+
+/// One emulated bit.
+pub trait BitOps:
+    Copy + BitAnd<Output = Self> + BitOr<Output = Self> + BitXor<Output = Self> + Not<Output = Self>
+{
+}
+
+/// One emulated byte. `+` and `-` wrap; shifts are logical, by a constant.
+pub trait WordOps:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + BitAnd<Output = Self>
+    + BitOr<Output = Self>
+    + BitXor<Output = Self>
+    + Not<Output = Self>
+    + Shl<u32, Output = Self>
+    + Shr<u32, Output = Self>
+    + From<u8>
+{
+    /// One bit of a word.
+    type Bit: BitOps;
+    /// Bit `n`, 0 to 7.
+    fn bit(self, n: u8) -> Self::Bit;
+    /// This word with bit `n` replaced.
+    fn with_bit(self, n: u8, bit: Self::Bit) -> Self;
+    /// True when all bits are 0.
+    fn is_zero(self) -> Self::Bit;
+}
+
+/// Two emulated bytes. `+` and `-` wrap.
+pub trait WideOps: Copy + Add<Output = Self> + Sub<Output = Self> + From<u16> {
+    /// One byte of it.
+    type Word: WordOps;
+    /// `hi` and `lo` side by side.
+    fn join(hi: Self::Word, lo: Self::Word) -> Self;
+    /// The lower byte.
+    fn lo(self) -> Self::Word;
+    /// The upper byte.
+    fn hi(self) -> Self::Word;
+    /// Unsigned product of two bytes.
+    fn mul(a: Self::Word, b: Self::Word) -> Self;
+}
+
+/// What all emulated machines share. Each family adds its registers, flags and memories.
+pub trait Machine {
+    /// A bit.
+    type Bit: BitOps;
+    /// A byte.
+    type Word: WordOps<Bit = Self::Bit>;
+    /// A pair of bytes.
+    type Wide: WideOps<Word = Self::Word>;
+
+    /// Moves the program counter on by `words` program words.
+    fn advance(&mut self, words: u32);
+    /// Spends `cycles` machine cycles.
+    fn charge(&mut self, cycles: u32);
+    /// Jumps to the program word `target`.
+    fn jump(&mut self, target: u32);
+    /// Jumps to the computed program word `target`.
+    fn goto(&mut self, target: Self::Wide);
+    /// Jumps to `target` when `condition` holds, one more cycle if so.
+    fn branch_if(&mut self, condition: Self::Bit, target: u32);
+    /// Skips the next instruction, of `words` program words, when `condition` holds, one more cycle a word if so.
+    fn skip_if(&mut self, condition: Self::Bit, words: u32);
+}
+
+/// The interpreter's byte: `u8` with wrapping arithmetic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(transparent)]
+pub struct Byte(pub u8);
+
+/// The interpreter's pair of bytes: `u16` with wrapping arithmetic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(transparent)]
+pub struct Pair(pub u16);
+
+impl BitOps for bool {}
+
+impl From<u8> for Byte {
+    #[inline(always)]
+    fn from(value: u8) -> Byte {
+        Byte(value)
+    }
+}
+
+impl From<u16> for Pair {
+    #[inline(always)]
+    fn from(value: u16) -> Pair {
+        Pair(value)
+    }
+}
+
+macro_rules! operators {
+    ($type:ident $($trait:ident $method:ident |$a:ident, $b:ident| $value:expr;)*) => { $(
+        impl $trait for $type {
+            type Output = $type;
+            #[inline(always)]
+            fn $method(self, other: $type) -> $type {
+                let ($a, $b) = (self.0, other.0);
+                $type($value)
+            }
+        }
+    )* };
+}
+
+operators! { Byte
+    Add    add    |a, b| a.wrapping_add(b);
+    Sub    sub    |a, b| a.wrapping_sub(b);
+    BitAnd bitand |a, b| a & b;
+    BitOr  bitor  |a, b| a | b;
+    BitXor bitxor |a, b| a ^ b;
+}
+
+operators! { Pair
+    Add    add    |a, b| a.wrapping_add(b);
+    Sub    sub    |a, b| a.wrapping_sub(b);
+}
+
+impl Not for Byte {
+    type Output = Byte;
+    #[inline(always)]
+    fn not(self) -> Byte {
+        Byte(!self.0)
+    }
+}
+
+impl Shl<u32> for Byte {
+    type Output = Byte;
+    #[inline(always)]
+    fn shl(self, n: u32) -> Byte {
+        Byte(self.0.wrapping_shl(n))
+    }
+}
+
+impl Shr<u32> for Byte {
+    type Output = Byte;
+    #[inline(always)]
+    fn shr(self, n: u32) -> Byte {
+        Byte(self.0.wrapping_shr(n))
+    }
+}
+
+impl WordOps for Byte {
+    type Bit = bool;
+    #[inline(always)]
+    fn bit(self, n: u8) -> bool {
+        self.0 & (1u8.wrapping_shl(u32::from(n))) != 0
+    }
+    #[inline(always)]
+    fn with_bit(self, n: u8, bit: bool) -> Byte {
+        let mask = 1u8.wrapping_shl(u32::from(n));
+        Byte(self.0 & !mask | u8::from(bit).wrapping_shl(u32::from(n)))
+    }
+    #[inline(always)]
+    fn is_zero(self) -> bool {
+        self.0 == 0
+    }
+}
+
+impl WideOps for Pair {
+    type Word = Byte;
+    #[inline(always)]
+    fn join(hi: Byte, lo: Byte) -> Pair {
+        Pair(u16::from_be_bytes([hi.0, lo.0]))
+    }
+    #[inline(always)]
+    fn lo(self) -> Byte {
+        Byte(self.0 as u8)
+    }
+    #[inline(always)]
+    fn hi(self) -> Byte {
+        Byte((self.0 >> 8) as u8)
+    }
+    #[inline(always)]
+    fn mul(a: Byte, b: Byte) -> Pair {
+        Pair(u16::from(a.0) * u16::from(b.0))
+    }
+}

@@ -1,0 +1,130 @@
+//! Time, pin levels and the events that leave a chip.
+
+/// A moment: machine cycle since power-up, and clocks within it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Time {
+    /// Machine cycle since power-up.
+    pub cycle: u64,
+    /// Clock within the cycle, 0 to `clocks_per_cycle - 1` (Q1 to Q4, S1 to S6; always 0 on AVR).
+    pub phase: u8,
+}
+
+impl Time {
+    /// The first clock of `cycle`.
+    #[must_use]
+    pub const fn at(cycle: u64) -> Time {
+        Time { cycle, phase: 0 }
+    }
+}
+
+/// What drives a pin, or what stands on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Level {
+    /// 0 V.
+    Low,
+    /// Supply voltage.
+    High,
+    /// Nothing drives it.
+    #[default]
+    Float,
+}
+
+impl Level {
+    /// High for true.
+    #[must_use]
+    pub const fn of(bit: bool) -> Level {
+        if bit { Level::High } else { Level::Low }
+    }
+}
+
+/// A pin: position in the chip's list of pins ([`crate::chip::Chip::pins`]).
+pub type PinId = u8;
+
+/// Something that a chip did or saw, with its time; handed to [`Probe::event`](crate::cpu::Probe::event) in order of time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Event {
+    /// The level of a pin changed.
+    Edge {
+        /// When.
+        at: Time,
+        /// Which pin.
+        pin: PinId,
+        /// Its level from then on.
+        level: Level,
+    },
+    /// A serial port finished a byte (the last stop bit has passed).
+    Sent {
+        /// When.
+        at: Time,
+        /// Which port, from 0.
+        uart: u8,
+        /// The byte.
+        byte: u8,
+    },
+}
+
+impl Event {
+    /// When it happened.
+    #[must_use]
+    pub const fn at(&self) -> Time {
+        match self {
+            Event::Edge { at, .. } | Event::Sent { at, .. } => *at,
+        }
+    }
+}
+
+/// One pin: who drives it from both sides, and the level that follows.
+///
+/// The chip wins where both sides drive (the fight is reported by [`Pin::contention`]); a floating pin with the
+/// chip's pull-up on reads high; a floating pin without one keeps the level it had last, as a charged input does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Pin {
+    /// What the chip drives.
+    pub own: Level,
+    /// The chip's pull-up is on.
+    pub pull_up: bool,
+    /// What the outside drives.
+    pub outside: Level,
+    /// The level of the wire, and the level one change ago, for what samples it late.
+    pub high: bool,
+    before: bool,
+    changed: u64,
+}
+
+impl Pin {
+    /// Level of the wire.
+    #[must_use]
+    pub const fn level(&self) -> Level {
+        match (self.own, self.outside, self.pull_up) {
+            (Level::Float, Level::Float, false) => Level::Float,
+            _ => Level::of(self.high),
+        }
+    }
+
+    /// True when chip and outside drive against each other.
+    #[must_use]
+    pub fn contention(&self) -> bool {
+        matches!((self.own, self.outside), (Level::Low, Level::High) | (Level::High, Level::Low))
+    }
+
+    /// Settles the wire after a change of its drivers at machine cycle `cycle`; true when its level changed.
+    pub fn settle(&mut self, cycle: u64) -> bool {
+        let high = match (self.own, self.outside) {
+            (Level::Float, Level::Float) => self.pull_up || self.high,
+            (Level::Float, level) | (level, _) => level == Level::High,
+        };
+        let changed = high != self.high;
+        if changed {
+            self.before = self.high;
+            self.high = high;
+            self.changed = cycle;
+        }
+        changed
+    }
+
+    /// The level at machine cycle `cycle`, for a sampler that looks at most one change back.
+    #[must_use]
+    pub const fn at(&self, cycle: u64) -> bool {
+        if cycle >= self.changed { self.high } else { self.before }
+    }
+}

@@ -1,0 +1,256 @@
+//! The instruction table: one row per instruction, and what can be read off it.
+//!
+//! A chip family writes its table once, as a macro in callback form: `family_table! { callback }` hands every row to
+//! `callback!`. [`define_isa!`](crate::define_isa) turns the rows into data ([`Row`], an `Op` kind per row);
+//! [`dispatch!`](crate::dispatch) turns them into the arms of the interpreter's `match`. Decoding, disassembly, assembly, encoding and
+//! the lists in the documentation all read the same rows.
+//!
+//! ```text
+//! /// Compare, skip if equal.
+//! Cpse  "cpse" "d, r"  "0001 00rd dddd rrrr" (d: R, r: R, n: Skip)  "1/2/3" ""  => cpse(d, r, n);
+//! name  mnemonic       bit pattern           operands in op order   cycles  flags  body
+//!              syntax: lower-case letters are operands, the rest is literal text
+//! ```
+//!
+//! Operands that do not stand in the pattern (such as `Skip`, the length of the next instruction) are computed at
+//! predecode. Rows may overlap only in order: the first row that matches wins, and a test of each family lists the
+//! overlaps it wants.
+
+mod pattern;
+mod text;
+
+pub use pattern::{Cycles, Pattern};
+pub use text::{Alias, AsmError, Line, assemble, disassemble, number};
+
+/// A predecoded instruction: four bytes. `kind` names the row; the other bytes hold the operands in row order, a wide
+/// operand taking two (little endian).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C, align(4))]
+pub struct Op<K> {
+    /// The row, or one of the extra kinds behind the rows (illegal, trap, ..).
+    pub kind: K,
+    /// Operand bytes.
+    pub arg: [u8; 3],
+}
+
+/// Where an instruction stands: what an operand may need beyond its own bits.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Site {
+    /// Address of the instruction in program words.
+    pub pc: u32,
+    /// Length of the instruction in program words.
+    pub len: u32,
+    /// Length of the instruction that follows it, in program words.
+    pub next_len: u32,
+    /// Program words minus one, where the size is a power of two: targets wrap within it.
+    pub pc_mask: u32,
+}
+
+/// An operand kind: how a field of the pattern becomes a value and back, and how the value is written.
+pub trait Operand: Copy + Sized {
+    /// The kind's description, a row of data for the tools.
+    const KIND: OperandKind;
+    /// From the value that predecode put into the op.
+    fn from_value(value: u16) -> Self;
+    /// Takes this operand from an op whose next free operand byte is `at`, and moves `at` on.
+    #[inline(always)]
+    fn take<K: Copy>(op: Op<K>, at: &mut usize) -> Self {
+        if Self::KIND.wide {
+            let value = u16::from_le_bytes([op.arg[*at], op.arg[*at + 1]]);
+            *at += 2;
+            Self::from_value(value)
+        } else {
+            let value = op.arg[*at];
+            *at += 1;
+            Self::from_value(u16::from(value))
+        }
+    }
+}
+
+/// An operand kind as data.
+#[derive(Debug, Clone, Copy)]
+pub struct OperandKind {
+    /// Name for documentation and messages: `register`, `bit`, ..
+    pub name: &'static str,
+    /// Takes two bytes of the op.
+    pub wide: bool,
+    /// Field of the pattern (`raw`, `bits` wide) -> value. Kinds that are not in a pattern ignore `raw`.
+    pub value: fn(raw: u32, bits: u32, site: &Site) -> i32,
+    /// Value -> field; the error says what is allowed.
+    pub raw: fn(value: i32, bits: u32, site: &Site) -> Result<u32, String>,
+    /// Writes the value as assembly text.
+    pub text: fn(value: i32, out: &mut String),
+    /// Reads assembly text.
+    pub parse: fn(text: &str, site: &Site) -> Option<i32>,
+}
+
+/// One operand of a row.
+#[derive(Debug, Clone, Copy)]
+pub struct Slot {
+    /// Its letter in pattern and syntax.
+    pub letter: u8,
+    /// Its kind.
+    pub kind: &'static OperandKind,
+}
+
+/// One instruction.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    /// Name of the op kind, such as `Add`.
+    pub name: &'static str,
+    /// Mnemonic, lower case.
+    pub mnemonic: &'static str,
+    /// Operand syntax: lower-case letters are operands, everything else literal text.
+    pub syntax: &'static str,
+    /// Bits.
+    pub pattern: Pattern,
+    /// Operands in op order.
+    pub operands: &'static [Slot],
+    /// Cycles of every outcome.
+    pub cycles: Cycles,
+    /// Flags that the instruction may write, by letter.
+    pub flags: &'static str,
+    /// The doc comment of the row.
+    pub doc: &'static str,
+}
+
+impl Row {
+    /// Length in program words.
+    #[must_use]
+    pub const fn len(&self) -> u32 {
+        self.pattern.words()
+    }
+
+    /// Values of the operands of the instruction `bits` at `site`, in row order.
+    pub fn operands_of<'a>(&'a self, bits: u32, site: &'a Site) -> impl Iterator<Item = i32> + 'a {
+        self.operands.iter().map(move |slot| {
+            let (raw, width) = self.pattern.field(slot.letter, bits);
+            (slot.kind.value)(raw, width, site)
+        })
+    }
+
+    /// The op of the instruction `bits` at `site`; `kind` is the row's kind.
+    #[must_use]
+    pub fn op<K>(&self, kind: K, bits: u32, site: &Site) -> Op<K> {
+        let mut op = Op { kind, arg: [0; 3] };
+        let mut at = 0;
+        for (slot, value) in self.operands.iter().zip(self.operands_of(bits, site)) {
+            op.arg[at] = value as u8;
+            at += 1;
+            if slot.kind.wide {
+                op.arg[at] = (value >> 8) as u8;
+                at += 1;
+            }
+        }
+        op
+    }
+
+    /// The bits of this instruction with the given operand values (those that stand in the pattern, in row order).
+    ///
+    /// # Errors
+    /// Says which operand does not fit and what is allowed, or how many operands are wanted.
+    pub fn encode(&self, values: &[i32], site: &Site) -> Result<u32, EncodeError> {
+        let wanted = self.operands.iter().filter(|s| self.pattern.has(s.letter)).count();
+        if values.len() != wanted {
+            return Err(EncodeError {
+                mnemonic: self.mnemonic,
+                cause: format!("{wanted} operands wanted, {} given", values.len()),
+            });
+        }
+        let mut bits = self.pattern.value;
+        let in_pattern = self.operands.iter().filter(|s| self.pattern.has(s.letter));
+        for (slot, &value) in in_pattern.zip(values) {
+            let width = self.pattern.field(slot.letter, 0).1;
+            let raw = (slot.kind.raw)(value, width, site)
+                .map_err(|cause| EncodeError { mnemonic: self.mnemonic, cause })?;
+            bits |= self.pattern.place(slot.letter, raw);
+        }
+        Ok(bits)
+    }
+}
+
+/// An operand that an instruction cannot hold.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EncodeError {
+    /// The instruction.
+    pub mnemonic: &'static str,
+    /// What is wrong with which operand.
+    pub cause: String,
+}
+
+impl std::fmt::Display for EncodeError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.mnemonic, self.cause)
+    }
+}
+
+impl std::error::Error for EncodeError {}
+
+/// Position of the first row that matches the instruction starting with `first` (and `second`, its next program word),
+/// where program words have `word_bits` bits. Returns the row's position and the instruction's bits.
+#[must_use]
+pub fn find(rows: &[Row], word_bits: u32, first: u32, second: u32) -> Option<(usize, u32)> {
+    rows.iter().enumerate().find_map(|(i, row)| {
+        let bits = if row.len() == 2 { (first << word_bits) | second } else { first };
+        row.pattern.matches(bits).then_some((i, bits))
+    })
+}
+
+/// Defines `Kind` (one variant per row, then the extra kinds), `ROWS` and the names, from a table in callback form.
+///
+/// The table calls it with rows of the shape shown in [`crate::table`]; the word size in bits comes first.
+#[macro_export]
+macro_rules! define_isa {
+    ($word_bits:literal; extra { $($(#[doc = $xdoc:literal])* $extra:ident),* $(,)? }
+     $( $(#[doc = $doc:literal])+ $name:ident $mnemonic:literal $syntax:literal $pattern:literal
+        ($($letter:ident : $kind:ident),*) $cycles:literal $flags:literal => $body:ident ( $($arg:expr),* ) ; )*) => {
+        /// The instructions, one per row of the table; behind them kinds that only predecode makes.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(u8)]
+        pub enum Kind { $( $(#[doc = $doc])+ $name, )* $( $(#[doc = $xdoc])* $extra, )* }
+
+        /// Every instruction, in table order; `Kind as usize` is the position.
+        pub const ROWS: &[$crate::table::Row] = &[ $( $crate::table::Row {
+            name: stringify!($name),
+            mnemonic: $mnemonic,
+            syntax: $syntax,
+            pattern: $crate::table::Pattern::parse($pattern, $word_bits),
+            operands: &[ $( $crate::table::Slot {
+                letter: stringify!($letter).as_bytes()[0],
+                kind: &<$kind as $crate::table::Operand>::KIND,
+            } ),* ],
+            cycles: $crate::table::Cycles::parse($cycles),
+            flags: $flags,
+            doc: concat!($($doc),+),
+        }, )* ];
+
+        /// The kind of every row, in table order.
+        pub const KINDS: &[Kind] = &[ $( Kind::$name ),* ];
+    };
+}
+
+/// Expands to the `match` that runs the body of `$op` on `$m`: `dispatch!{ (m, op, Kind, else_arm) rows.. }`.
+///
+/// Every arm first moves the program counter over the instruction and charges the row's cycles where they are constant,
+/// so a body that touches the bus does so in the last cycle charged so far.
+#[macro_export]
+macro_rules! dispatch {
+    (($m:ident, $op:ident, $kind:expr, $other:expr) $word_bits:literal; extra { $($(#[doc = $xdoc:literal])* $extra:ident),* $(,)? }
+     $( $(#[doc = $doc:literal])+ $name:ident $mnemonic:literal $syntax:literal $pattern:literal
+        ($($letter:ident : $operand:ident),*) $cycles:literal $flags:literal => $body:ident ( $($arg:expr),* ) ; )*) => {
+        match $kind {
+            $( Kind::$name => {
+                const WORDS: u32 = $crate::table::Pattern::parse($pattern, $word_bits).words();
+                const CYCLES: u32 = $crate::table::Cycles::parse($cycles).constant();
+                #[allow(unused_mut, unused_variables)]
+                let mut at = 0usize;
+                $( let $letter = <$operand as $crate::table::Operand>::take($op, &mut at); )*
+                let _ = at;
+                $m.advance(WORDS);
+                if CYCLES != 0 { $m.charge(CYCLES); }
+                $body($m $(, $arg)*);
+            } )*
+            _ => $other,
+        }
+    };
+}

@@ -1,0 +1,142 @@
+//! Bit patterns and cycle columns, parsed and checked while the table compiles.
+
+/// A bit pattern such as `0001 00rd dddd rrrr`: 0 and 1 are fixed, a letter is a bit of that operand (most significant
+/// first). Spaces are for the eye. A pattern is one program word or two; the first word stands in the upper bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pattern {
+    /// Bits that are fixed.
+    pub mask: u32,
+    /// Their values.
+    pub value: u32,
+    letters: [u8; 32],
+    bits: u8,
+    words: u8,
+}
+
+impl Pattern {
+    /// Parses a pattern for program words of `word_bits` bits (8, 14 or 16).
+    ///
+    /// # Panics
+    /// At compile time, when a character is none of `0`, `1`, `-` (don't care), a lower-case letter or a space, or when
+    /// the length is not one or two words (one to three for words of 8 bits).
+    #[must_use]
+    pub const fn parse(text: &str, word_bits: u32) -> Pattern {
+        let text = text.as_bytes();
+        let mut letters = [0u8; 32];
+        let (mut mask, mut value, mut bits, mut i) = (0u32, 0u32, 0usize, 0usize);
+        while i < text.len() {
+            let c = text[i];
+            i += 1;
+            if c == b' ' {
+                continue;
+            }
+            assert!(c == b'0' || c == b'1' || c == b'-' || (c >= b'a' && c <= b'z'), "a pattern has 0, 1, - and letters");
+            assert!(bits < 32, "a pattern has at most 32 bits");
+            mask <<= 1;
+            value <<= 1;
+            if c == b'0' || c == b'1' {
+                mask |= 1;
+                value |= (c - b'0') as u32;
+            }
+            letters[bits] = c;
+            bits += 1;
+        }
+        let words = bits as u32 / word_bits;
+        assert!(words >= 1 && words <= 3 && words * word_bits == bits as u32, "a pattern fills whole program words");
+        Pattern { mask, value, letters, bits: bits as u8, words: words as u8 }
+    }
+
+    /// Length in program words.
+    #[must_use]
+    pub const fn words(&self) -> u32 {
+        self.words as u32
+    }
+
+    /// True when the fixed bits of `bits` are those of the pattern.
+    #[must_use]
+    pub const fn matches(&self, bits: u32) -> bool {
+        bits & self.mask == self.value
+    }
+
+    /// True when the operand `letter` stands in the pattern.
+    #[must_use]
+    pub fn has(&self, letter: u8) -> bool {
+        self.letters[..self.bits as usize].contains(&letter)
+    }
+
+    /// The bits of operand `letter` gathered from `bits`, and how many they are.
+    #[must_use]
+    pub fn field(&self, letter: u8, bits: u32) -> (u32, u32) {
+        let (mut raw, mut width) = (0, 0);
+        for (i, &c) in self.letters[..self.bits as usize].iter().enumerate() {
+            if c == letter {
+                raw = (raw << 1) | ((bits >> (u32::from(self.bits) - 1 - i as u32)) & 1);
+                width += 1;
+            }
+        }
+        (raw, width)
+    }
+
+    /// The bits of an instruction that hold `raw` in operand `letter`, all else 0.
+    #[must_use]
+    pub fn place(&self, letter: u8, raw: u32) -> u32 {
+        let mut left = self.field(letter, 0).1;
+        let mut bits = 0;
+        for (i, &c) in self.letters[..self.bits as usize].iter().enumerate() {
+            if c == letter {
+                left -= 1;
+                bits |= ((raw >> left) & 1) << (u32::from(self.bits) - 1 - i as u32);
+            }
+        }
+        bits
+    }
+}
+
+/// The cycle column of a row: `1`, or one figure per outcome, `1/2/3` in the order not taken, taken, taken over two words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Cycles {
+    list: [u8; 4],
+    len: u8,
+}
+
+impl Cycles {
+    /// Parses the column.
+    ///
+    /// # Panics
+    /// At compile time, when it is not one to four single digits above 0 with `/` between them.
+    #[must_use]
+    pub const fn parse(text: &str) -> Cycles {
+        let text = text.as_bytes();
+        let mut list = [0u8; 4];
+        let mut i = 0;
+        assert!(text.len() % 2 == 1 && text.len() <= 7, "cycles are digits with / between them");
+        while i < text.len() {
+            if i % 2 == 0 {
+                assert!(text[i] >= b'1' && text[i] <= b'9', "a cycle count is a digit from 1");
+                list[i / 2] = text[i] - b'0';
+            } else {
+                assert!(text[i] == b'/', "outcomes are separated by /");
+            }
+            i += 1;
+        }
+        Cycles { list, len: text.len().div_ceil(2) as u8 }
+    }
+
+    /// The count where all outcomes take the same, else 0 (the body charges).
+    #[must_use]
+    pub const fn constant(&self) -> u32 {
+        if self.len == 1 { self.list[0] as u32 } else { 0 }
+    }
+
+    /// One count per outcome.
+    #[must_use]
+    pub fn outcomes(&self) -> &[u8] {
+        &self.list[..self.len as usize]
+    }
+
+    /// The largest count.
+    #[must_use]
+    pub fn worst(&self) -> u32 {
+        self.outcomes().iter().copied().max().map_or(0, u32::from)
+    }
+}
