@@ -1,0 +1,168 @@
+//! HEX files beside this page, against the tables `refused.txt` and `accepted.txt`.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use diag::{Diagnostic, Severity};
+use emu_core::image::{CODES, LIMIT, Loaded, Space, load, load_hex, write_hex};
+
+use crate::{AVR, DIR, table};
+
+const MEMORIES: &[Space] = &[
+    Space { name: "flash", start: 0, len: 0x2_0000, word: 2 },
+    Space { name: "user", start: 0x30_0000, len: 8, word: 1 },
+];
+
+fn file(name: &str) -> Vec<u8> {
+    std::fs::read(format!("{DIR}/{name}.hex")).unwrap_or_else(|e| panic!("{name}.hex: {e}"))
+}
+
+fn load_file(name: &str) -> Result<Loaded, Vec<Diagnostic>> {
+    load(&format!("{name}.hex"), &file(name), MEMORIES, &[], AVR)
+}
+
+/// `line:column+width code cause` of each.
+fn lines(all: &[Diagnostic], separator: &str) -> Vec<String> {
+    let one = |d: &Diagnostic| {
+        let place = format!("{}:{}+{}", d.pos.line, d.pos.column, d.pos.width);
+        [place.as_str(), d.code, d.cause.as_str()].join(separator)
+    };
+    all.iter().map(one).collect()
+}
+
+fn image(loaded: &Loaded) -> String {
+    let mut text = String::new();
+    for segment in &loaded.image.segments {
+        write!(text, "{} {:04X} ", segment.space, segment.addr).unwrap();
+        segment.bytes.iter().for_each(|byte| write!(text, "{byte:02X}").unwrap());
+        text.push_str(", ");
+    }
+    let entry = loaded.image.entry.map_or("-".to_owned(), |entry| format!("{entry:04X}"));
+    text + "entry " + &entry
+}
+
+#[test]
+fn faults_are_all_reported() {
+    let rows = table("refused.txt", 4);
+    let names: BTreeSet<&str> = rows.iter().map(|row| row[0].as_str()).collect();
+    for name in names {
+        let wanted: Vec<String> = rows.iter().filter(|row| row[0] == name).map(|row| row[1..].join(" | ")).collect();
+        let found = load_file(name).expect_err(name);
+        assert_eq!(lines(&found, " | "), wanted, "{name}.hex");
+        for d in &found {
+            assert_eq!((d.severity, d.file.as_str()), (Severity::Error, format!("{name}.hex").as_str()));
+            assert!(!d.hint.is_empty(), "{name}.hex: {d} has no hint");
+        }
+    }
+}
+
+#[test]
+fn variants_are_accepted() {
+    for row in table("accepted.txt", 3) {
+        let loaded = load_file(&row[0]).unwrap_or_else(|e| panic!("{}: {:?}", row[0], lines(&e, " ")));
+        assert_eq!(image(&loaded), row[1], "{}.hex", row[0]);
+        assert_eq!(lines(&loaded.warnings, " ").join("; "), row[2], "{}.hex", row[0]);
+        assert!(loaded.warnings.iter().all(|d| d.severity == Severity::Warning));
+    }
+}
+
+#[test]
+fn the_list_of_faults_has_an_end() {
+    let found = load_file("hex020").expect_err("hex020");
+    assert_eq!(found.len(), LIMIT + 1);
+    assert!(found[..LIMIT].iter().zip(1..).all(|(d, line)| d.code == "HEX001" && d.pos.line == line));
+    let last = &found[LIMIT];
+    assert_eq!((last.code, last.cause.as_str()), ("HEX020", "3 more faults are not shown"));
+
+    let garbage = [b"ZZZZ\n:GG\n".repeat(200_000), vec![b'Q'; 1_000_000]].concat();
+    let found = load_hex("garbage", &garbage, MEMORIES).expect_err("garbage");
+    // Of each pair the first line has one fault (HEX001) and the second two (HEX002, HEX004); then come the long line
+    // (HEX001) and the missing end (HEX010): 600,002 in all.
+    assert_eq!(found.len(), LIMIT + 1);
+    assert_eq!(found[LIMIT].cause, "599902 more faults are not shown");
+}
+
+/// Every row of `CODES` is tried in a file of its own, and has words for `emu explain` and a place in the docs.
+#[test]
+fn every_code_has_a_case() {
+    let mut tried: BTreeSet<String> = table("refused.txt", 4).into_iter().map(|row| row[2].clone()).collect();
+    tried.extend(table("elf.txt", 3).into_iter().map(|row| row[1].clone()));
+    for row in table("accepted.txt", 3) {
+        tried.extend(row[2].split("; ").filter_map(|warning| warning.split(' ').nth(1)).map(str::to_owned));
+    }
+    tried.extend(["HEX020".to_owned(), "ELF011".to_owned()]);
+    let known: BTreeSet<String> = CODES.iter().map(|code| code.code.to_owned()).collect();
+    assert_eq!(tried, known);
+    assert_eq!(known.len(), CODES.len(), "a code stands twice");
+    let docs = docs();
+    for code in CODES {
+        assert!(!code.title.is_empty() && code.explain.len() > 60, "{}", code.code);
+        assert!(docs.contains(code.code), "docs/formats/hex.md says nothing of {}", code.code);
+        if code.code.starts_with("HEX") {
+            file(&code.code.to_lowercase());
+        }
+    }
+}
+
+#[test]
+fn an_image_answers() {
+    let loaded = load_file("ok-two-memories").unwrap();
+    let image = loaded.image;
+    assert_eq!((image.end("flash"), image.end("user"), image.end("eeprom")), (0x2_0000, 8, 0));
+    assert_eq!(image.bytes_in("user").collect::<Vec<_>>(), [(6, 0xAB), (7, 0x55)]);
+    let mut user = [0xFF; 7];
+    image.fill("user", &mut user);
+    assert_eq!(user, [0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xAB]);
+}
+
+#[test]
+fn written_text() {
+    let bytes: Vec<u8> = (0..20).collect();
+    let text = write_hex(&[(0xFFFE, &[1, 2, 3]), (0x10, &bytes), (0x2_0000, &[]), (0x1000_0000, &[0xFF])]);
+    let wanted = "\
+:10001000000102030405060708090A0B0C0D0E0F68
+:040020001011121396
+:02FFFE000102FE
+:020000040001F9
+:0100000003FC
+:020000041000EA
+:01000000FF00
+:00000001FF
+";
+    assert_eq!(text, wanted);
+}
+
+/// A record may begin before a memory, cross a gap and end behind a memory; only what lies in none is at fault.
+#[test]
+fn a_record_across_memories() {
+    let memory = |name, start, len| Space { name, start, len, word: 1 };
+    let memories = [memory("late", 0x16, 2), memory("early", 0x10, 4), memory("none", 0x12, 0)];
+    let found = load_hex("a.hex", b":10000E00000102030405060708090A0B0C0D0E0F6A\n:00000001FF", &memories).unwrap_err();
+    let known = "outside the memories of the chip: late 0x0016 to 0x0017, 2 bytes; early 0x0010 to 0x0013, 4 bytes";
+    let wanted =
+        [("1:10+4", "0x000E to 0x000F (2)"), ("1:22+4", "0x0014 to 0x0015 (2)"), ("1:30+12", "0x0018 to 0x001D (6)")];
+    let wanted = wanted.map(|(place, bytes)| format!("{place} HEX016 bytes {bytes} lie {known}"));
+    assert_eq!(lines(&found, " "), wanted);
+}
+
+/// The examples of the page on the format have the fault that they stand for.
+#[test]
+fn examples_in_the_docs() {
+    const FLASH: &[Space] = &[Space { name: "flash", start: 0, len: 0x8000, word: 2 }];
+    let mut tried = 0;
+    for row in docs().lines().filter(|line| line.starts_with("| HEX")) {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let (code, example) = (cells[1], cells[3]);
+        let Some(example) = example.strip_prefix('`').and_then(|text| text.strip_suffix('`')) else { continue };
+        let found = load_hex(code, example.replace(" ⏎ ", "\n").as_bytes(), FLASH);
+        let found = found.map_or_else(|errors| errors, |loaded| loaded.warnings);
+        assert!(found.iter().any(|d| d.code == code), "{row}: {:?}", lines(&found, " "));
+        assert!(found.iter().filter(|d| d.is_error()).count() <= 1, "{row}: {:?}", lines(&found, " "));
+        tried += 1;
+    }
+    assert_eq!(tried, 18);
+}
+
+fn docs() -> String {
+    std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/formats/hex.md")).unwrap()
+}
