@@ -83,7 +83,7 @@ codes! {
     COIL_KIND "LD035" "a coil needs a Y or R name"
         "A coil writes one bit: an output Y.. or a relay R... An input X.. belongs to the outside, and integers are written by MOVE and the arithmetic elements.";
     TOO_DEEP "LD036" "nested too deeply"
-        "At most 64 groups may lie in each other.";
+        "At most 64 groups may lie in each other. Split the rung, and carry the state between the parts in relays.";
     BAD_STRING "LD037" "FORMATTED_STRING without its text"
         "Two spellings exist: a length followed by as many decimal character codes, or (LDmicro 5) one text between double quotes.";
     TIMER_RANGE "LD101" "a delay cannot be counted"
