@@ -107,7 +107,8 @@ fn size_is_bounded() {
 
 #[test]
 fn errors_are_bounded() {
-    let errors = ladder::parse("t", &format!("{}RUNG\n{}END\n", common::HEAD, "FOO\n".repeat(1000))).expect_err("errors");
+    let errors =
+        ladder::parse("t", &format!("{}RUNG\n{}END\n", common::HEAD, "FOO\n".repeat(1000))).expect_err("errors");
     assert_eq!(errors.len(), 101);
     assert_eq!(errors.last().map(|d| d.code), Some("LD019"));
 }
