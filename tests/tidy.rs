@@ -1,0 +1,131 @@
+//! The house rules that a compiler does not keep: who may use whom, how long a file may be, no unsafe code, and that every
+//! crate of chips says what it does not model.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// `crate: crates it may use`. Dev-dependencies are free: tests look at everything.
+const ARROWS: &str = "
+diag:
+emu-core:       diag
+emu-avr:        emu-core
+emu-debug:      emu-core diag
+ladder:         diag
+ladder-eval:    ladder
+ladder-compile: ladder diag emu-core emu-avr
+emu-check:      ladder diag emu-core emu-avr emu-debug ladder-eval ladder-compile
+emu:            ladder diag emu-core emu-avr emu-debug ladder-eval ladder-compile emu-check
+";
+
+/// The wall: what the compiler may name of the emulators. Tables, chip data and images, never a machine.
+const COMPILER_MAY_NAME: &[&str] = &["emu_avr::isa", "emu_avr::chips", "emu_core::table", "emu_core::chip", "emu_core::image", "emu_core::Chip"];
+
+/// Lines per file.
+const LONGEST: usize = 500;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The crates of the workspace and their folders, read from its Cargo.toml.
+fn crates() -> Vec<(String, PathBuf)> {
+    let text = fs::read_to_string(root().join("Cargo.toml")).expect("Cargo.toml");
+    let table: toml::Table = text.parse().expect("Cargo.toml is TOML");
+    let members = table["workspace"]["members"].as_array().expect("members");
+    let mut list: Vec<_> =
+        members.iter().filter_map(|m| m.as_str()).map(|name| (name.to_owned(), root().join(name))).collect();
+    list.push(("emu".into(), root()));
+    list
+}
+
+fn rust_files(dir: &Path, out: &mut Vec<PathBuf>) {
+    let Ok(entries) = fs::read_dir(dir) else { return };
+    for entry in entries.flatten() {
+        let path = entry.path();
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if path.is_dir() && name != "target" && !name.starts_with('.') {
+            rust_files(&path, out);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            out.push(path);
+        }
+    }
+}
+
+#[test]
+fn arrows_between_crates() {
+    let allowed: BTreeMap<&str, Vec<&str>> = ARROWS
+        .lines()
+        .filter_map(|l| l.split_once(':'))
+        .map(|(name, uses)| (name.trim(), uses.split_whitespace().collect()))
+        .collect();
+    let mut wrong = Vec::new();
+    for (name, dir) in crates() {
+        let text = fs::read_to_string(dir.join("Cargo.toml")).expect("Cargo.toml of a crate");
+        let table: toml::Table = text.parse().expect("Cargo.toml is TOML");
+        let uses = table.get("dependencies").and_then(toml::Value::as_table);
+        let Some(may) = allowed.get(name.as_str()) else {
+            wrong.push(format!("{name}: not in the list of arrows"));
+            continue;
+        };
+        for used in uses.into_iter().flat_map(|t| t.keys()) {
+            let ours = used == "diag" || used.starts_with("emu-") || used.starts_with("ladder");
+            if ours && !may.contains(&used.as_str()) {
+                wrong.push(format!("{name} -> {used}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "arrows that the design does not draw: {wrong:#?}");
+}
+
+#[test]
+fn the_compiler_sees_tables_only() {
+    let mut files = Vec::new();
+    rust_files(&root().join("ladder-compile/src"), &mut files);
+    assert!(!files.is_empty());
+    let mut wrong = Vec::new();
+    for file in files {
+        let text = fs::read_to_string(&file).expect("source");
+        // Tests behind the last `#[cfg(test)]` may run what was compiled.
+        let text = text.split("#[cfg(test)]").next().unwrap_or("");
+        for (n, line) in text.lines().enumerate().filter(|(_, l)| !l.trim_start().starts_with("//")) {
+            for (at, _) in line.match_indices("emu_avr::").chain(line.match_indices("emu_core::")) {
+                if !COMPILER_MAY_NAME.iter().any(|ok| line[at..].starts_with(ok)) {
+                    wrong.push(format!("{}:{}: {}", file.display(), n + 1, line.trim()));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "the compiler may use tables and chip data only: {wrong:#?}");
+}
+
+#[test]
+fn files_fit_in_the_head() {
+    let mut files = Vec::new();
+    rust_files(&root(), &mut files);
+    let long: Vec<String> = files
+        .iter()
+        .filter_map(|f| {
+            let lines = fs::read_to_string(f).expect("source").lines().count();
+            (lines > LONGEST).then(|| format!("{}: {lines} lines", f.display()))
+        })
+        .collect();
+    assert!(long.is_empty(), "longer than {LONGEST} lines: {long:#?}");
+}
+
+#[test]
+fn unsafe_code_is_forbidden() {
+    for (name, dir) in crates() {
+        let main = [dir.join("src/lib.rs"), dir.join("src/main.rs")].into_iter().find(|p| p.exists()).expect("a root file");
+        let text = fs::read_to_string(main).expect("source");
+        assert!(text.contains("#![forbid(unsafe_code)]"), "{name} does not forbid unsafe code");
+    }
+}
+
+#[test]
+fn chips_say_what_is_not_modelled() {
+    for (name, dir) in crates().into_iter().filter(|(_, d)| d.join("src/isa.rs").exists()) {
+        let quirks = fs::read_to_string(dir.join("QUIRKS.md")).unwrap_or_default();
+        assert!(quirks.lines().count() > 5, "{name} has no QUIRKS.md");
+    }
+}
