@@ -1,13 +1,11 @@
 //! What is wrong with a program that reads well: errors that keep it from being run, and warnings.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use diag::{Diagnostic, Pos, Severity};
 
 use crate::chips;
 use crate::codes;
-use crate::model::{CounterKind, Dialect, Element, ElementId, MathOp, Node, Operand, Program, SymbolKind, TimerKind};
-use crate::symbols;
+use crate::model::{Dialect, Element, ElementId, MathOp, Node, Operand, Program, TimerKind};
+use crate::whole;
 use crate::write::element_text;
 
 /// Checks a program against its dialect. Errors mean that it cannot be evaluated or compiled; the list is sorted by
@@ -27,9 +25,9 @@ pub fn check(program: &Program) -> Vec<Diagnostic> {
         let mut next = ElementId { rung: index, index: 0 };
         last(&mut found, &rung.series, true, &mut next);
     }
-    names(&mut found);
+    whole::names(&mut found);
     if program.dialect == Dialect::Ldmicro5 {
-        ldmicro5(&mut found);
+        whole::ldmicro5(&mut found);
     }
     found.diagnostics.sort_by_key(|d| d.pos);
     found.diagnostics
@@ -39,14 +37,14 @@ pub fn check(program: &Program) -> Vec<Diagnostic> {
 const MAX_COUNT: u128 = 32767;
 
 #[derive(Clone, Copy)]
-struct At<'a> {
-    id: ElementId,
-    element: &'a Element,
-    pos: Pos,
+pub(crate) struct At<'a> {
+    pub id: ElementId,
+    pub element: &'a Element,
+    pub pos: Pos,
 }
 
-struct Checker<'a> {
-    program: &'a Program,
+pub(crate) struct Checker<'a> {
+    pub program: &'a Program,
     diagnostics: Vec<Diagnostic>,
 }
 
@@ -56,15 +54,15 @@ impl Checker<'_> {
         self.diagnostics.push(new);
     }
 
-    fn error(&mut self, code: &'static str, at: At<'_>, cause: impl AsRef<str>, hint: impl Into<String>) {
+    pub fn error(&mut self, code: &'static str, at: At<'_>, cause: impl AsRef<str>, hint: impl Into<String>) {
         self.tell(Severity::Error, code, at, cause.as_ref(), hint);
     }
 
-    fn warning(&mut self, code: &'static str, at: At<'_>, cause: impl AsRef<str>, hint: impl Into<String>) {
+    pub fn warning(&mut self, code: &'static str, at: At<'_>, cause: impl AsRef<str>, hint: impl Into<String>) {
         self.tell(Severity::Warning, code, at, cause.as_ref(), hint);
     }
 
-    fn tell(&mut self, severity: Severity, code: &'static str, at: At<'_>, cause: &str, hint: impl Into<String>) {
+    pub fn tell(&mut self, severity: Severity, code: &'static str, at: At<'_>, cause: &str, hint: impl Into<String>) {
         let cause = format!("{} ({}): {cause}", at.id, crate::reader::shown(&element_text(at.element)));
         self.diagnostics.push(Diagnostic::new(severity, code, &self.program.file, at.pos, cause, hint));
     }
@@ -170,7 +168,7 @@ fn timer(found: &mut Checker<'_>, at: At<'_>, kind: TimerKind, delay: &Operand, 
         return;
     }
     let scans = delay / cycle;
-    if scans < 2 || scans > MAX_COUNT + 1 {
+    if !(2..=MAX_COUNT + 1).contains(&scans) {
         // The longest delay is the last microsecond that is still rounded down to the largest count.
         let (shortest, longest) = (2 * cycle, (MAX_COUNT + 2) * cycle - 1);
         let p = scans as i128 - 1;
@@ -244,129 +242,7 @@ fn last(found: &mut Checker<'_>, series: &[Node], at_rail: bool, next: &mut Elem
     }
 }
 
-/// What takes the whole program to see: double coils, undriven contacts, shared accumulators, RES of anything.
-fn names(found: &mut Checker<'_>) {
-    let program = found.program;
-    // Names of coils -> the first one and whether all so far were set-only or reset-only.
-    let mut coils: BTreeMap<&str, (ElementId, bool)> = BTreeMap::new();
-    let mut owners: BTreeMap<&str, (ElementId, &Element)> = BTreeMap::new();
-    let mut contacts: BTreeSet<&str> = BTreeSet::new();
-    let driven: BTreeSet<&str> = program
-        .elements()
-        .filter_map(|(_, e, _)| match e {
-            Element::Coil { name, .. } => Some(name.as_str()),
-            _ => None,
-        })
-        .collect();
-    let counted: BTreeSet<&str> = program.elements().filter_map(|(_, e, _)| accumulator(e)).collect();
-    for (id, element, pos) in program.elements() {
-        let at = At { id, element, pos };
-        match element {
-            Element::Coil { name, set, reset, .. } => {
-                let latch = *set || *reset;
-                if let Some((first, all_latch)) = coils.get_mut(name.as_str()) {
-                    if !(*all_latch && latch) {
-                        let cause = format!("{name} is already driven by {first}; the later coil wins");
-                        found.warning(codes::COIL_TWICE, at, cause, "join the conditions with PARALLEL into one coil");
-                    }
-                    *all_latch &= latch;
-                } else {
-                    coils.insert(name, (id, latch));
-                }
-            }
-            Element::Contacts { name, .. } if !name.starts_with('X') && !driven.contains(name.as_str()) => {
-                // One warning for a name is enough.
-                if contacts.insert(name) {
-                    let cause = format!("no coil drives {name}, so it is always 0");
-                    found.warning(codes::NEVER_DRIVEN, at, cause, "add a coil, or mend the name");
-                }
-            }
-            Element::Res { name } if !counted.contains(name.as_str()) => {
-                let cause = format!("{name} is no timer or counter");
-                let hint = format!("mend the name, or write MOVE {name} 0");
-                found.warning(codes::RES_TARGET, at, cause, hint);
-            }
-            _ => {}
-        }
-        if let Some(name) = accumulator(element) {
-            match owners.get(name) {
-                Some((first, other)) => shared(found, at, name, *first, other),
-                None => drop(owners.insert(name, (id, element))),
-            }
-        }
-    }
-}
-
-/// The accumulator of a timer or counter.
-fn accumulator(element: &Element) -> Option<&str> {
-    match element {
-        Element::Timer { name, .. } | Element::Counter { name, .. } => Some(name),
-        _ => None,
-    }
-}
-
-fn shared(found: &mut Checker<'_>, at: At<'_>, name: &str, first: ElementId, other: &Element) {
-    use CounterKind::{Ctd, Ctu};
-    let kind = |e: &Element| match e {
-        Element::Counter { kind, .. } => Some(*kind),
-        _ => None,
-    };
-    if let (Some(Ctu), Some(Ctd)) | (Some(Ctd), Some(Ctu)) = (kind(at.element), kind(other)) {
-        let cause =
-            format!("{name} is also counted by {first}: CTU and CTD on one counter, LDmicro's way to count both ways");
-        let hint = "nothing to do if this is meant";
-        return found.tell(Severity::Note, codes::SHARED, at, &cause, hint);
-    }
-    let cause = format!("{name} is also used by {first}, and each disturbs the other");
-    found.warning(codes::SHARED, at, cause, "give each timer and counter a name of its own");
-}
-
-fn refuse(found: &mut Checker<'_>, at: At<'_>, keyword: &str) {
+pub(crate) fn refuse(found: &mut Checker<'_>, at: At<'_>, keyword: &str) {
     let cause = format!("{keyword} means something else in ldmicro-5, which is not built yet");
     found.error(codes::DIALECT, at, cause, "choose the dialect ldmicro-2.3 if the program was made for it");
-}
-
-/// Refuses what LDmicro 5 understands otherwise (timers are refused where they are checked).
-fn ldmicro5(found: &mut Checker<'_>) {
-    let program = found.program;
-    let width = |name: &str| program.vars.iter().flatten().find(|v| v.name == name).map(|v| v.bytes);
-    let counted: BTreeSet<&str> = program.elements().filter_map(|(_, e, _)| accumulator(e)).collect();
-    let is_ctc = |e: &Element| matches!(e, Element::Counter { kind: CounterKind::Ctc, .. });
-    let circular: BTreeSet<&str> =
-        program.elements().filter(|(_, e, _)| is_ctc(e)).filter_map(|(_, e, _)| accumulator(e)).collect();
-    let mut told: BTreeSet<String> = BTreeSet::new();
-    for (id, element, pos) in program.elements() {
-        let at = At { id, element, pos };
-        match element {
-            Element::Counter { kind: CounterKind::Ctu, .. } => refuse(found, at, "CTU"),
-            Element::Counter { kind: CounterKind::Ctd, .. } => refuse(found, at, "CTD"),
-            Element::Counter { kind: CounterKind::Ctc, init, input, max, .. } => {
-                let plain = matches!(max, Operand::Const { .. })
-                    && init.as_ref().is_none_or(|i| matches!(i, Operand::Const { value: 0, .. }))
-                    && input.is_none_or(|k| k == '/');
-                if !plain {
-                    refuse(found, at, "CTC with a start value, an input kind or a variable limit");
-                }
-            }
-            Element::Res { .. } => refuse(found, at, "RES"),
-            _ => {}
-        }
-        symbols::uses(element, &mut |name, kind| {
-            // Refused timers and counters need no second complaint about their width.
-            let refused = counted.contains(name) && !circular.contains(name);
-            if kind.is_bit()
-                || kind == SymbolKind::Timer
-                || refused
-                || width(name) == Some(2)
-                || !told.insert(name.to_owned())
-            {
-                return;
-            }
-            let cause = match width(name) {
-                Some(bytes) => format!("{name} is declared with {bytes} byte(s), only 2 are supported in ldmicro-5"),
-                None => format!("{name} is not in VAR LIST, so LDmicro 5 chooses its width"),
-            };
-            found.error(codes::WIDTH, at, cause, format!("put `2 bytes {name}` into VAR LIST"));
-        });
-    }
 }

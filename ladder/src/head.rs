@@ -4,7 +4,7 @@ use diag::{Pos, Severity};
 
 use crate::codes;
 use crate::lex::{self, Line};
-use crate::model::{IoEntry, Settings, VarEntry};
+use crate::model::{Dialect, Format, IoEntry, Program, Rung, Settings, VarEntry};
 use crate::reader::{Reader, shown};
 
 /// Largest value of CYCLE, CRYSTAL and BAUD.
@@ -34,20 +34,17 @@ pub(crate) struct Head {
     compiler: Option<String>,
     compiled: Option<String>,
     seen: Vec<&'static str>,
-    pub io: Vec<IoEntry>,
-    pub vars: Option<Vec<VarEntry>>,
-    pub pull_ups: Option<Vec<String>>,
+    io: Vec<IoEntry>,
+    vars: Option<Vec<VarEntry>>,
+    pull_ups: Option<Vec<String>>,
 }
 
 impl Head {
-    /// The settings, zero where one was missing (which is told as an error before).
-    pub fn settings(self) -> (Settings, Vec<IoEntry>, Option<Vec<VarEntry>>, Option<Vec<String>>) {
+    /// The program with this head; a setting that was missing (which is told as an error) is zero.
+    pub fn program(self, file: &str, format: Format, dialect: Dialect, rungs: Vec<Rung>) -> Program {
         let (cycle_us, cycle_rest) = self.cycle.unwrap_or_default();
         let (crystal_hz, crystal_rest) = self.crystal.unwrap_or_default();
-        let (baud, baud_rest) = match self.baud {
-            Some((value, rest)) => (Some(value), rest),
-            None => (None, String::new()),
-        };
+        let (baud, baud_rest) = self.baud.map_or((None, String::new()), |(value, rest)| (Some(value), rest));
         let settings = Settings {
             micro: self.micro,
             cycle_us,
@@ -59,7 +56,8 @@ impl Head {
             compiler: self.compiler,
             compiled: self.compiled,
         };
-        (settings, self.io, self.vars, self.pull_ups)
+        let Head { io, vars, pull_ups, .. } = self;
+        Program { file: file.to_owned(), format, dialect, settings, io, vars, pull_ups, rungs }
     }
 }
 

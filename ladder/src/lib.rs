@@ -15,6 +15,7 @@ mod parse;
 mod reader;
 pub mod symbols;
 mod table;
+mod whole;
 mod write;
 
 pub use check::check;

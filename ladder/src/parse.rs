@@ -108,13 +108,12 @@ fn read(reader: &mut Reader<'_>, text: &str, options: Options) -> Option<Program
         return None;
     }
     let rungs = rungs(reader, &mut lines);
-    let (settings, io, vars, pull_ups) = parts.settings();
     let default = match format {
         Format::V01 => Dialect::Ldmicro23,
         Format::V02 => Dialect::Ldmicro5,
     };
     let dialect = options.dialect.unwrap_or(default);
-    Some(Program { file: reader.file.to_owned(), format, dialect, settings, io, vars, pull_ups, rungs })
+    Some(parts.program(reader.file, format, dialect, rungs))
 }
 
 /// Refuses what is no text of a sensible size.
