@@ -113,7 +113,11 @@ impl Avr {
         if op.kind == Kind::Illegal {
             let word = self.code.word(pc);
             let fault = row_of(word, 0).is_some_and(|(_, kind, _)| kind == Kind::Spm);
-            return Some(if fault { Stop::Fault { pc, fault: Fault::SelfProgramming } } else { Stop::Illegal { pc, word } });
+            return Some(if fault {
+                Stop::Fault { pc, fault: Fault::SelfProgramming }
+            } else {
+                Stop::Illegal { pc, word }
+            });
         }
         self.hot = self.turn(probe).0.single(op);
         let halted = self.look_at_loop::<P>(pc, next, until);

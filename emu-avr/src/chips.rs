@@ -40,8 +40,8 @@ pub const ATMEGA328P: Chip = Chip {
     elf_machine: 83,
     cpu_regs: &[
         "r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7", "r8", "r9", "r10", "r11", "r12", "r13", "r14", "r15", "r16",
-        "r17", "r18", "r19", "r20", "r21", "r22", "r23", "r24", "r25", "r26", "r27", "r28", "r29", "r30", "r31", "SREG",
-        "SP", "PC",
+        "r17", "r18", "r19", "r20", "r21", "r22", "r23", "r24", "r25", "r26", "r27", "r28", "r29", "r30", "r31",
+        "SREG", "SP", "PC",
     ],
     regs: MEGA_X8_REGS,
     pins: MEGA_X8_PINS,
@@ -51,11 +51,7 @@ pub const ATMEGA328P: Chip = Chip {
 };
 
 /// ATmega328: the 328P without the low-power process; the same to a program.
-pub const ATMEGA328: Chip = Chip {
-    name: "atmega328",
-    title: "ATmega328: as ATmega328P, other process",
-    ..ATMEGA328P
-};
+pub const ATMEGA328: Chip = Chip { name: "atmega328", title: "ATmega328: as ATmega328P, other process", ..ATMEGA328P };
 
 macro_rules! regs {
     ($($addr:literal $name:literal)*) => { &[ $( Reg { name: $name, addr: $addr } ),* ] };

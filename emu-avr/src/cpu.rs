@@ -276,7 +276,8 @@ impl Cpu for Avr {
     }
 
     fn step<P: Probe>(&mut self, probe: &mut P) -> Stop {
-        let until = if self.hot.sleeping { self.soc.fire(self.cycle()).max(self.cycle() + 1) } else { self.cycle() + 1 };
+        let until =
+            if self.hot.sleeping { self.soc.fire(self.cycle()).max(self.cycle() + 1) } else { self.cycle() + 1 };
         self.run(until, probe)
     }
 }

@@ -48,16 +48,7 @@ impl Flags {
     pub const fn unpack(sreg: u8) -> Flags {
         let n = sreg << 5;
         let v = sreg << 4;
-        Flags {
-            c: sreg << 7,
-            z: !sreg & 2,
-            n,
-            v,
-            s: (n ^ v ^ (sreg << 3)) & 0x80,
-            h: sreg >> 2,
-            t: sreg << 1,
-            i: sreg,
-        }
+        Flags { c: sreg << 7, z: !sreg & 2, n, v, s: (n ^ v ^ (sreg << 3)) & 0x80, h: sreg >> 2, t: sreg << 1, i: sreg }
     }
 
     /// The bits of SREG.

@@ -2,7 +2,9 @@
 //!
 //! Order of rows: the instruction set manual's groups (arithmetic and logic, branches, bits, data transfer, control).
 
-use emu_core::table::{Alias, AsmError, EncodeError, Line, Op, Row, Site, assemble as assemble_line, disassemble as disassemble_line, find};
+use emu_core::table::{
+    Alias, AsmError, EncodeError, Line, Op, Row, Site, assemble as assemble_line, disassemble as disassemble_line, find,
+};
 
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 

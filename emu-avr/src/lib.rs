@@ -14,6 +14,7 @@ mod cpu;
 mod exec;
 mod flags;
 mod predecode;
+mod record;
 pub mod soc;
 mod turn;
 

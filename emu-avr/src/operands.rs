@@ -28,7 +28,11 @@ fn same(raw: u32, _: u32, _: &Site) -> i32 {
 }
 
 fn range(value: i32, low: i32, high: i32, what: &str) -> Result<u32, String> {
-    if (low..=high).contains(&value) { Ok((value - low) as u32) } else { Err(format!("{what} {value} is not in {low}..={high}")) }
+    if (low..=high).contains(&value) {
+        Ok((value - low) as u32)
+    } else {
+        Err(format!("{what} {value} is not in {low}..={high}"))
+    }
 }
 
 fn fits(value: i32, bits: u32, what: &str) -> Result<u32, String> {

@@ -3,6 +3,7 @@
 use emu_core::table::{Op, Site};
 
 use crate::isa::{AvrOp, Kind, PC_MASK, row_of};
+use crate::record::record;
 
 /// Program words that the op array holds; a power of two, so that an address needs a mask and no check.
 pub const WORDS: usize = PC_MASK as usize + 1;
@@ -55,7 +56,9 @@ impl Code {
     /// Decodes all of it. With `polls`, branches that close a loop which only looks are marked [`Kind::Poll`]; a jump to
     /// itself is marked always, since that is how programs end.
     pub fn predecode(&mut self, polls: bool) {
-        for pc in 0..WORDS as u32 {
+        // Erased words stay what they are: no instruction.
+        let used = self.bytes.iter().rposition(|&b| b != 0xFF).map_or(0, |at| at as u32 / 2 + 1);
+        for pc in 0..used {
             self.ops[pc as usize] = self.op_at(pc, polls);
         }
     }
@@ -63,46 +66,33 @@ impl Code {
     /// The op that stands at `pc` where no trap is set.
     pub fn op_at(&self, pc: u32, polls: bool) -> AvrOp {
         let op = self.decode(pc);
-        let closes = loop_closed_by(op, pc).is_some_and(|head| head == pc || polls && self.only_looks(head, pc).is_some());
+        let closes =
+            loop_closed_by(op, pc).is_some_and(|head| head == pc || polls && self.only_looks(head, pc).is_some());
         if closes { Op { kind: Kind::Poll, arg: op.arg } } else { op }
     }
 
-    /// The I/O registers (data addresses) that the loop from `head` to the branch at `end` reads, when it does nothing but
-    /// read them, test and branch: then nothing changes from turn to turn until one of them does.
+    /// The data addresses that the loop from `head` to the branch at `end` reads, when a turn of it depends on nothing
+    /// else: it reaches out to nothing, and needs no register or flag that it has written itself a turn before. So its
+    /// turns are all alike until one of those cells changes. `None` for other loops.
     pub fn only_looks(&self, head: u32, end: u32) -> Option<Vec<u16>> {
-        let mut reads = Vec::new();
-        let mut pc = head;
-        while pc < end {
-            let op = self.decode(pc);
-            match op.kind {
-                Kind::In => reads.push(u16::from(op.arg[1]) + 0x20),
-                Kind::Sbic | Kind::Sbis => reads.push(u16::from(op.arg[0]) + 0x20),
-                Kind::Lds => reads.push(u16::from_le_bytes([op.arg[1], op.arg[2]])),
-                kind if LOOKS.contains(&kind) => {}
-                _ => return None,
+        let (mut looks, mut needs, mut writes, mut pc) = (Vec::new(), 0u64, 0u64, head);
+        while pc <= end {
+            let record = record(self.decode(pc), false);
+            if record.reaches_out {
+                return None;
             }
+            needs |= record.reads & !writes;
+            writes |= record.writes;
+            looks.extend(record.looks);
             pc += self.len_at(pc);
         }
-        // A loop without reads that comes back to the same state is a wait; counting loops never do.
-        (pc == end && !reads.is_empty() || head == end).then_some(reads)
+        (needs & writes == 0 && (head == end || !looks.is_empty())).then_some(looks)
     }
 }
-
-/// Instructions that may stand in a loop that only looks: they give the same results from the same registers.
-const LOOKS: &[Kind] = &[
-    Kind::Sbrc, Kind::Sbrs, Kind::Andi, Kind::And, Kind::Cpi, Kind::Cp, Kind::Cpc, Kind::Cpse, Kind::Nop, Kind::Ldi, Kind::Mov,
-    Kind::Bst, Kind::Swap, Kind::Com, Kind::Breq, Kind::Brne, Kind::Brcs, Kind::Brcc, Kind::Brmi, Kind::Brpl, Kind::Brlt,
-    Kind::Brge, Kind::Brts, Kind::Brtc, Kind::Rjmp, Kind::Or, Kind::Ori, Kind::Eor,
-];
 
 /// The target of a short backward branch (or a jump to itself), the head of the loop that it closes.
 fn loop_closed_by(op: AvrOp, pc: u32) -> Option<u32> {
     const REACH: u32 = 8;
-    let closing = matches!(
-        op.kind,
-        Kind::Rjmp | Kind::Jmp | Kind::Breq | Kind::Brne | Kind::Brcs | Kind::Brcc | Kind::Brmi | Kind::Brpl | Kind::Brlt
-            | Kind::Brge | Kind::Brts | Kind::Brtc
-    );
-    let target = u32::from(u16::from_le_bytes([op.arg[0], op.arg[1]]));
-    (closing && target <= pc && pc - target <= REACH).then_some(target)
+    let record = record(op, false);
+    record.target.filter(|&target| !record.reaches_out && target <= pc && pc - target <= REACH)
 }

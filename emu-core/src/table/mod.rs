@@ -115,8 +115,9 @@ pub struct Row {
 }
 
 impl Row {
-    /// Length in program words.
+    /// Length in program words, never 0.
     #[must_use]
+    #[allow(clippy::len_without_is_empty)]
     pub const fn len(&self) -> u32 {
         self.pattern.words()
     }
@@ -161,8 +162,8 @@ impl Row {
         let in_pattern = self.operands.iter().filter(|s| self.pattern.has(s.letter));
         for (slot, &value) in in_pattern.zip(values) {
             let width = self.pattern.field(slot.letter, 0).1;
-            let raw = (slot.kind.raw)(value, width, site)
-                .map_err(|cause| EncodeError { mnemonic: self.mnemonic, cause })?;
+            let raw =
+                (slot.kind.raw)(value, width, site).map_err(|cause| EncodeError { mnemonic: self.mnemonic, cause })?;
             bits |= self.pattern.place(slot.letter, raw);
         }
         Ok(bits)

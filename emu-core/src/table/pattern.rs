@@ -30,7 +30,10 @@ impl Pattern {
             if c == b' ' {
                 continue;
             }
-            assert!(c == b'0' || c == b'1' || c == b'-' || (c >= b'a' && c <= b'z'), "a pattern has 0, 1, - and letters");
+            assert!(
+                c == b'0' || c == b'1' || c == b'-' || (c >= b'a' && c <= b'z'),
+                "a pattern has 0, 1, - and letters"
+            );
             assert!(bits < 32, "a pattern has at most 32 bits");
             mask <<= 1;
             value <<= 1;

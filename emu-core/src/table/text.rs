@@ -81,13 +81,23 @@ pub type Alias = (&'static str, &'static str, &'static str, &'static str);
 ///
 /// # Errors
 /// `ASM001` unknown mnemonic, `ASM002` operands that fit no form, `ASM003` an operand out of range, `ASM004` empty line.
-pub fn assemble(rows: &[Row], aliases: &[Alias], word_bits: u32, line: &str, site: &Site) -> Result<Vec<u16>, AsmError> {
+pub fn assemble(
+    rows: &[Row],
+    aliases: &[Alias],
+    word_bits: u32,
+    line: &str,
+    site: &Site,
+) -> Result<Vec<u16>, AsmError> {
     let line = line.split(';').next().unwrap_or("").trim();
     let (mnemonic, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
     let mnemonic = mnemonic.to_ascii_lowercase();
     let operands: String = rest.chars().filter(|c| !c.is_whitespace()).collect();
     if mnemonic.is_empty() {
-        return Err(AsmError { code: "ASM004", cause: "the line is empty".into(), hint: "write a mnemonic and its operands".into() });
+        return Err(AsmError {
+            code: "ASM004",
+            cause: "the line is empty".into(),
+            hint: "write a mnemonic and its operands".into(),
+        });
     }
     if mnemonic == ".word" {
         let value = number(&operands).filter(|v| (0..1 << word_bits).contains(v)).ok_or_else(|| AsmError {
@@ -109,7 +119,8 @@ pub fn assemble(rows: &[Row], aliases: &[Alias], word_bits: u32, line: &str, sit
     }
     let forms: Vec<&Row> = rows.iter().filter(|r| r.mnemonic == mnemonic).collect();
     if forms.is_empty() {
-        let hint = nearest(rows, &mnemonic).map_or_else(|| "see the instruction list".into(), |n| format!("did you mean `{n}`?"));
+        let hint = nearest(rows, &mnemonic)
+            .map_or_else(|| "see the instruction list".into(), |n| format!("did you mean `{n}`?"));
         return Err(AsmError { code: "ASM001", cause: format!("`{mnemonic}` is no instruction of this chip"), hint });
     }
     let mut out_of_range = None;
@@ -117,14 +128,18 @@ pub fn assemble(rows: &[Row], aliases: &[Alias], word_bits: u32, line: &str, sit
         let site = Site { len: row.len(), ..*site };
         let Some(values) = match_operands(row, &operands, &site) else { continue };
         match row.encode(&values, &site) {
-            Ok(bits) if row.len() == 2 => return Ok(vec![(bits >> word_bits) as u16, (bits & ((1 << word_bits) - 1)) as u16]),
+            Ok(bits) if row.len() == 2 => {
+                return Ok(vec![(bits >> word_bits) as u16, (bits & ((1 << word_bits) - 1)) as u16]);
+            }
             Ok(bits) => return Ok(vec![bits as u16]),
             Err(e) => out_of_range = Some(e.cause),
         }
     }
     let wanted: Vec<String> = forms.iter().map(|r| format!("{} {}", r.mnemonic, r.syntax)).collect();
     Err(match out_of_range {
-        Some(cause) => AsmError { code: "ASM003", cause: format!("{mnemonic}: {cause}"), hint: "use a value in range".into() },
+        Some(cause) => {
+            AsmError { code: "ASM003", cause: format!("{mnemonic}: {cause}"), hint: "use a value in range".into() }
+        }
         None => AsmError {
             code: "ASM002",
             cause: format!("`{operands}` fits no form of {mnemonic}"),
