@@ -13,6 +13,7 @@ mod lex;
 pub mod model;
 mod parse;
 mod reader;
+mod rows;
 pub mod symbols;
 mod table;
 mod whole;

@@ -14,13 +14,14 @@ const MAX_ERRORS: usize = 100;
 pub(crate) struct Reader<'a> {
     pub file: &'a str,
     diagnostics: Vec<Diagnostic>,
+    errors: usize,
     bits: BTreeSet<String>,
     misused: Vec<(String, Pos, &'static str)>,
 }
 
 impl<'a> Reader<'a> {
     pub fn new(file: &'a str) -> Self {
-        Reader { file, diagnostics: Vec::new(), bits: BTreeSet::new(), misused: Vec::new() }
+        Reader { file, diagnostics: Vec::new(), errors: 0, bits: BTreeSet::new(), misused: Vec::new() }
     }
 
     pub fn error(&mut self, code: &'static str, pos: Pos, cause: impl Into<String>, hint: impl Into<String>) {
@@ -35,12 +36,13 @@ impl<'a> Reader<'a> {
         cause: impl Into<String>,
         hint: impl Into<String>,
     ) {
+        self.errors += usize::from(severity == Severity::Error);
         self.diagnostics.push(Diagnostic::new(severity, code, self.file, pos, cause, hint));
     }
 
     /// True when so many errors stand that reading on is pointless.
     pub fn is_full(&self) -> bool {
-        self.diagnostics.len() + self.misused.len() > 2 * MAX_ERRORS
+        self.errors + self.misused.len() > 2 * MAX_ERRORS
     }
 
     /// Notes that a contact, a coil or `IO LIST` uses the name as a bit.
@@ -126,8 +128,7 @@ impl<'a> Reader<'a> {
             }
         }
         self.diagnostics.sort_by_key(|d| d.pos);
-        let errors = self.diagnostics.iter().filter(|d| d.is_error()).count();
-        if errors > MAX_ERRORS {
+        if self.errors > MAX_ERRORS {
             let (mut kept, mut last) = (0, Pos::default());
             self.diagnostics.retain(|d| {
                 kept += usize::from(d.is_error());

@@ -1,10 +1,11 @@
 //! The elements with as many arguments as one of them says: the tables and FORMATTED_STRING.
 
 use crate::codes;
-use crate::leaf::{Row, operand, span, target};
+use crate::leaf::{operand, span, target};
 use crate::lex::{self, Line, Token};
 use crate::model::Element;
 use crate::reader::{Reader, shown};
+use crate::rows::Row;
 
 /// Most values of a look-up table, most points of a curve, most characters of a string.
 const MAX_VALUES: u32 = 1024;

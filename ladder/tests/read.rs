@@ -114,6 +114,13 @@ fn errors_are_bounded() {
 }
 
 #[test]
+fn any_number_of_warnings_is_no_error() {
+    let names: String = (0..300).map(|n| format!("P{n} at 0\n")).collect();
+    let text = format!("LDmicro0.1\nCYCLE=1\nCRYSTAL=1\nIO LIST\n{names}END\nPROGRAM\n");
+    assert_eq!(ladder::parse("t", &text).map(|p| p.warnings.len()), Ok(300));
+}
+
+#[test]
 fn bytes_must_be_utf8() {
     let errors = ladder::parse_bytes("t", b"LDmicro0.1\nab\xE9", ladder::Options::default()).expect_err("no UTF-8");
     assert_eq!(common::told(&errors), ["LD002@2:3+1"]);
