@@ -45,7 +45,8 @@ fn own_programs() {
 fn programs_of_the_corpus() {
     // A relative folder is meant from the root of the workspace.
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
-    let folder = root.join(std::env::var_os("EMU_CORPUS").unwrap_or_else(|| "../shared/ld".into()));
+    let folder =
+        root.join(std::env::var_os("EMU_CORPUS").filter(|v| !v.is_empty()).unwrap_or_else(|| "../shared/ld".into()));
     let Ok(entries) = std::fs::read_dir(&folder) else {
         println!("skipped: no corpus in {} (set EMU_CORPUS)", folder.display());
         return;
