@@ -16,11 +16,13 @@
 //! predecode. Rows may overlap only in order: the first row that matches wins, and a test of each family lists the
 //! overlaps it wants.
 
+mod docs;
 mod pattern;
 mod text;
 
+pub use docs::markdown;
 pub use pattern::{Cycles, Pattern};
-pub use text::{Alias, AsmError, Line, assemble, disassemble, number};
+pub use text::{Alias, AsmError, CODES, Line, assemble, disassemble, number};
 
 /// A predecoded instruction: four bytes. `kind` names the row; the other bytes hold the operands in row order, a wide
 /// operand taking two (little endian).

@@ -95,6 +95,19 @@ impl Pattern {
     }
 }
 
+/// The pattern as it is written in a table, in groups of four bits.
+impl std::fmt::Display for Pattern {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (i, &c) in self.letters[..self.bits as usize].iter().enumerate() {
+            if i > 0 && (usize::from(self.bits) - i) % 4 == 0 {
+                f.write_str(" ")?;
+            }
+            write!(f, "{}", c as char)?;
+        }
+        Ok(())
+    }
+}
+
 /// The cycle column of a row: `1`, or one figure per outcome, `1/2/3` in the order not taken, taken, taken over two words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cycles {

@@ -1,6 +1,34 @@
 //! Assembly text off the table: disassembly, and the assembler of one line.
 
+use diag::Code;
+
 use super::{Row, Site, find};
+
+/// The codes of the one-line assembler.
+pub const CODES: &[Code] = &[
+    Code {
+        code: "ASM001",
+        title: "unknown mnemonic",
+        explain: "The first word of the line is no instruction of this chip. `emu disasm` and the page docs/isa list those that are.",
+    },
+    Code {
+        code: "ASM002",
+        title: "operands fit no form of the instruction",
+        explain: "The instruction exists, but not with operands of these kinds, this number or this order. The hint lists its forms; \
+                  lower-case letters stand for operands, everything else is written as shown.",
+    },
+    Code {
+        code: "ASM003",
+        title: "operand out of range",
+        explain: "The operand has the right kind but the instruction has no bits for this value: `ldi` takes r16 to r31, a relative \
+                  branch reaches 64 words, and so on.",
+    },
+    Code {
+        code: "ASM004",
+        title: "empty line",
+        explain: "There is nothing to assemble on the line but a comment or white space.",
+    },
+];
 
 /// One disassembled instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]

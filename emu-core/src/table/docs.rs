@@ -1,0 +1,26 @@
+//! The instruction list of a family as a page, read off the table.
+
+use std::fmt::Write;
+
+use super::Row;
+
+/// A Markdown table of all rows: syntax, bits, cycles, flags and what the instruction does.
+#[must_use]
+pub fn markdown(rows: &[Row]) -> String {
+    let mut out = String::from("| instruction | bits | cycles | flags | what it does |\n|---|---|---|---|---|\n");
+    for row in rows {
+        let cycles: Vec<String> = row.cycles.outcomes().iter().map(u8::to_string).collect();
+        let syntax = format!("{} {}", row.mnemonic, row.syntax);
+        let flags = if row.flags.is_empty() { "-" } else { row.flags };
+        let _ = writeln!(
+            out,
+            "| `{}` | `{}` | {} | {} | {} |",
+            syntax.trim_end(),
+            row.pattern,
+            cycles.join("/"),
+            flags,
+            row.doc.trim()
+        );
+    }
+    out
+}
