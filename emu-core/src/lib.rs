@@ -7,6 +7,7 @@ pub mod chip;
 pub mod cpu;
 pub mod image;
 pub mod machine;
+pub mod parts;
 pub mod pins;
 pub mod rng;
 pub mod table;

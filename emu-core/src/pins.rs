@@ -115,7 +115,10 @@ impl Pin {
         };
         let changed = high != self.high;
         if changed {
-            self.before = self.high;
+            // Of two changes in one cycle, only the last one can be sampled.
+            if self.changed != cycle {
+                self.before = self.high;
+            }
             self.high = high;
             self.changed = cycle;
         }

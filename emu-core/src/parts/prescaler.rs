@@ -1,0 +1,119 @@
+//! Regular clock edges, and the free-running divider that gives them.
+
+use crate::cpu::NEVER;
+
+/// Clock edges at the cycles `origin + k * every` for k = 1, 2, ..; none when `every` is 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Ticks {
+    /// The cycle from which the edges are counted; no edge itself.
+    pub origin: u64,
+    /// Cycles between edges; 0 stops them.
+    pub every: u64,
+}
+
+impl Ticks {
+    /// No edges at all.
+    pub const NONE: Ticks = Ticks { origin: 0, every: 0 };
+
+    /// Edges in the cycles after `from`, up to and including `to`.
+    #[must_use]
+    pub fn count(self, from: u64, to: u64) -> u64 {
+        if to <= from { 0 } else { self.index(to) - self.index(from) }
+    }
+
+    /// The cycle of the `n`th edge (1 is the first) after `from`; [`NEVER`] where there is none.
+    #[must_use]
+    pub fn nth(self, from: u64, n: u64) -> u64 {
+        if self.every == 0 {
+            return NEVER;
+        }
+        let edges = self.index(from).saturating_add(n);
+        self.origin.saturating_add(edges.saturating_mul(self.every))
+    }
+
+    fn index(self, at: u64) -> u64 {
+        match self.every {
+            0 => 0,
+            1 => at.saturating_sub(self.origin),
+            every => at.saturating_sub(self.origin) / every,
+        }
+    }
+}
+
+/// A divider that runs freely until it is cleared or held at zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Prescaler {
+    origin: u64,
+    held: bool,
+}
+
+impl Prescaler {
+    /// A divider that starts from zero at the cycle `at`.
+    #[must_use]
+    pub const fn new(at: u64) -> Prescaler {
+        Prescaler { origin: at, held: false }
+    }
+
+    /// Clears the divider at the cycle `at`; `held` keeps it at zero from then on.
+    pub fn clear(&mut self, at: u64, held: bool) {
+        *self = Prescaler { origin: at, held };
+    }
+
+    /// True while the divider is kept at zero.
+    #[must_use]
+    pub const fn held(&self) -> bool {
+        self.held
+    }
+
+    /// The edges of the tap that divides by `div`. A `div` of 0 is no clock; 1 is the undivided clock, which goes past
+    /// the divider and so is not held with it.
+    #[must_use]
+    pub const fn tap(&self, div: u16) -> Ticks {
+        if self.held && div > 1 { Ticks::NONE } else { Ticks { origin: self.origin, every: div as u64 } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    #[test]
+    fn ticks_agree_with_a_divider_that_is_stepped() {
+        let seed = 0x7a11;
+        let mut rng = Rng::new(seed);
+        for _ in 0..2000 {
+            let ticks = Ticks { origin: rng.below(50), every: rng.below(12) };
+            let (from, to) = (ticks.origin + rng.below(60), ticks.origin + rng.below(120));
+            let edges: Vec<u64> = (ticks.origin + 1..to + 200)
+                .scan(0, |phase, at| {
+                    *phase += 1;
+                    let edge = ticks.every != 0 && *phase == ticks.every;
+                    if edge {
+                        *phase = 0;
+                    }
+                    Some((edge, at))
+                })
+                .filter_map(|(edge, at)| edge.then_some(at))
+                .collect();
+            let inside = edges.iter().filter(|&&e| e > from && e <= to).count() as u64;
+            assert_eq!(ticks.count(from, to), inside, "seed {seed:#x}: {ticks:?} {from}..{to}");
+            let n = 1 + rng.below(3);
+            if let Some(&at) = edges.iter().filter(|&&e| e > from).nth(n as usize - 1) {
+                assert_eq!(ticks.nth(from, n), at, "seed {seed:#x}: {ticks:?} after {from}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_held_divider_gives_no_edges_but_lets_the_undivided_clock_pass() {
+        let mut prescaler = Prescaler::new(3);
+        assert_eq!(prescaler.tap(8).nth(3, 1), 11);
+        prescaler.clear(20, true);
+        assert_eq!(prescaler.tap(8).nth(20, 1), NEVER);
+        assert_eq!(prescaler.tap(1).nth(20, 1), 21);
+        prescaler.clear(30, false);
+        assert_eq!(prescaler.tap(8).nth(30, 2), 46);
+        assert_eq!(prescaler.tap(0).nth(30, 2), NEVER);
+    }
+}
