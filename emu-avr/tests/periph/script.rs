@@ -1,0 +1,107 @@
+//! Runs one line of text against a chip.
+//!
+//! A line is `section title | steps`. Steps, each with its cycle: `5:DDRB=20` writes, `5:PINB|20` is SBI and `5:PORTB&20`
+//! CBI on these bits, `5:PINB?20` shows a register, `5:UDR0!41` reads it as a program does, `5:PB5=H` drives a pin (H, L,
+//! Z), `5:PB5?L` looks at one, `5:irq?WDT` is the interrupt pending (`-` for none), `5:take=WDT` enters it, `5:wdr`,
+//! `5:reset?y` asks for a watchdog reset and does it, `5:deadline?9` (`-` for never), `5:wakes?y` with interrupts on,
+//! `5:busy?n`, `5:steady PINB?9`. Register values are hexadecimal, cycles decimal.
+
+use emu_avr::chips::ATMEGA328P as CHIP;
+use emu_avr::soc::Soc;
+use emu_core::{Bus, Level, NEVER, Reset};
+
+/// Runs every line of `text` on a fresh chip with a clock of `hz`; panics with all that failed.
+pub fn check(hz: u64, text: &str) {
+    let mut failures = String::new();
+    let mut lines = 0;
+    for line in text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')) {
+        lines += 1;
+        let (title, steps) = line.split_once('|').unwrap_or_else(|| panic!("no '|' in: {line}"));
+        let mut soc = Soc::new(&CHIP);
+        soc.set_clock_hz(hz);
+        for step in steps.split_whitespace() {
+            if let Err(why) = run(&mut soc, step) {
+                failures += &format!("{title}: {step}: {why}\n");
+            }
+        }
+    }
+    assert!(lines > 0, "no cases");
+    assert!(failures.is_empty(), "\n{failures}");
+}
+
+fn run(soc: &mut Soc, step: &str) -> Result<(), String> {
+    let (at, rest) = step.split_once(':').ok_or("no cycle")?;
+    let now: u64 = at.parse().map_err(|_| "bad cycle")?;
+    if rest == "wdr" {
+        soc.clear_watchdog(now);
+        return Ok(());
+    }
+    let place = rest.find(['=', '|', '&', '?', '!']).ok_or("no operator")?;
+    let (name, operator, want) = (&rest[..place], &rest[place..=place], &rest[place + 1..]);
+    let expect = |got: String| if got == want { Ok(()) } else { Err(format!("got {got}")) };
+    let yes = |bit: bool| String::from(if bit { "y" } else { "n" });
+    let cycle = |at: u64| if at == NEVER { "-".into() } else { at.to_string() };
+    match (name, operator) {
+        ("irq", "?") => {
+            soc.fire(now);
+            return expect(soc.pending(now).map_or("-", |v| CHIP.vectors[usize::from(v)]).into());
+        }
+        ("take", "=") => {
+            let vector = CHIP.vectors.iter().position(|v| *v == want).ok_or("no such vector")?;
+            soc.take(vector as u8, now);
+            return Ok(());
+        }
+        ("reset", "?") => {
+            let asked = soc.reset_requested(now);
+            if asked {
+                soc.reset(Reset::Watchdog, now);
+            }
+            return expect(yes(asked));
+        }
+        ("deadline", "?") => return expect(cycle(soc.fire(now))),
+        ("wakes", "?") => return expect(yes(soc.can_wake(true))),
+        ("busy", "?") => return expect(yes(soc.busy())),
+        _ => {}
+    }
+    if let Some(reg) = name.strip_prefix("steady.").and_then(|name| CHIP.reg(name)) {
+        return expect(cycle(soc.steady_until(reg, now)));
+    }
+    if let Some(pin) = CHIP.pin(name) {
+        if operator == "?" {
+            soc.fire(now);
+            return expect(String::from(match soc.level(pin) {
+                Level::High => "H",
+                Level::Low => "L",
+                Level::Float => "Z",
+            }));
+        }
+        let level = match want {
+            "H" => Level::High,
+            "L" => Level::Low,
+            "Z" => Level::Float,
+            _ => return Err("no such level".into()),
+        };
+        soc.drive(now, now, pin, level);
+        return Ok(());
+    }
+    let reg = CHIP.reg(name).ok_or("no such name")?;
+    let value = u8::from_str_radix(want, 16).map_err(|_| "bad value")?;
+    let got = match operator {
+        "=" => return soc.write(reg, value, now).none(),
+        "|" => return soc.write_bits(reg, value, value, now).none(),
+        "&" => return soc.write_bits(reg, value, 0, now).none(),
+        "?" => soc.peek(reg, now),
+        _ => soc.read(reg, now).0,
+    };
+    if got == value { Ok(()) } else { Err(format!("got {got:02x}")) }
+}
+
+trait Ignore {
+    fn none(self) -> Result<(), String>;
+}
+
+impl Ignore for emu_core::Wake {
+    fn none(self) -> Result<(), String> {
+        Ok(())
+    }
+}

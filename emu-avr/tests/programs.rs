@@ -1,0 +1,189 @@
+//! Programs as text: run at one go, in random slices, from clones in the middle, with loops jumped over and without, and
+//! with every hook of a probe on. All of them must end in the same machine.
+
+use emu_avr::{Avr, chips, isa};
+use emu_core::image::{Image, Segment};
+use emu_core::rng::Rng;
+use emu_core::{Cpu, Probe, RamInit, Stop};
+
+const LIMIT: u64 = 4_000_000;
+
+struct Program {
+    name: String,
+    image: Image,
+    wanted: Vec<String>,
+}
+
+fn parse(text: &str) -> Vec<Program> {
+    let mut programs = Vec::new();
+    for part in text.split("\n== ").skip(1) {
+        let (name, rest) = part.split_once('\n').expect("a name line");
+        let (code, wanted) = rest.split_once("\n-- ").unwrap_or_else(|| panic!("{name}: no expectations"));
+        let mut flash = vec![0xFFu8; 0x8000];
+        let mut at = 0usize;
+        for line in code.lines().map(|l| l.split(';').next().unwrap_or("").trim()) {
+            let line = match line.split_once(':') {
+                Some((addr, line)) if addr.starts_with("0x") => {
+                    at = usize::from_str_radix(&addr[2..], 16).expect("an address");
+                    line.trim()
+                }
+                _ => line,
+            };
+            let (line, times) = line.split_once('*').map_or((line, 1), |(l, n)| (l, n.parse().expect("a count")));
+            for _ in 0..if line.is_empty() { 0 } else { times } {
+                let words = isa::assemble(line, at as u32 / 2).unwrap_or_else(|e| panic!("{name}: {line}: {e}"));
+                for word in words {
+                    flash[at..at + 2].copy_from_slice(&word.to_le_bytes());
+                    at += 2;
+                }
+            }
+        }
+        let wanted = wanted.lines().take_while(|l| !l.starts_with('#')).flat_map(|l| l.split(';')).map(|w| w.trim().to_owned());
+        let image = Image { segments: vec![Segment { space: "flash", addr: 0, bytes: flash }], symbols: vec![], entry: None };
+        programs.push(Program { name: name.to_owned(), image, wanted: wanted.filter(|w| !w.is_empty()).collect() });
+    }
+    programs
+}
+
+fn number(text: &str) -> u64 {
+    text.strip_prefix("0x").map_or_else(|| text.parse(), |h| u64::from_str_radix(h, 16)).unwrap_or_else(|_| panic!("{text}: no number"))
+}
+
+fn chip(program: &Program) -> Avr {
+    let mut avr = Avr::new(chips::chip("atmega328p").expect("chip"), &program.image, RamInit::Zero);
+    for wanted in &program.wanted {
+        if let Some(addr) = wanted.strip_prefix("stop ") {
+            avr.trap(number(addr) as u32 / 2, true);
+        }
+    }
+    avr
+}
+
+/// All that a program can see, and the count of instructions.
+fn state(avr: &Avr) -> (Vec<Option<u8>>, u32, u64, u64) {
+    ((0..0x900).map(|a| avr.peek("data", a)).collect(), avr.pc(), avr.cycle(), avr.instructions())
+}
+
+fn arrival(program: &Program, addr: &str) -> u64 {
+    let mut avr = chip(program);
+    avr.trap(number(addr) as u32 / 2, true);
+    loop {
+        match avr.run(LIMIT, &mut ()) {
+            Stop::Trap { pc } if u64::from(pc) * 2 == number(addr) => return avr.cycle(),
+            Stop::Trap { .. } => {}
+            other => panic!("{}: {addr} is not reached: {other:?}", program.name),
+        }
+    }
+}
+
+fn judge(program: &Program, avr: &Avr, stop: Stop) {
+    let name = &program.name;
+    for wanted in &program.wanted {
+        let words: Vec<&str> = wanted.split_whitespace().collect();
+        match words[..] {
+            ["stop", addr] => assert_eq!(stop, Stop::Trap { pc: number(addr) as u32 / 2 }, "{name}"),
+            ["halted"] => assert_eq!(stop, Stop::Halted, "{name}"),
+            ["fault"] => assert!(matches!(stop, Stop::Fault { .. }), "{name}: {stop:?}"),
+            ["illegal", word] => assert!(matches!(stop, Stop::Illegal { word: w, .. } if u64::from(w) == number(word)), "{name}: {stop:?}"),
+            ["pc", addr] => assert_eq!(u64::from(avr.pc()) * 2, number(addr), "{name}: pc"),
+            ["instructions", n] => assert_eq!(avr.instructions(), number(n), "{name}: instructions"),
+            ["from", a, "to", b, "=", n] => {
+                assert_eq!(arrival(program, b) - arrival(program, a), number(n), "{name}: cycles from {a} to {b}");
+            }
+            _ => {
+                for item in &words {
+                    let (place, value) = item.split_once('=').unwrap_or_else(|| panic!("{name}: {wanted}"));
+                    let value = u32::from_str_radix(value, 16).unwrap_or_else(|_| panic!("{name}: {wanted}"));
+                    let found = match place.strip_prefix("data:") {
+                        Some(addr) => avr.peek("data", number(addr) as u32).map(u32::from),
+                        None => avr.reg(place),
+                    };
+                    assert_eq!(found, Some(value), "{name}: {place} is {found:02x?}, wanted {value:02x}");
+                }
+            }
+        }
+    }
+}
+
+fn programs() -> Vec<Program> {
+    parse(include_str!("programs/core.txt"))
+}
+
+#[test]
+fn programs_end_as_the_data_sheet_says() {
+    let programs = programs();
+    assert!(programs.len() > 15);
+    for program in &programs {
+        let mut avr = chip(program);
+        let stop = avr.run(LIMIT, &mut ());
+        judge(program, &avr, stop);
+    }
+}
+
+/// Looks at everything and stops nothing.
+#[derive(Default)]
+struct All(u64);
+
+impl Probe for All {
+    const INSN: bool = true;
+    const DATA: bool = true;
+    const EVENTS: bool = true;
+    fn insn(&mut self, _: u64, _: u32) -> bool {
+        self.0 += 1;
+        false
+    }
+}
+
+#[test]
+fn any_way_of_running_gives_the_same_machine() {
+    let seed = 0x5eed_0001;
+    let mut rng = Rng::new(seed);
+    for program in &programs() {
+        let mut whole = chip(program);
+        let stop = whole.run(LIMIT, &mut ());
+        let wanted = (state(&whole), stop);
+
+        let mut plain = chip(program);
+        plain.set_skip(false);
+        let stop = plain.run(LIMIT, &mut ());
+        assert_eq!((state(&plain), stop), wanted, "{}: without jumping over loops", program.name);
+
+        let mut probed = chip(program);
+        let mut all = All::default();
+        let stop = probed.run(LIMIT, &mut all);
+        assert_eq!((state(&probed), stop), wanted, "{}: with a probe", program.name);
+        // The instruction that stops a run without being executed has been looked at once.
+        let extra = u64::from(matches!(stop, Stop::Illegal { .. } | Stop::Fault { .. }));
+        assert_eq!(all.0, probed.instructions() + extra, "{}: instructions seen", program.name);
+
+        for _ in 0..20 {
+            let mut avr = chip(program);
+            let longest = [3, 50, 1000, 100_000][rng.below(4) as usize];
+            let stop = loop {
+                let until = avr.cycle() + 1 + rng.below(longest);
+                let mut copy = avr.clone();
+                let stop = avr.run(until.min(LIMIT), &mut ());
+                if rng.one_in(4) {
+                    assert_eq!(copy.run(until.min(LIMIT), &mut ()), stop, "{}: seed {seed:x}", program.name);
+                    assert_eq!(state(&copy), state(&avr), "{}: a clone, seed {seed:x}", program.name);
+                    avr = copy;
+                }
+                if stop != Stop::Limit || avr.cycle() >= LIMIT {
+                    break stop;
+                }
+            };
+            assert_eq!((state(&avr), stop), wanted, "{}: in slices, seed {seed:x}", program.name);
+        }
+
+        let mut stepped = chip(program);
+        let stop = loop {
+            let stop = stepped.step(&mut ());
+            if stop != Stop::Limit || stepped.cycle() > LIMIT || stepped.instructions() > 200_000 {
+                break stop;
+            }
+        };
+        if stepped.instructions() <= 200_000 {
+            assert_eq!((state(&stepped), stop), wanted, "{}: step by step", program.name);
+        }
+    }
+}
