@@ -151,7 +151,10 @@ fn own(ir: &Ir, op: &Op) -> Vec<Option<Op>> {
                 Math::Sub | Math::Mul => Math::Add,
                 Math::Div => Math::Mul,
             };
-            new(Op::Math { op: operator, dst, a, b });
+            // Adding 0 or -32768 is the same as taking it away.
+            if !matches!(b, Value::Const(0 | i16::MIN)) || matches!(op, Math::Mul | Math::Div) {
+                new(Op::Math { op: operator, dst, a, b });
+            }
             if matches!(op, Math::Sub | Math::Div) && a != b {
                 new(Op::Math { op, dst, a: b, b: a });
             }

@@ -58,7 +58,9 @@ pub fn assign(
     };
     let none = Pos::default();
     let mut wanted: HashMap<&str, (String, Pos)> = HashMap::new();
-    if program.settings.micro.as_deref().and_then(ladder::chip_of) == Some(chip.name) {
+    // An ATmega328 has the pins of an ATmega328P, so either's list serves the other.
+    let named = program.settings.micro.as_deref().and_then(ladder::chip_of).and_then(emu_avr::chips::chip);
+    if named.is_some_and(|named| named.pins == chip.pins) {
         let micro = program.settings.micro.as_deref().unwrap_or_default();
         for entry in program.io.iter().filter(|e| e.pin != 0 && symbols.iter().any(|s| s.name == e.name)) {
             match ladder::package_pin(micro, entry.pin) {
