@@ -1,1 +1,34 @@
-//! To come.
+//! Tools over any [`Cpu`](emu_core::Cpu): a runner with conditions and stimulus, probes, waveforms.
+//!
+//! ```text
+//!   time.rs      "10ms", "16MHz" to whole cycles and Hz     run.rs    the runner: until what, why it ended
+//!   place.rs     "data:0x100..0x120", "main" to addresses   tools.rs  all probes of a run as one
+//!   stimulus.rs  "10ms:PB0=1" to drives of pins             uart.rs   what the chip sends, and texts waited for in it
+//!   until.rs     "pin PB5=1" to conditions                  close.rs  accesses waited for, RAM read before written
+//!   text.rs      "\n\x41" to bytes and back                 wave.rs   pins and bytes as a VCD file
+//! ```
+//!
+//! The readers of text give their error as one sentence that says what was found and what is wanted.
+
+#![forbid(unsafe_code)]
+
+pub mod close;
+pub mod place;
+pub mod run;
+pub mod stimulus;
+pub mod text;
+pub mod time;
+pub mod tools;
+pub mod uart;
+pub mod until;
+pub mod wave;
+
+pub use close::Close;
+pub use place::{Names, Range};
+pub use run::{Ended, Plan, Reason, run};
+pub use stimulus::Drive;
+pub use time::Clock;
+pub use tools::Tools;
+pub use uart::Uart;
+pub use until::Until;
+pub use wave::Wave;

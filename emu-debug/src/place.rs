@@ -1,0 +1,107 @@
+//! Addresses as people write them: numbers, and the names of a program's symbols and of the chip's registers.
+
+use emu_core::chip::Chip;
+use emu_core::image::SymbolAt;
+
+/// What a name may stand for.
+#[derive(Debug, Clone, Copy)]
+pub struct Names<'a> {
+    /// The chip, for memories and registers.
+    pub chip: &'static Chip,
+    /// Symbols of the image; none for HEX.
+    pub symbols: &'a [SymbolAt],
+}
+
+/// Some bytes of one memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Range {
+    /// The memory, as [`Chip::spaces`] names it.
+    pub space: &'static str,
+    /// First byte address.
+    pub start: u32,
+    /// Byte address after the last; above `start`.
+    pub end: u32,
+}
+
+impl Names<'_> {
+    /// Bytes of a memory: `data:0x100` is one byte, `data:0x100..0x120` ends before 0x120. An address is a number
+    /// (decimal or 0x), a symbol of the program, or in `data` a register of the chip.
+    ///
+    /// # Errors
+    /// No such memory, no address, a range without bytes or beyond the memory.
+    pub fn range(&self, text: &str) -> Result<Range, String> {
+        let spaces = || self.chip.spaces.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+        let Some((space, addresses)) = text.split_once(':') else {
+            return Err(format!("`{text}` names no memory; write {}:0x100 (memories: {})", "data", spaces()));
+        };
+        let Some(&(space, size)) = self.chip.spaces.iter().find(|(name, _)| *name == space.trim()) else {
+            return Err(format!("{} has no memory `{space}`; memories are {}", self.chip.name, spaces()));
+        };
+        let (start, end) = match addresses.split_once("..") {
+            Some((start, end)) => (self.address(space, start)?, self.address(space, end)?),
+            None => {
+                let start = self.address(space, addresses)?;
+                (start, start.saturating_add(1))
+            }
+        };
+        if start >= end {
+            return Err(format!("`{text}` holds no bytes: its end is excluded"));
+        }
+        if end > size {
+            return Err(format!("`{text}` reaches beyond {space}, whose last address is 0x{:x}", size - 1));
+        }
+        Ok(Range { space, start, end })
+    }
+
+    /// A program address: a number or a symbol, as the chip's users write it (bytes on AVR). Returns program words, as
+    /// [`Cpu::pc`](emu_core::Cpu::pc) counts.
+    ///
+    /// # Errors
+    /// No address, not the start of a word, or beyond program memory.
+    pub fn program_word(&self, text: &str) -> Result<u32, String> {
+        let byte = self.address("flash", text)?;
+        if byte % self.chip.word_bytes != 0 {
+            return Err(format!("0x{byte:x} is not the start of a word; program addresses are even byte addresses"));
+        }
+        if byte >= self.chip.flash {
+            let last = self.chip.flash - 1;
+            return Err(format!("0x{byte:x} reaches beyond flash, whose last address is 0x{last:x}"));
+        }
+        Ok(byte / self.chip.word_bytes)
+    }
+
+    /// The symbol at or before a byte address of flash, as `main` or `main+0x12`; nothing before the first.
+    #[must_use]
+    pub fn near(&self, byte: u32) -> Option<String> {
+        let code = self.symbols.iter().filter(|s| s.space == "flash" && s.addr <= byte);
+        let symbol = code.max_by_key(|s| (s.addr, s.size))?;
+        let offset = byte - symbol.addr;
+        Some(if offset == 0 { symbol.name.clone() } else { format!("{}+0x{offset:x}", symbol.name) })
+    }
+
+    fn address(&self, space: &str, text: &str) -> Result<u32, String> {
+        let text = text.trim();
+        if text.starts_with(|c: char| c.is_ascii_digit()) {
+            return number(text).ok_or_else(|| format!("`{text}` is no address; write 0x1a2 or 418"));
+        }
+        if let Some(symbol) = self.symbols.iter().find(|s| s.space == space && s.name == text) {
+            return Ok(symbol.addr);
+        }
+        let register = self.chip.reg(text).filter(|_| space == "data").map(u32::from);
+        register.ok_or_else(|| match text {
+            "" => "an address is missing".to_owned(),
+            _ if self.symbols.is_empty() => format!("`{text}` is no address (the image has no symbols)"),
+            _ => format!("the image has no symbol `{text}` in {space}"),
+        })
+    }
+}
+
+/// A number, decimal or with 0x.
+#[must_use]
+pub fn number(text: &str) -> Option<u32> {
+    match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
+        Some(digits) if !digits.starts_with('+') => u32::from_str_radix(digits, 16).ok(),
+        None if text.bytes().all(|b| b.is_ascii_digit()) => text.parse().ok(),
+        _ => None,
+    }
+}

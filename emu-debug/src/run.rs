@@ -1,0 +1,179 @@
+//! The runner: until something that was waited for, a limit, the end of the program or its fault.
+
+use emu_core::chip::Chip;
+use emu_core::cpu::{Cpu, Fault, Probe, Stop};
+use emu_core::pins::Level;
+
+use crate::close::{Access, Close, Watch};
+use crate::tools::Tools;
+use crate::uart::Uart;
+use crate::until::Until;
+use crate::wave::Wave;
+
+/// Machine cycles after which the host is asked whether to go on.
+const SLICE: u64 = 1 << 22;
+
+/// What ends a run.
+#[derive(Debug, Clone, Default)]
+pub struct Plan {
+    /// Machine cycle at which it ends at the latest.
+    pub limit: u64,
+    /// Conditions; any of them ends it.
+    pub until: Vec<Until>,
+    /// A text in the serial output that ends it well.
+    pub expect: Option<Vec<u8>>,
+    /// A text in the serial output that ends it badly.
+    pub fail: Option<Vec<u8>>,
+    /// A read of RAM that was not written before ends it as a fault.
+    pub trap_ram: bool,
+}
+
+/// Why a run ended. What the program did wrong goes before what was waited for, a text of [`Plan::fail`] before others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reason {
+    /// [`Plan::limit`].
+    Limit,
+    /// The program has ended: nothing can wake the chip any more.
+    Halted,
+    /// A condition of [`Plan::until`], by position; with the access where it waited for one.
+    Until(usize, Option<Access>),
+    /// The text of [`Plan::expect`].
+    Expected,
+    /// The text of [`Plan::fail`].
+    Failed,
+    /// No instruction.
+    Illegal {
+        /// Program word address.
+        pc: u32,
+        /// The word there.
+        word: u16,
+    },
+    /// The program did what cannot be carried out, or read what it had not written.
+    Fault {
+        /// Program word address.
+        pc: u32,
+        /// What it was.
+        fault: Fault,
+    },
+    /// The host did not want to go on.
+    Host,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Ended {
+    /// Why.
+    pub reason: Reason,
+    /// What the chip sent over its first serial port.
+    pub uart: Vec<u8>,
+}
+
+/// Runs `cpu` as `plan` says. `wave` is written along and ended; `go_on` is called with all bytes sent so far before the
+/// first cycle, every few million cycles and at the end, and its false ends the run.
+///
+/// # Errors
+/// The waveform could not be written.
+pub fn run<C: Cpu>(
+    cpu: &mut C,
+    plan: &Plan,
+    wave: Option<Wave>,
+    go_on: &mut dyn FnMut(&[u8]) -> bool,
+) -> std::io::Result<Ended> {
+    let watches = plan.watches();
+    if watches.is_empty() && !plan.trap_ram {
+        run_with(cpu, plan, wave, (), |()| None, go_on)
+    } else {
+        let close = Close::new(cpu.chip(), watches.iter().map(|(_, w)| *w).collect(), plan.trap_ram);
+        let saw = |close: &Close| {
+            let fault = close.fault.map(|(pc, fault)| Reason::Fault { pc, fault });
+            let access = || close.seen.and_then(|a| Some(Reason::Until(watches.get(a.watch)?.0, Some(a))));
+            fault.or_else(access)
+        };
+        run_with(cpu, plan, wave, close, saw, go_on)
+    }
+}
+
+/// Levels of all pins of a chip, in the order of its pins.
+pub fn levels<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<Level> {
+    (0..chip.pins.len()).map(|pin| cpu.level(pin as u8)).collect()
+}
+
+impl Plan {
+    fn watches(&self) -> Vec<(usize, Watch)> {
+        let watch = |(i, until): (usize, &Until)| match until {
+            Until::Read(range) => Some((i, Watch { range: *range, write: false })),
+            Until::Write(range) => Some((i, Watch { range: *range, write: true })),
+            _ => None,
+        };
+        self.until.iter().enumerate().filter_map(watch).collect()
+    }
+
+    /// The texts, and what each of them means.
+    fn texts(&self) -> (Vec<Vec<u8>>, Vec<Reason>) {
+        let fail = self.fail.iter().map(|text| (text.clone(), Reason::Failed));
+        let expect = self.expect.iter().map(|text| (text.clone(), Reason::Expected));
+        let until = self.until.iter().enumerate().filter_map(|(i, until)| match until {
+            Until::Uart(text) => Some((text.clone(), Reason::Until(i, None))),
+            _ => None,
+        });
+        fail.chain(expect).chain(until).unzip()
+    }
+}
+
+fn run_with<C: Cpu, P: Probe>(
+    cpu: &mut C,
+    plan: &Plan,
+    wave: Option<Wave>,
+    close: P,
+    saw: impl Fn(&P) -> Option<Reason>,
+    go_on: &mut dyn FnMut(&[u8]) -> bool,
+) -> std::io::Result<Ended> {
+    let (texts, meanings) = plan.texts();
+    let (mut pins, mut pin_conditions) = (Vec::new(), Vec::new());
+    for (i, until) in plan.until.iter().enumerate() {
+        match until {
+            Until::Pc(pc) => cpu.trap(*pc, true),
+            Until::Pin(pin, level) => {
+                pins.push((*pin, *level));
+                pin_conditions.push(i);
+            }
+            Until::Read(_) | Until::Write(_) | Until::Uart(_) => {}
+        }
+    }
+    let here = pins.iter().position(|&(pin, level)| cpu.level(pin) == level);
+    let mut tools = Tools { uart: Uart::new(texts), text: None, pins, pin: here, wave, close };
+    let seen = |tools: &Tools<P>| {
+        let text = tools.text.and_then(|i| meanings.get(i).copied());
+        let pin = || tools.pin.and_then(|i| pin_conditions.get(i)).map(|&i| Reason::Until(i, None));
+        saw(&tools.close).or(text).or_else(pin)
+    };
+    let reason = loop {
+        if let Some(reason) = seen(&tools) {
+            break reason;
+        }
+        if !go_on(&tools.uart.sent) {
+            break Reason::Host;
+        }
+        let stop = cpu.run(plan.limit.min(cpu.cycle().saturating_add(SLICE)), &mut tools);
+        if let Some(reason) = seen(&tools) {
+            break reason;
+        }
+        match stop {
+            Stop::Limit if cpu.cycle() >= plan.limit => break Reason::Limit,
+            Stop::Limit | Stop::Probe => {}
+            Stop::Halted => break Reason::Halted,
+            Stop::Illegal { pc, word } => break Reason::Illegal { pc, word },
+            Stop::Fault { pc, fault } => break Reason::Fault { pc, fault },
+            Stop::Trap { pc } => {
+                if let Some(i) = plan.until.iter().position(|u| *u == Until::Pc(pc)) {
+                    break Reason::Until(i, None);
+                }
+            }
+        }
+    };
+    go_on(&tools.uart.sent);
+    if let Some(wave) = tools.wave.take() {
+        wave.finish(cpu.cycle())?;
+    }
+    Ok(Ended { reason, uart: tools.uart.sent })
+}

@@ -1,0 +1,51 @@
+//! Bytes as text on a command line.
+
+/// The bytes of a text in which `\n`, `\r`, `\t`, `\0`, `\\`, `\"` and `\xNN` stand for single bytes; everything else is
+/// UTF-8.
+///
+/// # Errors
+/// Another character after a backslash, not two hex digits after `\x`, or no bytes at all.
+pub fn unescape(text: &str) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let mut chars = text.chars();
+    while let Some(c) = chars.next() {
+        if c != '\\' {
+            bytes.extend_from_slice(c.encode_utf8(&mut [0; 4]).as_bytes());
+            continue;
+        }
+        bytes.push(match chars.next() {
+            Some('n') => b'\n',
+            Some('r') => b'\r',
+            Some('t') => b'\t',
+            Some('0') => 0,
+            Some(same @ ('\\' | '"')) => same as u8,
+            Some('x') => {
+                let digits: String = chars.by_ref().take(2).collect();
+                let hex = digits.len() == 2 && digits.bytes().all(|b| b.is_ascii_hexdigit());
+                let value = u8::from_str_radix(&digits, 16).ok().filter(|_| hex);
+                value.ok_or_else(|| format!("`\\x{digits}` wants two hex digits, as in \\x0a"))?
+            }
+            Some(other) => return Err(format!("`\\{other}` is no escape; known are \\n \\r \\t \\0 \\\\ \\\" \\xNN")),
+            None => return Err("a backslash at the end stands for nothing; write \\\\ for itself".to_owned()),
+        });
+    }
+    if bytes.is_empty() { Err("an empty text is always there; write at least one character".to_owned()) } else { Ok(bytes) }
+}
+
+/// The way back, in double quotes, for messages: what is not printable ASCII is escaped.
+#[must_use]
+pub fn escape(bytes: &[u8]) -> String {
+    let mut text = String::from("\"");
+    for &byte in bytes {
+        match byte {
+            b'\n' => text.push_str("\\n"),
+            b'\r' => text.push_str("\\r"),
+            b'\t' => text.push_str("\\t"),
+            b'"' | b'\\' => text.extend(['\\', byte as char]),
+            b' '..=b'~' => text.push(byte as char),
+            _ => text.push_str(&format!("\\x{byte:02x}")),
+        }
+    }
+    text.push('"');
+    text
+}

@@ -1,0 +1,114 @@
+//! Times and frequencies as people write them, exact: everything is a fraction of whole numbers until it is rounded
+//! down once, at the end.
+
+use std::time::Duration;
+
+/// Longest time, in machine cycles.
+pub const MAX_CYCLES: u64 = 1 << 62;
+
+/// Most digits of a number, so that the products below fit in 128 bits.
+const MAX_DIGITS: usize = 18;
+
+/// How cycles become seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Clock {
+    /// Oscillator, in Hz; above 0.
+    pub hz: u64,
+    /// Oscillator clocks per machine cycle; above 0.
+    pub clocks_per_cycle: u32,
+}
+
+impl Clock {
+    /// Machine cycles in the time `text`: a decimal number and `s`, `ms`, `us` or `ns`, or whole cycles with `c`. A time
+    /// that lies within a cycle counts as the start of that cycle.
+    ///
+    /// # Errors
+    /// Not such a text, or longer than [`MAX_CYCLES`].
+    pub fn cycles(self, text: &str) -> Result<u64, String> {
+        let wanted = || format!("`{text}` is no time; write 2s, 10ms, 2.5us, 100ns or 1000c (cycles)");
+        let (number, unit) = split(text);
+        let (mantissa, decimals) = decimal(number).ok_or_else(wanted)?;
+        let too_long = || format!("`{text}` is longer than 2^62 cycles");
+        let cycles = if unit == "c" {
+            (decimals == 0).then_some(mantissa).ok_or_else(wanted)?
+        } else {
+            let per_second = 10u128.pow(decimals + exponent(unit).ok_or_else(wanted)?);
+            let clocks = mantissa.checked_mul(u128::from(self.hz)).ok_or_else(too_long)?;
+            clocks / (per_second * u128::from(self.clocks_per_cycle.max(1)))
+        };
+        u64::try_from(cycles).ok().filter(|&c| c <= MAX_CYCLES).ok_or_else(too_long)
+    }
+
+    /// Seconds that `cycles` take.
+    #[must_use]
+    pub fn seconds(self, cycles: u64) -> f64 {
+        cycles as f64 * f64::from(self.clocks_per_cycle) / self.hz as f64
+    }
+}
+
+/// A frequency in whole Hz: a decimal number, alone or with `Hz`, `kHz` or `MHz` (case aside).
+///
+/// # Errors
+/// Not such a text, zero, or no whole number of Hz.
+pub fn hertz(text: &str) -> Result<u64, String> {
+    let (number, unit) = split(text);
+    let zeros = match unit.to_ascii_lowercase().as_str() {
+        "" | "hz" => 0,
+        "khz" => 3,
+        "mhz" => 6,
+        _ => return Err(format!("`{text}` is no frequency; write 16MHz, 32.768kHz or 8000000")),
+    };
+    let parsed = decimal(number).ok_or_else(|| format!("`{text}` is no frequency; write 16MHz or 8000000"))?;
+    let (mantissa, decimals) = parsed;
+    let (up, down) = (10u128.pow(zeros), 10u128.pow(decimals));
+    let scaled = mantissa * up;
+    if scaled % down != 0 {
+        return Err(format!("`{text}` is no whole number of Hz"));
+    }
+    match u64::try_from(scaled / down) {
+        Ok(0) => Err("the clock cannot stand still; write at least 1 Hz".to_owned()),
+        Ok(hz) => Ok(hz),
+        Err(_) => Err(format!("`{text}` is more than 2^64 Hz")),
+    }
+}
+
+/// A time on the host: a decimal number and `s`, `ms`, `us` or `ns`.
+///
+/// # Errors
+/// Not such a text, or longer than 2^64 ns.
+pub fn duration(text: &str) -> Result<Duration, String> {
+    let wanted = || format!("`{text}` is no time; write 30s or 500ms");
+    let (number, unit) = split(text);
+    let (mantissa, decimals) = decimal(number).ok_or_else(wanted)?;
+    let exponent = exponent(unit).ok_or_else(wanted)?;
+    let nanos = mantissa * 10u128.pow(9 - exponent) / 10u128.pow(decimals);
+    u64::try_from(nanos).map(Duration::from_nanos).map_err(|_| format!("`{text}` is longer than 584 years"))
+}
+
+fn split(text: &str) -> (&str, &str) {
+    let text = text.trim();
+    let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+    let (number, unit) = text.split_at(end);
+    (number, unit.trim_start())
+}
+
+/// Mantissa and number of decimals.
+fn decimal(text: &str) -> Option<(u128, u32)> {
+    let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
+    if whole.is_empty() || text.ends_with('.') || whole.len() + fraction.len() > MAX_DIGITS {
+        return None;
+    }
+    let mantissa = format!("{whole}{fraction}").parse().ok()?;
+    Some((mantissa, fraction.len() as u32))
+}
+
+/// The unit is 10 to minus this many seconds.
+fn exponent(unit: &str) -> Option<u32> {
+    Some(match unit {
+        "s" => 0,
+        "ms" => 3,
+        "us" => 6,
+        "ns" => 9,
+        _ => return None,
+    })
+}

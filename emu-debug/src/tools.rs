@@ -1,0 +1,58 @@
+//! All probes of a run as one.
+
+use emu_core::cpu::Probe;
+use emu_core::pins::{Event, Level, PinId};
+
+use crate::uart::Uart;
+use crate::wave::Wave;
+
+/// The serial output, levels waited for, a waveform, and what looks closer (`()` for nothing).
+pub struct Tools<C> {
+    /// What the chip sends.
+    pub uart: Uart,
+    /// Position of the text that was seen, if one was.
+    pub text: Option<usize>,
+    /// Levels waited for.
+    pub pins: Vec<(PinId, Level)>,
+    /// Position of the level that was seen, if one was.
+    pub pin: Option<usize>,
+    /// Waveform.
+    pub wave: Option<Wave>,
+    /// What looks at instructions and accesses.
+    pub close: C,
+}
+
+impl<C: Probe> Probe for Tools<C> {
+    const INSN: bool = C::INSN;
+    const DATA: bool = C::DATA;
+    const EVENTS: bool = true;
+
+    fn insn(&mut self, at: u64, pc: u32) -> bool {
+        self.close.insn(at, pc)
+    }
+
+    fn data(&mut self, at: u64, addr: u16, value: u8, write: bool) -> bool {
+        self.close.data(at, addr, value, write)
+    }
+
+    fn irq(&mut self, at: u64, vector: u8) {
+        self.close.irq(at, vector);
+    }
+
+    fn event(&mut self, event: Event) -> bool {
+        if let Some(wave) = &mut self.wave {
+            wave.event(event);
+        }
+        match event {
+            Event::Edge { pin, level, .. } if self.pin.is_none() => {
+                self.pin = self.pins.iter().position(|wanted| *wanted == (pin, level));
+            }
+            Event::Sent { uart: 0, byte, .. } => {
+                let text = self.uart.byte(byte);
+                self.text = self.text.or(text);
+            }
+            _ => {}
+        }
+        self.pin.is_some() || self.text.is_some()
+    }
+}

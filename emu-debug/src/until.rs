@@ -1,0 +1,77 @@
+//! Conditions that end a run.
+
+use emu_core::pins::{Level, PinId};
+
+use crate::place::{Names, Range};
+use crate::stimulus::pin_level;
+use crate::text::{escape, unescape};
+
+/// A condition.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Until {
+    /// The instruction at this program word is next.
+    Pc(u32),
+    /// The pin has this level, from the start or by a change.
+    Pin(PinId, Level),
+    /// The program reads one of these bytes of data memory.
+    Read(Range),
+    /// The program writes one of these bytes of data memory.
+    Write(Range),
+    /// The chip has sent these bytes one after the other.
+    Uart(Vec<u8>),
+}
+
+/// Reads `pc=0x1A2`, `pin PB5=1`, `read data:0x100`, `write data:0x100..0x110` or `uart "text"`.
+///
+/// # Errors
+/// Not such a text, or an address or pin that the chip does not have.
+pub fn until(names: &Names<'_>, text: &str) -> Result<Until, String> {
+    let text = text.trim();
+    let (word, rest) = text.split_once([' ', '=']).unwrap_or((text, ""));
+    let rest = rest.trim();
+    match word {
+        "pc" => Ok(Until::Pc(names.program_word(rest.trim_start_matches('=').trim())?)),
+        "pin" => match pin_level(names.chip, rest)? {
+            (_, Level::Float) => Err("a pin is waited for at 0 or 1".to_owned()),
+            (pin, level) => Ok(Until::Pin(pin, level)),
+        },
+        "read" => Ok(Until::Read(data(names, rest)?)),
+        "write" => Ok(Until::Write(data(names, rest)?)),
+        "uart" => {
+            let inner = rest.strip_prefix('"').and_then(|r| r.strip_suffix('"'));
+            Ok(Until::Uart(unescape(inner.unwrap_or(rest))?))
+        }
+        _ => Err(format!(
+            "`{text}` is no condition; write pc=0x1a2, `pin PB5=1`, `write data:0x100`, `read data:0x100` or `uart \"text\"`"
+        )),
+    }
+}
+
+impl Until {
+    /// What was waited for, for messages; the chip's pins by name.
+    #[must_use]
+    pub fn describe(&self, names: &Names<'_>) -> String {
+        let range = |r: &Range| match r.end - r.start {
+            1 => format!("{}:0x{:x}", r.space, r.start),
+            _ => format!("{}:0x{:x}..0x{:x}", r.space, r.start, r.end),
+        };
+        match self {
+            Until::Pc(word) => format!("pc=0x{:x}", word * names.chip.word_bytes),
+            Until::Pin(pin, level) => {
+                let name = names.chip.pins.get(usize::from(*pin)).map_or("?", |p| p.name);
+                format!("pin {name}={}", u8::from(*level == Level::High))
+            }
+            Until::Read(r) => format!("read {}", range(r)),
+            Until::Write(r) => format!("write {}", range(r)),
+            Until::Uart(bytes) => format!("uart {}", escape(bytes)),
+        }
+    }
+}
+
+fn data(names: &Names<'_>, text: &str) -> Result<Range, String> {
+    let range = names.range(text)?;
+    if range.space != "data" {
+        return Err(format!("accesses are watched in data memory, not in {}", range.space));
+    }
+    Ok(range)
+}
