@@ -210,9 +210,20 @@ impl Soc {
     fn run_cycle(&mut self, due: u64) {
         while let Some(&(_, pin, level)) = self.drives.front().filter(|drive| drive.0 <= due) {
             self.drives.pop_front();
-            self.ports.outside(pin, level);
-            self.settle(pin, due);
+            let changed = self.ports.drive(pin, level, due);
+            self.edge(pin, changed, due);
         }
+        self.run_serial(due);
+        for timer in &mut self.timers {
+            timer.sync(due);
+        }
+        if self.watchdog.next() <= due {
+            self.watchdog.fire(due);
+        }
+    }
+
+    /// The serial port's steps up to `due`, the first cycle at which it has any.
+    fn run_serial(&mut self, due: u64) {
         while self.usart.next() <= due {
             if self.usart.sender_first() {
                 self.send(due);
@@ -220,12 +231,6 @@ impl Soc {
                 let sample = self.ports.sample(RXD, due);
                 self.usart.receive(sample, self.ports.pin(RXD).high);
             }
-        }
-        for timer in &mut self.timers {
-            timer.sync(due);
-        }
-        if self.watchdog.next() <= due {
-            self.watchdog.fire(due);
         }
     }
 
@@ -243,9 +248,15 @@ impl Soc {
         self.settle(TXD, due);
     }
 
-    /// Settles a pin at the cycle `at`; logs its edge, and tells the receiver of its line.
+    /// Settles a pin at the cycle `at` after the chip changed what it does to it.
     fn settle(&mut self, pin: PinId, at: u64) {
-        let Some(level) = self.ports.settle(pin, at) else { return };
+        let changed = self.ports.settle(pin, at);
+        self.edge(pin, changed, at);
+    }
+
+    /// Logs the edge of a pin, if there was one, and tells the receiver of its line.
+    fn edge(&mut self, pin: PinId, changed: Option<Level>, at: u64) {
+        let Some(level) = changed else { return };
         if self.logging {
             self.events.push_back(Event::Edge { at: Time::at(at), pin, level });
         }
@@ -285,13 +296,13 @@ impl Bus for Soc {
     }
 
     fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> Wake {
-        let before = self.deadline;
+        let before = (self.deadline, self.events.len());
         self.run(now);
         let quiet = self.store(reg, mask, value, now);
         if !quiet {
             self.schedule();
         }
-        if quiet && self.deadline == before && self.events.is_empty() { Wake::NONE } else { Wake::DEADLINE }
+        if quiet && (self.deadline, self.events.len()) == before { Wake::NONE } else { Wake::DEADLINE }
     }
 
     fn fire(&mut self, now: u64) -> u64 {
@@ -326,7 +337,7 @@ impl Bus for Soc {
         self.run(now);
         match vector {
             irq::WDT => self.watchdog.take(),
-            irq::USART_TX => self.usart.clear_txc(),
+            irq::USART_TX => self.usart.clear(TXC),
             _ => {
                 for (timer, rows) in self.timers.iter_mut().zip(TIMER_IRQS) {
                     if let Some(row) = rows.iter().find(|row| row.0 != 0 && row.1 == vector) {

@@ -109,18 +109,15 @@ impl Pin {
 
     /// Settles the wire after a change of its drivers at machine cycle `cycle`; true when its level changed.
     pub fn settle(&mut self, cycle: u64) -> bool {
+        // Of several changes in one cycle only the last one lasts long enough to be sampled, or to charge the wire.
+        let held = if self.changed == cycle { self.before } else { self.high };
         let high = match (self.own, self.outside) {
-            (Level::Float, Level::Float) => self.pull_up || self.high,
+            (Level::Float, Level::Float) => self.pull_up || held,
             (Level::Float, level) | (level, _) => level == Level::High,
         };
         let changed = high != self.high;
         if changed {
-            // Of two changes in one cycle, only the last one can be sampled.
-            if self.changed != cycle {
-                self.before = self.high;
-            }
-            self.high = high;
-            self.changed = cycle;
+            (self.before, self.high, self.changed) = (held, high, cycle);
         }
         changed
     }

@@ -85,21 +85,23 @@ impl Ports {
         seen(&self.pin(pin), now)
     }
 
-    /// Drives a pin from outside.
-    pub fn outside(&mut self, pin: PinId, level: Level) {
-        if let Some(pin) = self.pins.get_mut(usize::from(pin)) {
-            pin.outside = level;
-        }
+    /// Drives a pin from outside from the cycle `at` on. Returns the new level where it changed.
+    pub fn drive(&mut self, pin: PinId, outside: Level, at: u64) -> Option<Level> {
+        self.change(pin, at, |pin| pin.outside = outside)
     }
 
-    /// Works out who drives `pin` and settles its wire at the cycle `at`. Returns the new level where it changed.
+    /// Works out what the chip does to `pin` from the cycle `at` on. Returns the new level where it changed.
     pub fn settle(&mut self, pin: PinId, at: u64) -> Option<Level> {
-        let (own, pull_up) = self.drivers(pin);
+        let drivers = self.drivers(pin);
+        self.change(pin, at, |pin| (pin.own, pin.pull_up) = drivers)
+    }
+
+    fn change(&mut self, pin: PinId, at: u64, change: impl FnOnce(&mut Pin)) -> Option<Level> {
         let pin = self.pins.get_mut(usize::from(pin))?;
-        let before = (pin.level(), pin.high);
-        (pin.own, pin.pull_up) = (own, pull_up);
+        let before = pin.level();
+        change(pin);
         pin.settle(at);
-        (before != (pin.level(), pin.high)).then(|| pin.level())
+        (pin.level() != before).then(|| pin.level())
     }
 
     /// What the chip does to a pin: the level it drives, and its pull-up (tables 14-1 and 14-2, alternate functions 14-9).

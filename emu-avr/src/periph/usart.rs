@@ -154,15 +154,14 @@ impl Usart {
         }
     }
 
-    /// Writes UCSR0A: TXC is cleared by writing 1.
-    pub fn set_status(&mut self, value: u8, at: u64) {
-        let kept = self.a & TXC & !value;
-        self.retime(at, |usart| usart.a = kept | value & (U2X | MPCM));
+    /// Clears the flags of UCSR0A that `ones` has: TXC is one that a program (by writing 1) or its interrupt clears.
+    pub fn clear(&mut self, ones: u8) {
+        self.a &= !(ones & TXC);
     }
 
-    /// Clears TXC, as its interrupt does.
-    pub fn clear_txc(&mut self) {
-        self.a &= !TXC;
+    /// Writes U2X and MPCM of UCSR0A.
+    pub fn set_status(&mut self, value: u8, at: u64) {
+        self.retime(at, |usart| usart.a = usart.a & TXC | value & (U2X | MPCM));
     }
 
     /// Writes UCSR0B.

@@ -85,6 +85,11 @@ impl Soc {
     /// but by a pin.
     pub(super) fn store(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> bool {
         let at = now + 1;
+        if matches!(reg, at::UCSR0A..=at::UDR0) {
+            // The port's own steps at that edge still see what was there before; but what completes there stays complete.
+            self.usart.clear(if reg == at::UCSR0A { value } else { 0 });
+            self.run_serial(at);
+        }
         // What a register that acts on ones gets, and what a register that keeps its bits gets.
         let ones = value & mask;
         let kept = |old: u8| old & !mask | ones;
@@ -176,7 +181,7 @@ impl Soc {
         !listens
     }
 
-    /// Pins whose digital input is switched off read 0 (DIDR0 is PC0 to PC5, DIDR1 is PD6 and PD7; 23.9.5, 22.3.3).
+    /// Pins whose digital input is switched off read 0 (DIDR0 is PC0 to PC5, DIDR1 is PD6 and PD7; 24.9.5, 23.3.3).
     fn analog_only(&self, port: usize) -> u8 {
         match port {
             1 => self.plain.get(at::DIDR0),

@@ -1,1 +1,226 @@
+//! Ports and watchdog stepped cycle by cycle, and the same program under any slicing.
 
+use emu_avr::chips::ATMEGA328P as CHIP;
+use emu_avr::soc::Soc;
+use emu_core::rng::Rng;
+use emu_core::{Bus, Event, Level, NEVER};
+
+const LEVELS: [Level; 3] = [Level::Low, Level::High, Level::Float];
+
+#[derive(Clone, Copy, Default)]
+struct Wire {
+    outside: Level,
+    /// What an input reads, now and one cycle ago.
+    charge: [bool; 2],
+}
+
+#[test]
+fn ports_agree_with_wires_stepped_at_every_cycle() {
+    for seed in 0..24 {
+        let mut rng = Rng::new(seed);
+        let mut soc = Soc::new(&CHIP);
+        soc.log(true);
+        let (mut ddr, mut port, mut pud) = ([0u8; 3], [0u8; 3], false);
+        let mut wires = [Wire::default(); 24];
+        let mut shown = [Level::Float; 24];
+        let mut queue: Vec<(u64, u8, Level)> = Vec::new();
+        for now in 0..2000 {
+            if rng.one_in(6) {
+                let (at, pin, level) = (now + rng.below(9), rng.below(24) as u8, LEVELS[rng.below(3) as usize]);
+                soc.drive(at, now, pin, level);
+                queue.push((at, pin, level));
+            }
+            queue.retain(|&(at, pin, level)| {
+                if at == now {
+                    wires[usize::from(pin)].outside = level;
+                }
+                at > now
+            });
+            let mut edges = Vec::new();
+            for (i, wire) in wires.iter_mut().enumerate() {
+                let (n, bit) = (i / 8, i % 8);
+                let [output, high] = [ddr[n], port[n]].map(|reg| reg >> bit & 1 == 1);
+                let pull = !output && high && !pud;
+                let own = if output { Level::of(high) } else { Level::Float };
+                let driven = if own == Level::Float { wire.outside } else { own };
+                let level = if driven == Level::Float && pull { Level::High } else { driven };
+                wire.charge = [level == Level::High || level == Level::Float && wire.charge[0], wire.charge[0]];
+                if level != shown[i] {
+                    shown[i] = level;
+                    edges.push((i as u8, level));
+                }
+            }
+            if rng.one_in(3) {
+                soc.fire(now);
+            }
+            for n in 0..3 {
+                let exist = if n == 1 { 0x7F } else { 0xFF };
+                let want = (0..8).fold(0u8, |bits, b| bits | u8::from(wires[n * 8 + b].charge[1]) << b) & exist;
+                assert_eq!(soc.peek(0x23 + 3 * n as u16, now), want, "PIN of port {n}, seed {seed}, cycle {now}");
+            }
+            soc.fire(now);
+            for (pin, want) in shown.iter().enumerate() {
+                assert_eq!(soc.level(pin as u8), *want, "pin {pin}, seed {seed}, cycle {now}");
+            }
+            // Two drives of one pin in one cycle log two edges; the last one of each pin counts.
+            let mut logged = [None; 24];
+            while let Some(event) = soc.drain() {
+                let Event::Edge { at, pin, level } = event else { panic!("{event:?}") };
+                assert_eq!(at.cycle, now, "{event:?}, seed {seed}");
+                logged[usize::from(pin)] = Some(level);
+            }
+            for (pin, level) in edges {
+                assert_eq!(logged[usize::from(pin)], Some(level), "edge of pin {pin}, seed {seed}, cycle {now}");
+            }
+            if rng.one_in(3) {
+                let (n, value, mask) = (rng.below(3) as usize, rng.next_u64() as u8, rng.next_u64() as u8);
+                let exist = if n == 1 { 0x7F } else { 0xFF };
+                let (kind, mask) = (rng.below(4), if rng.one_in(2) { 0xFF } else { mask });
+                match kind {
+                    0 => port[n] = (port[n] ^ value & mask) & exist,
+                    1 => ddr[n] = (ddr[n] & !mask | value & mask) & exist,
+                    2 => port[n] = (port[n] & !mask | value & mask) & exist,
+                    _ => pud = value & 0x10 != 0,
+                }
+                if kind == 3 {
+                    soc.write(0x55, value, now);
+                } else {
+                    soc.write_bits(0x23 + 3 * n as u16 + kind as u16, mask, value, now);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn watchdog_agrees_with_a_counter_stepped_at_every_cycle() {
+    for seed in 0..60 {
+        let mut rng = Rng::new(seed);
+        let hz = [1000, 777, 3333, 128_000 / 64][rng.below(4) as usize];
+        let mut soc = Soc::new(&CHIP);
+        soc.set_clock_hz(hz);
+        // WDIF, WDIE, WDE; WDP; cycles since the count was zero.
+        let (mut wdif, mut wdie, mut wde, mut wdp, mut cycles) = (false, false, false, 0u32, 0u64);
+        let (mut open, mut wdrf) = (0, false);
+        let mut deadline = soc.fire(0);
+        for now in 0..4000 {
+            let place = format!("seed {seed}, cycle {now}");
+            let timeouts = |cycles: u64| cycles * 128_000 / hz / (2048 << wdp.min(9));
+            if (wde || wdie) && cycles > 0 && timeouts(cycles) != timeouts(cycles - 1) {
+                if wdie && !(wde && wdif) {
+                    wdif = true;
+                } else {
+                    assert!(soc.reset_requested(now), "reset, {place}");
+                    soc.reset(emu_core::Reset::Watchdog, now);
+                    (wdif, wdie, wde, wdp, cycles, open, wdrf) = (false, false, true, 0, 0, 0, true);
+                    deadline = soc.fire(now);
+                }
+            }
+            if deadline <= now {
+                deadline = soc.fire(now);
+            }
+            assert!(!soc.reset_requested(now), "no reset, {place}");
+            let bits = [(wdif, 0x80), (wdie, 0x40), (open > 0, 0x10), (wde, 0x08)];
+            let want = bits.iter().filter(|b| b.0).fold(0, |all, b| all | b.1) | (wdp & 7 | wdp << 2 & 0x20) as u8;
+            assert_eq!(soc.peek(0x60, now), want, "WDTCSR, {place}");
+            assert_eq!(soc.pending(now), (wdif && wdie).then_some(6), "{place}");
+            open = open.max(1) - 1;
+            let mut restart = false;
+            if rng.one_in(8) {
+                // Half the writes are the halves of the timed sequence.
+                let value = if rng.one_in(3) { 0x18 } else { rng.next_u64() as u8 & 0xEF };
+                soc.write(0x60, value, now);
+                let (was_running, may) = (wde || wdie, soc_window(&mut open, value, want & 0x10 != 0));
+                wdif &= value & 0x80 == 0;
+                wdie = value & 0x40 != 0;
+                wde |= value & 8 != 0;
+                if may {
+                    (wde, wdp) = (value & 8 != 0, u32::from(value & 7 | (value & 0x20) >> 2));
+                }
+                wde |= wdrf;
+                restart = !was_running;
+                deadline = 0;
+            } else if rng.one_in(40) {
+                soc.clear_watchdog(now);
+                restart = true;
+                deadline = 0;
+            } else if rng.one_in(60) {
+                soc.write(0x54, 0, now);
+                wdrf = false;
+            } else if wdif && wdie && rng.one_in(5) {
+                soc.take(6, now);
+                (wdif, wdie) = (false, !wde);
+                deadline = 0;
+            }
+            cycles = if restart { 0 } else { cycles + 1 };
+        }
+    }
+}
+
+/// The timed sequence: true when this write may change WDE and WDP.
+fn soc_window(open: &mut u64, value: u8, was_open: bool) -> bool {
+    *open = if value & 0x18 == 0x18 { 4 } else { 0 };
+    was_open && value & 0x10 == 0
+}
+
+/// Everything that can be seen of a chip.
+fn view(soc: &Soc, now: u64) -> Vec<u8> {
+    (0x20..=0xFF).map(|reg| soc.peek(reg, now)).chain((0..24).map(|pin| soc.level(pin) as u8)).collect()
+}
+
+#[test]
+fn any_slicing_gives_the_same_chip_and_the_same_log() {
+    for seed in 0..30 {
+        let mut rng = Rng::new(seed);
+        let mut eager = Soc::new(&CHIP);
+        eager.log(true);
+        eager.write(0xC4, rng.below(4) as u8, 0);
+        let mut lazy = eager.clone();
+        let (mut eager_log, mut lazy_log) = (Vec::new(), Vec::new());
+        let mut deadline = 0;
+        for now in 1..4000 {
+            eager.fire(now);
+            if deadline <= now {
+                deadline = lazy.fire(now);
+            }
+            assert_eq!(eager.pending(now), lazy.pending(now), "seed {seed}, cycle {now}");
+            if rng.one_in(12) {
+                let regs = [
+                    0x23, 0x24, 0x25, 0x29, 0x2A, 0x2B, 0x35, 0x36, 0x37, 0x43, 0x44, 0x45, 0x46, 0x47, 0x48, 0x6E,
+                    0x6F, 0x70, 0x80, 0x81, 0x84, 0x85, 0x88, 0x89, 0xB1, 0xB3, 0xC0, 0xC1, 0xC1, 0xC6, 0xC6, 0xC6,
+                    0x60,
+                ];
+                let (reg, value) = (regs[rng.below(regs.len() as u64) as usize], rng.next_u64() as u8);
+                let value = if reg == 0xC1 { value | 0x18 } else { value };
+                assert_eq!(eager.write(reg, value, now), lazy.write(reg, value, now), "seed {seed}, cycle {now}");
+                deadline = 0;
+            }
+            if rng.one_in(30) {
+                let (at, level) = (now + rng.below(300), LEVELS[rng.below(3) as usize]);
+                eager.drive(at, now, 16, level);
+                lazy.drive(at, now, 16, level);
+                deadline = 0;
+            }
+            if rng.one_in(40) {
+                assert_eq!(eager.read(0xC6, now).0, lazy.read(0xC6, now).0, "UDR0, seed {seed}, cycle {now}");
+                deadline = 0;
+            }
+            if rng.one_in(25) {
+                deadline = lazy.fire(now);
+                assert_eq!(view(&eager, now), view(&lazy, now), "seed {seed}, cycle {now}");
+            }
+            eager_log.extend(std::iter::from_fn(|| eager.drain()));
+        }
+        lazy_log.extend(std::iter::from_fn(|| lazy.drain()));
+        assert_eq!(eager_log, lazy_log, "seed {seed}");
+        assert!(eager_log.len() > 20, "seed {seed} saw nothing");
+        assert!(eager_log.is_sorted_by_key(Event::at), "seed {seed}: log out of order");
+    }
+}
+
+#[test]
+fn a_clone_is_small_and_an_idle_chip_has_no_deadline() {
+    let mut soc = Soc::new(&CHIP);
+    assert_eq!(soc.fire(1_000_000), NEVER);
+    assert!(std::mem::size_of::<Soc>() <= 1536, "{} bytes", std::mem::size_of::<Soc>());
+}

@@ -4,7 +4,7 @@
 //! CBI on these bits, `5:PINB?20` shows a register, `5:UDR0!41` reads it as a program does, `5:PB5=H` drives a pin (H, L,
 //! Z), `5:PB5?L` looks at one, `5:irq?WDT` is the interrupt pending (`-` for none), `5:take=WDT` enters it, `5:wdr`,
 //! `5:reset?y` asks for a watchdog reset and does it, `5:deadline?9` (`-` for never), `5:wakes?y` with interrupts on,
-//! `5:busy?n`, `5:steady PINB?9`. Register values are hexadecimal, cycles decimal.
+//! `5:busy?n`, `5:steady.PINB?9`. Register values are hexadecimal, cycles decimal.
 
 use emu_avr::chips::ATMEGA328P as CHIP;
 use emu_avr::soc::Soc;
@@ -59,8 +59,14 @@ fn run(soc: &mut Soc, step: &str) -> Result<(), String> {
             return expect(yes(asked));
         }
         ("deadline", "?") => return expect(cycle(soc.fire(now))),
-        ("wakes", "?") => return expect(yes(soc.can_wake(true))),
-        ("busy", "?") => return expect(yes(soc.busy())),
+        ("wakes", "?") => {
+            soc.fire(now);
+            return expect(yes(soc.can_wake(true)));
+        }
+        ("busy", "?") => {
+            soc.fire(now);
+            return expect(yes(soc.busy()));
+        }
         _ => {}
     }
     if let Some(reg) = name.strip_prefix("steady.").and_then(|name| CHIP.reg(name)) {
