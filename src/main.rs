@@ -1,1 +1,69 @@
-fn main() {}
+//! The command line: one file per verb, and what they share.
+//!
+//! ```text
+//!   args.rs    verbs and their flags          input.rs   files, images, programs in
+//!   report.rs  complaints drawn for people    output.rs  results out, whole or not at all
+//!   fail.rs    exit codes, ways to fail       codes.rs   the codes CLI0xx
+//! ```
+
+#![forbid(unsafe_code)]
+
+mod args;
+mod chips;
+mod codes;
+mod disasm;
+mod draw;
+mod explain;
+mod fail;
+mod input;
+mod nearest;
+mod output;
+mod report;
+mod run;
+mod shell;
+mod summary;
+
+use std::panic;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Cli, Verb};
+use fail::{Failure, exit};
+use report::Terminal;
+
+fn main() -> ExitCode {
+    panic::set_hook(Box::new(|what| {
+        let place = what.location().map_or(String::new(), |l| format!(" at {}:{}", l.file(), l.line()));
+        let text = what.payload_as_str().unwrap_or("no message");
+        eprintln!("internal error{place}: {text}\nThis is a fault of emu, not of your files; please report it.");
+    }));
+    ExitCode::from(panic::catch_unwind(start).unwrap_or(exit::INTERNAL))
+}
+
+fn start() -> u8 {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version come this way too. A closed pipe is no reason to complain.
+            _ = error.print();
+            return if error.use_stderr() { exit::USAGE } else { exit::OK };
+        }
+    };
+    let terminal = Terminal::new(cli.color);
+    let json = cli.verb.json();
+    let name = cli.verb.name();
+    fail::finish(verb(cli.verb, &terminal), name, json, &terminal)
+}
+
+fn verb(verb: Verb, terminal: &Terminal) -> Result<u8, Failure> {
+    match verb {
+        Verb::Run(args) => run::run(&args, terminal),
+        Verb::Disasm(args) => disasm::disasm(&args, terminal),
+        Verb::Draw(args) => draw::draw(&args, terminal),
+        Verb::Chips(args) => chips::chips(&args),
+        Verb::Explain(args) => explain::explain(&args),
+        Verb::Completions(args) => shell::completions(&args),
+        Verb::Man => shell::man(),
+    }
+}

@@ -1,0 +1,134 @@
+//! Verbs and the flags that several of them share.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use emu_core::chip::Chip;
+use ladder::Dialect;
+
+use crate::nearest::nearest;
+use crate::{chips, disasm, draw, explain, run, shell};
+
+const TOUR: &str = "\
+A short tour:
+  emu check examples/welder.ld --mcu atmega328p     compile, run on the chip, compare every scan
+  emu compile examples/welder.ld --mcu atmega328p   write welder.hex
+  emu run welder.hex --mcu atmega328p --for 2s      run it for two seconds of the chip's time
+  emu sim examples/welder.ld --scans 10             what the program means, scan by scan
+  emu disasm welder.hex                             its instructions
+  emu explain HEX006                                more about the code of a message
+
+A file named - is standard input or output.
+
+Exit codes:
+  0  ok: it ended, or reached a limit that was asked for
+  1  an expectation failed, or chip and reference differ
+  2  the command line makes no sense
+  3  a file was refused: unreadable, malformed, or a program that the chip cannot hold
+  4  the program on the chip did something impossible
+  5  a limit came before what was waited for, or the default limit
+ 70  a fault of emu itself";
+
+/// Cycle-accurate microcontroller emulators, and a ladder compiler that is checked on them, bit for bit.
+#[derive(Debug, Parser)]
+#[command(name = "emu", version, after_help = TOUR, max_term_width = 100, arg_required_else_help = true)]
+pub struct Cli {
+    /// Colours in messages; NO_COLOR and CLICOLOR_FORCE are honoured with `auto`.
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
+    pub color: Color,
+    /// What to do.
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// When messages are coloured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Color {
+    /// On a terminal.
+    Auto,
+    /// Everywhere.
+    Always,
+    /// Nowhere.
+    Never,
+}
+
+/// What `emu` can do.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Run a HEX or ELF image on an emulated chip.
+    Run(run::RunArgs),
+    /// Print the instructions of an image.
+    Disasm(disasm::DisasmArgs),
+    /// Draw the rungs of a ladder program as text.
+    Draw(draw::DrawArgs),
+    /// List the chips.
+    Chips(chips::ChipsArgs),
+    /// Say more about the code of a message.
+    Explain(explain::ExplainArgs),
+    /// Print completions for a shell.
+    Completions(shell::CompletionsArgs),
+    /// Print the manual page (roff).
+    Man,
+}
+
+impl Verb {
+    /// True when the result, errors included, is to be JSON.
+    pub fn json(&self) -> bool {
+        match self {
+            Verb::Run(args) => args.json,
+            Verb::Disasm(args) => args.json,
+            Verb::Chips(args) => args.json,
+            Verb::Draw(_) | Verb::Explain(_) | Verb::Completions(_) | Verb::Man => false,
+        }
+    }
+
+    /// The verb as typed.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Verb::Run(_) => "run",
+            Verb::Disasm(_) => "disasm",
+            Verb::Draw(_) => "draw",
+            Verb::Chips(_) => "chips",
+            Verb::Explain(_) => "explain",
+            Verb::Completions(_) => "completions",
+            Verb::Man => "man",
+        }
+    }
+}
+
+/// A chip that must be named.
+#[derive(Debug, Args)]
+pub struct Mcu {
+    /// The chip, such as `atmega328p` (`emu chips` lists them).
+    #[arg(long = "mcu", value_name = "CHIP", value_parser = chip)]
+    pub chip: &'static Chip,
+}
+
+/// How a ladder program is read.
+#[derive(Debug, Args)]
+pub struct Ladder {
+    /// The program, a .ld file; - is standard input.
+    #[arg(value_name = "PROGRAM.ld")]
+    pub file: String,
+    /// What its elements mean: ldmicro-2.3 or ldmicro-5. By default what its header stands for (0.1: ldmicro-2.3,
+    /// 0.2: ldmicro-5).
+    #[arg(long, value_name = "DIALECT", value_parser = dialect)]
+    pub dialect: Option<Dialect>,
+}
+
+/// The chip `name`.
+pub fn chip(name: &str) -> Result<&'static Chip, String> {
+    emu_avr::chips::chip(name).ok_or_else(|| {
+        let names = || emu_avr::chips::CHIPS.iter().map(|c| c.name);
+        match nearest(&name.to_ascii_lowercase(), names()) {
+            Some(near) => format!("no chip of this name; did you mean `{near}`? (`emu chips` lists all)"),
+            None => format!("no chip of this name; chips are {}", names().collect::<Vec<_>>().join(", ")),
+        }
+    })
+}
+
+fn dialect(name: &str) -> Result<Dialect, String> {
+    match name {
+        "ldmicro-2.3" => Ok(Dialect::Ldmicro23),
+        "ldmicro-5" => Ok(Dialect::Ldmicro5),
+        _ => Err("dialects are ldmicro-2.3 and ldmicro-5".to_owned()),
+    }
+}

@@ -1,0 +1,51 @@
+//! `emu chips`: the chips and what they have.
+
+use clap::Args;
+use emu_avr::chips::CHIPS;
+use emu_core::chip::Chip;
+use serde_json::{Value, json};
+
+use crate::fail::{Failure, exit};
+use crate::output;
+
+const EXAMPLES: &str = "\
+Examples:
+  emu chips
+  emu chips --json | jq '.chips[0].pins[].name'";
+
+/// Flags of `emu chips`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct ChipsArgs {
+    /// One JSON document with memories, pins and vectors.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Lists the chips.
+pub fn chips(args: &ChipsArgs) -> Result<u8, Failure> {
+    if args.json {
+        output::json(&json!({ "schema": 1, "chips": CHIPS.iter().map(|c| document(c)).collect::<Vec<_>>() }))?;
+    } else {
+        let width = CHIPS.iter().map(|c| c.name.len()).max().unwrap_or(0);
+        let lines = CHIPS.iter().map(|c| format!("{:width$}  {}\n", c.name, c.title));
+        output::print(lines.collect::<String>())?;
+    }
+    Ok(exit::OK)
+}
+
+fn document(chip: &Chip) -> Value {
+    let pins = chip.pins.iter().filter(|p| p.dip != 0);
+    json!({
+        "name": chip.name,
+        "title": chip.title,
+        "source": chip.source,
+        "flash": chip.flash,
+        "ram": { "start": chip.ram_start, "bytes": chip.ram_len },
+        "eeprom": chip.eeprom,
+        "max_hz": chip.max_hz,
+        "default_hz": chip.default_hz,
+        "pins": pins.map(|p| json!({ "name": p.name, "dip": p.dip, "note": p.note })).collect::<Vec<_>>(),
+        "vectors": chip.vectors,
+    })
+}

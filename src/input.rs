@@ -1,0 +1,74 @@
+//! Files in.
+
+use std::fs::File;
+use std::io::{self, Read as _};
+
+use emu_core::chip::Chip;
+use emu_core::image::{self, ElfMachine, Image};
+use ladder::{Dialect, Program};
+
+use crate::codes::{UNREADABLE, about_file, reason};
+use crate::fail::Failure;
+use crate::report::{Terminal, report};
+
+/// Largest file, in bytes.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// All bytes of a file; `-` is standard input.
+pub fn bytes(file: &str) -> Result<Vec<u8>, Failure> {
+    let refuse = |cause: String| {
+        let hint = "check the path; - is standard input";
+        Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Vec::new())
+    };
+    let read = |from: &mut dyn io::Read| -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        from.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    };
+    let result =
+        if file == "-" { read(&mut io::stdin().lock()) } else { File::open(file).and_then(|mut f| read(&mut f)) };
+    match result {
+        Ok(bytes) if bytes.len() as u64 > MAX_BYTES => Err(refuse("is larger than 64 MB".to_owned())),
+        Ok(bytes) => Ok(bytes),
+        Err(error) => Err(refuse(format!("cannot be read: {}", reason(&error)))),
+    }
+}
+
+/// The image in a HEX or ELF file, for `chip`; warnings are told.
+pub fn image(file: &str, chip: &Chip, terminal: &Terminal) -> Result<Image, Failure> {
+    let bytes = bytes(file)?;
+    match image::load(file, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)) {
+        Ok(loaded) => {
+            report(terminal, &loaded.warnings, &bytes);
+            Ok(loaded.image)
+        }
+        Err(faults) => Err(Failure::Refused(faults, bytes)),
+    }
+}
+
+/// A ladder program and its text; warnings are told.
+pub struct Read {
+    /// The program.
+    pub program: Program,
+    /// Its text, for drawing complaints.
+    pub text: Vec<u8>,
+}
+
+/// Reads a ladder program; with `checked`, also looks for what cannot be meant.
+pub fn program(file: &str, dialect: Option<Dialect>, checked: bool, terminal: &Terminal) -> Result<Read, Failure> {
+    let text = bytes(file)?;
+    let parsed = match ladder::parse_bytes(file, &text, ladder::Options { dialect }) {
+        Ok(parsed) => parsed,
+        Err(faults) => return Err(Failure::Refused(faults, text)),
+    };
+    let mut told = parsed.warnings;
+    if checked {
+        told.extend(ladder::check(&parsed.program));
+        told.sort_by_key(|d| d.pos);
+    }
+    if told.iter().any(diag::Diagnostic::is_error) {
+        return Err(Failure::Refused(told, text));
+    }
+    report(terminal, &told, &text);
+    Ok(Read { program: parsed.program, text })
+}

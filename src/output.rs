@@ -1,0 +1,112 @@
+//! Results out: on standard output, or to files that are there whole or not at all.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use crate::fail::Failure;
+
+/// Writes to standard output.
+pub fn print(text: impl AsRef<[u8]>) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_ref()).and_then(|()| out.flush()).map_err(|error| Failure::writing("-", &error))
+}
+
+/// Writes one JSON document to standard output.
+pub fn json(document: &impl Serialize) -> Result<(), Failure> {
+    let mut text = serde_json::to_string_pretty(document).map_err(|e| Failure::writing("-", &e.into()))?;
+    text.push('\n');
+    print(text)
+}
+
+/// A file that appears under its name only when it is complete. Until then it lies beside it; dropped, it disappears.
+pub struct Pending {
+    /// The open file.
+    file: Option<File>,
+    /// Where it lies now; `None` for what is no regular file (a device, a pipe), which is written in place.
+    beside: Option<PathBuf>,
+    place: PathBuf,
+    name: String,
+}
+
+impl Pending {
+    /// Begins the file `name`.
+    pub fn new(name: &str) -> Result<Pending, Failure> {
+        // Through a link its target is written, and the link stays.
+        let place = fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name));
+        let fail = |error: io::Error| Failure::writing(name, &error);
+        let special = fs::metadata(&place).is_ok_and(|m| !m.is_file() && !m.is_dir());
+        if special {
+            let file = File::options().write(true).open(&place).map_err(fail)?;
+            return Ok(Pending { file: Some(file), beside: None, place, name: name.to_owned() });
+        }
+        let Some(last) = place.file_name().filter(|_| !place.is_dir()) else {
+            return Err(fail(io::Error::from(io::ErrorKind::IsADirectory)));
+        };
+        let beside = place.with_file_name(format!(".{}.{}.tmp", last.to_string_lossy(), std::process::id()));
+        let file = File::create(&beside).map_err(fail)?;
+        Ok(Pending { file: Some(file), beside: Some(beside), place, name: name.to_owned() })
+    }
+
+    /// Another handle to write through.
+    pub fn writer(&self) -> Result<Box<dyn Write>, Failure> {
+        let file = self.file.as_ref().map_or(Err(io::ErrorKind::NotFound.into()), File::try_clone);
+        Ok(Box::new(io::BufWriter::new(file.map_err(|e| Failure::writing(&self.name, &e))?)))
+    }
+
+    /// Puts the file into its place.
+    pub fn complete(mut self) -> Result<(), Failure> {
+        drop(self.file.take());
+        match self.beside.take() {
+            Some(beside) => fs::rename(&beside, &self.place).map_err(|error| {
+                _ = fs::remove_file(&beside);
+                Failure::writing(&self.name, &error)
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Drop for Pending {
+    fn drop(&mut self) {
+        if let Some(beside) = self.beside.take() {
+            _ = fs::remove_file(beside);
+        }
+    }
+}
+
+/// Writes several files, all of them or none; `-` is standard output and comes last.
+pub fn files(files: &[(&str, &[u8])]) -> Result<(), Failure> {
+    let mut pending = Vec::new();
+    for (name, bytes) in files.iter().filter(|(name, _)| *name != "-") {
+        let file = Pending::new(name)?;
+        let mut writer = file.writer()?;
+        writer.write_all(bytes).and_then(|()| writer.flush()).map_err(|error| Failure::writing(name, &error))?;
+        pending.push(file);
+    }
+    for file in pending {
+        file.complete()?;
+    }
+    files.iter().filter(|(name, _)| *name == "-").try_for_each(|(_, bytes)| print(bytes))
+}
+
+/// Refuses outputs of which two would go to one place, standard output included: pairs of flag and file.
+pub fn owners(outputs: &[(&str, &str)]) -> Result<(), Failure> {
+    for (i, (flag, file)) in outputs.iter().enumerate() {
+        let same = |other: &&(&str, &str)| same_place(file, other.1);
+        if let Some((other, _)) = outputs[..i].iter().find(same) {
+            let place = if *file == "-" { "standard output" } else { file };
+            return Err(Failure::Usage(format!(
+                "{other} and {flag} both write to {place}; give one of them another file"
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn same_place(a: &str, b: &str) -> bool {
+    let whole = |file: &str| fs::canonicalize(file).unwrap_or_else(|_| Path::new(file).to_owned());
+    a == b || a != "-" && b != "-" && whole(a) == whole(b)
+}

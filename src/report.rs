@@ -1,0 +1,136 @@
+//! Complaints for people: the source line with a caret, the code, the cause and a hint.
+
+use std::io::{IsTerminal, Write};
+
+use ariadne::{CharSet, Color, Config, Label, Report, ReportKind, Source};
+use diag::{Diagnostic, Severity};
+
+use crate::{args, explain};
+
+/// Longer lines are not drawn.
+const MAX_LENGTH: usize = 600;
+
+/// Lines further down are not drawn, since drawing one takes time in proportion to its number.
+const MAX_NUMBER: u32 = 50_000;
+
+/// How messages look on standard error.
+#[derive(Debug, Clone, Copy)]
+pub struct Terminal {
+    /// With colours.
+    pub color: bool,
+    /// Standard error is a terminal.
+    pub live: bool,
+}
+
+impl Terminal {
+    /// As the user and the environment want it (<https://no-color.org>, <https://bixense.com/clicolors>).
+    pub fn new(color: args::Color) -> Terminal {
+        let live = std::io::stderr().is_terminal();
+        let set = |name| std::env::var_os(name).is_some_and(|v| !v.is_empty());
+        let forced = set("CLICOLOR_FORCE") && std::env::var_os("CLICOLOR_FORCE").is_some_and(|v| v != "0");
+        let color = match color {
+            args::Color::Always => true,
+            args::Color::Never => false,
+            args::Color::Auto => !set("NO_COLOR") && (forced || live),
+        };
+        Terminal { color, live }
+    }
+}
+
+/// Draws complaints on standard error. `text` is the file that they are about.
+pub fn report(terminal: &Terminal, diagnostics: &[Diagnostic], text: &[u8]) {
+    let mut drawn = Vec::new();
+    let lines = (!diagnostics.is_empty()).then(|| String::from_utf8_lossy(text)).unwrap_or_default();
+    let lines: Vec<&str> = lines.split('\n').collect();
+    for diagnostic in diagnostics {
+        let line = (diagnostic.pos.line as usize).checked_sub(1).and_then(|n| lines.get(n));
+        match line.filter(|line| line.len() <= MAX_LENGTH && diagnostic.pos.line <= MAX_NUMBER) {
+            Some(line) => draw(terminal, diagnostic, line, &mut drawn),
+            None => plain(terminal, diagnostic, &mut drawn),
+        }
+    }
+    _ = std::io::stderr().write_all(&drawn);
+}
+
+fn kind(severity: Severity) -> (&'static str, Color) {
+    match severity {
+        Severity::Error => ("error", Color::Red),
+        Severity::Warning => ("warning", Color::Yellow),
+        Severity::Note => ("note", Color::Blue),
+    }
+}
+
+/// Without a source line.
+fn plain(terminal: &Terminal, diagnostic: &Diagnostic, out: &mut Vec<u8>) {
+    let (name, _) = kind(diagnostic.severity);
+    let (on, off) = match (terminal.color, diagnostic.severity) {
+        (false, _) => ("", ""),
+        (true, Severity::Error) => ("\x1b[31m", "\x1b[0m"),
+        (true, Severity::Warning) => ("\x1b[33m", "\x1b[0m"),
+        (true, Severity::Note) => ("\x1b[34m", "\x1b[0m"),
+    };
+    let mut place = diagnostic.file.clone();
+    for number in [diagnostic.pos.line, diagnostic.pos.column].into_iter().take_while(|n| *n > 0) {
+        place.push_str(&format!(":{number}"));
+    }
+    _ = writeln!(out, "{on}[{}] {name}:{off} {place}: {}", diagnostic.code, diagnostic.cause);
+    if !diagnostic.hint.is_empty() {
+        _ = writeln!(out, "  hint: {}", diagnostic.hint);
+    }
+}
+
+/// With its source line: the title of the code, the line, the cause at the caret. The drawing sees that line alone, below
+/// as many empty ones as give it its number, so nothing in the rest of the file can disturb it.
+fn draw(terminal: &Terminal, diagnostic: &Diagnostic, line: &str, out: &mut Vec<u8>) {
+    let clean: String = line.trim_end().chars().map(|c| if c.is_control() || is_break(c) { ' ' } else { c }).collect();
+    let length = clean.chars().count();
+    let (name, color) = kind(diagnostic.severity);
+    let (start, width) = match (diagnostic.pos.column as usize).checked_sub(1) {
+        Some(start) => (start.min(length), (diagnostic.pos.width as usize).max(1)),
+        None => (length - clean.trim_start().chars().count(), length),
+    };
+    let above = (diagnostic.pos.line as usize).saturating_sub(1);
+    // A space more, so that what is missing at the end of a line can be marked.
+    let source = Source::from(format!("{}{clean} ", "\n".repeat(above)));
+    let end = (start + width).min(length).max(start + 1);
+    let span = (diagnostic.file.as_str(), above + start..above + end);
+    let config = Config::default().with_color(terminal.color).with_char_set(if terminal.live {
+        CharSet::Unicode
+    } else {
+        CharSet::Ascii
+    });
+    let title = explain::find(diagnostic.code).map_or("", |code| code.title);
+    let mut report = Report::build(ReportKind::Custom(name, color), span.clone())
+        .with_config(config)
+        .with_code(diagnostic.code)
+        .with_message(title)
+        .with_label(Label::new(span).with_color(color).with_message(&diagnostic.cause));
+    if !diagnostic.hint.is_empty() {
+        report = report.with_help(&diagnostic.hint);
+    }
+    let mut piece = Vec::new();
+    match report.finish().write((diagnostic.file.as_str(), source), &mut piece) {
+        Ok(()) => tidy(terminal, &String::from_utf8_lossy(&piece), out),
+        Err(_) => plain(terminal, diagnostic, out),
+    }
+}
+
+/// The drawing leaves spaces at the ends of lines, and colours the kind of a message even where it is told not to.
+fn tidy(terminal: &Terminal, piece: &str, out: &mut Vec<u8>) {
+    for line in piece.lines() {
+        let mut rest = line;
+        let mut clean = String::new();
+        while let Some((before, after)) = rest.split_once('\x1b').filter(|_| !terminal.color) {
+            clean.push_str(before);
+            rest = after.split_once('m').map_or("", |(_, rest)| rest);
+        }
+        clean.push_str(rest);
+        out.extend_from_slice(clean.trim_end().as_bytes());
+        out.push(b'\n');
+    }
+}
+
+/// Characters at which the drawing would break a line.
+fn is_break(c: char) -> bool {
+    matches!(c, '\u{2028}' | '\u{2029}')
+}

@@ -1,0 +1,240 @@
+//! `emu run`: an image on an emulated chip, headless.
+
+use std::io::Write;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use emu_avr::Avr;
+use emu_core::cpu::{Cpu, RamInit};
+use emu_debug::run::levels;
+use emu_debug::stimulus::{drive, pin_level, queue};
+use emu_debug::text::unescape;
+use emu_debug::until::until;
+use emu_debug::{Clock, Drive, Ended, Names, Plan, Range, Reason, Wave, time};
+
+use crate::args::Mcu;
+use crate::fail::{Failure, exit};
+use crate::output::Pending;
+use crate::report::Terminal;
+use crate::summary::{self, Story};
+use crate::{input, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  emu run blink.hex --mcu atmega328p --for 2s --vcd blink.vcd
+  emu run hello.elf --mcu atmega328p --uart - --expect-uart 'done\\n' --fail-uart FAIL
+  emu run press.hex --mcu atmega328p --set PD2=1 --at 10ms:PD2=0 --until 'pin PB5=1' --for 1s
+  emu run app.elf --mcu atmega328p --until pc=main --peek data:0x100..0x120 --json
+
+Exit codes: 0 halted, or what was waited for came, or a limit that was asked for; 1 --fail-uart was seen, or the program
+halted while --until or --expect-uart still waited; 4 a fault of the program; 5 a limit came while something still
+waited, or the default limit of 60 s of the chip's time, or --timeout.";
+
+/// Simulated time after which a run without a limit ends.
+const DEFAULT_LIMIT: &str = "60s";
+
+/// Flags of `emu run`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct RunArgs {
+    /// A HEX or ELF file; - is standard input.
+    #[arg(value_name = "IMAGE")]
+    image: String,
+    #[command(flatten)]
+    mcu: Mcu,
+    /// End after this much of the chip's time: 2s, 10ms, 2.5us, 100ns, or 1000c (machine cycles). Default 60s.
+    #[arg(long = "for", value_name = "TIME", conflicts_with = "cycles")]
+    time: Option<String>,
+    /// End after this many machine cycles.
+    #[arg(long, value_name = "N")]
+    cycles: Option<u64>,
+    /// Oscillator: 16MHz, 32.768kHz, 8000000. Default: what the chip's row says (`emu chips --json`).
+    #[arg(long, value_name = "HZ", value_parser = time::hertz)]
+    clock: Option<u64>,
+    /// What RAM and registers hold after power-up: random:SEED, zero, or trap: zero, and reading RAM that the program has
+    /// not written ends the run with exit code 4.
+    #[arg(long, value_name = "FILL", default_value = "zero", value_parser = ram)]
+    ram: Ram,
+    /// Drive a pin from the start: PB0=1, PB0=0, PB0=z (let go). Repeatable.
+    #[arg(long, value_name = "PIN=LEVEL")]
+    set: Vec<String>,
+    /// Drive a pin from a time on: 10ms:PB0=0, 1000c:PB0=z. Repeatable.
+    #[arg(long, value_name = "TIME:PIN=LEVEL")]
+    at: Vec<String>,
+    /// End when this comes true: pc=0x1a2 (byte address or symbol), 'pin PB5=1', 'write data:0x100', 'read data:0x100',
+    /// 'uart "text"'. Repeatable; any of them ends the run.
+    #[arg(long, value_name = "COND")]
+    until: Vec<String>,
+    /// Show memory at the end: data:0x100..0x120 (end excluded), flash:0, eeprom:0..16; names of registers and ELF
+    /// symbols are addresses too. Repeatable.
+    #[arg(long, value_name = "RANGE")]
+    peek: Vec<String>,
+    /// Write the pins and the bytes sent as a waveform (VCD); - is standard output.
+    #[arg(long, value_name = "FILE")]
+    vcd: Option<String>,
+    /// Write what the chip sends over its first serial port, raw, to a file; with - it alone is standard output.
+    #[arg(long, value_name = "FILE")]
+    uart: Option<String>,
+    /// End well when this was sent; \n \r \t \0 \\ \" \xNN are known. Exit code 1 or 5 when it never comes.
+    #[arg(long, value_name = "TEXT", value_parser = |t: &str| unescape(t).map(Text))]
+    expect_uart: Option<Text>,
+    /// End with exit code 1 when this was sent; escapes as in --expect-uart.
+    #[arg(long, value_name = "TEXT", value_parser = |t: &str| unescape(t).map(Text))]
+    fail_uart: Option<Text>,
+    /// End with exit code 5 after this much of the host's time: 30s, 500ms.
+    #[arg(long, value_name = "TIME", value_parser = time::duration)]
+    timeout: Option<Duration>,
+    /// One JSON document on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Bytes (a type of its own, since clap takes a list of bytes for a repeated flag).
+#[derive(Debug, Clone)]
+struct Text(Vec<u8>);
+
+#[derive(Debug, Clone, Copy)]
+enum Ram {
+    Fill(RamInit),
+    Trap,
+}
+
+fn ram(text: &str) -> Result<Ram, String> {
+    match text.split_once(':') {
+        None if text == "zero" => Ok(Ram::Fill(RamInit::Zero)),
+        None if text == "trap" => Ok(Ram::Trap),
+        Some(("random", seed)) => {
+            let seed = seed.parse().map_err(|_| format!("`{seed}` is no seed; write a number, as in random:1"))?;
+            Ok(Ram::Fill(RamInit::Random(seed)))
+        }
+        _ => Err("write random:SEED, zero or trap".to_owned()),
+    }
+}
+
+/// What the flags come to on the chosen chip.
+struct Job {
+    clock: Clock,
+    plan: Plan,
+    drives: Vec<Drive>,
+    peek: Vec<(String, Range)>,
+}
+
+/// Runs an image.
+pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
+    let chip = args.mcu.chip;
+    let stdout = ("--json", if args.json { "-" } else { "" });
+    let outputs =
+        [stdout, ("--uart", args.uart.as_deref().unwrap_or("")), ("--vcd", args.vcd.as_deref().unwrap_or(""))];
+    let used: Vec<_> = outputs.into_iter().filter(|(_, file)| !file.is_empty()).collect();
+    output::owners(&used)?;
+    let image = input::image(&args.image, chip, terminal)?;
+    let names = Names { chip, symbols: &image.symbols };
+    let init = match args.ram {
+        Ram::Fill(init) => init,
+        Ram::Trap => RamInit::Zero,
+    };
+    let mut cpu = Avr::new(chip, &image, init);
+    let job = job(args, &names, cpu.clocks_per_cycle())?;
+    cpu.set_clock_hz(job.clock.hz);
+    queue(&mut cpu, &job.drives);
+
+    let uart_file = args.uart.as_deref().filter(|f| *f != "-").map(Pending::new).transpose()?;
+    let vcd_file = args.vcd.as_deref().filter(|f| *f != "-").map(Pending::new).transpose()?;
+    let vcd_name = args.vcd.as_deref().unwrap_or_default();
+    let vcd_error = |error: std::io::Error| Failure::writing(vcd_name, &error);
+    let wave = match (&args.vcd, &vcd_file) {
+        (None, _) => None,
+        (Some(_), Some(file)) => Some(file.writer()?),
+        (Some(_), None) => Some(Box::new(std::io::BufWriter::new(std::io::stdout())) as Box<dyn Write>),
+    };
+    let wave = wave.map(|out| Wave::new(out, chip, job.clock, &levels(&cpu, chip))).transpose().map_err(vcd_error)?;
+
+    let raw = args.uart.as_deref() == Some("-");
+    let (start, mut printed, mut broken) = (Instant::now(), 0, None);
+    let ended = emu_debug::run(&mut cpu, &job.plan, wave, &mut |sent| {
+        if raw && broken.is_none() {
+            broken = output::print(sent.get(printed..).unwrap_or_default()).err();
+            printed = sent.len();
+        }
+        broken.is_none() && args.timeout.is_none_or(|limit| start.elapsed() < limit)
+    })
+    .map_err(vcd_error)?;
+    if let Some(failure) = broken {
+        return Err(failure);
+    }
+    if let Some(file) = uart_file {
+        let mut out = file.writer()?;
+        let name = args.uart.as_deref().unwrap_or_default();
+        out.write_all(&ended.uart).and_then(|()| out.flush()).map_err(|error| Failure::writing(name, &error))?;
+        drop(out);
+        file.complete()?;
+    }
+    vcd_file.map_or(Ok(()), Pending::complete)?;
+
+    let story = Story { cpu: &cpu, names, clock: job.clock, plan: &job.plan, ended: &ended, peek: &job.peek };
+    summary::complain(&story);
+    if args.json {
+        output::json(&summary::document(&story))?;
+    } else if used.iter().any(|(_, file)| *file == "-") {
+        eprint!("{}", summary::text(&story));
+    } else {
+        output::print(summary::text(&story))?;
+    }
+    let asked = args.time.is_some() || args.cycles.is_some();
+    Ok(code(&job.plan, &ended, asked))
+}
+
+fn job(args: &RunArgs, names: &Names<'_>, clocks_per_cycle: u32) -> Result<Job, Failure> {
+    let chip = names.chip;
+    let hz = args.clock.unwrap_or(chip.default_hz);
+    if hz > chip.max_hz {
+        let why = format!("{} runs at up to {} Hz", chip.name, chip.max_hz);
+        return Err(Failure::value("--clock <HZ>", &hz.to_string(), &why));
+    }
+    let clock = Clock { hz, clocks_per_cycle };
+    let time = args.time.as_deref().unwrap_or(DEFAULT_LIMIT);
+    let limit = match args.cycles {
+        Some(n) if n > time::MAX_CYCLES => {
+            return Err(Failure::value("--cycles <N>", &n.to_string(), "at most 2^62 cycles"));
+        }
+        Some(n) => n,
+        None => clock.cycles(time).map_err(|why| Failure::value("--for <TIME>", time, &why))?,
+    };
+    let mut drives = Vec::new();
+    for text in &args.set {
+        let (pin, level) = pin_level(chip, text).map_err(|why| Failure::value("--set <PIN=LEVEL>", text, &why))?;
+        drives.push(Drive { at: 0, pin, level });
+    }
+    for text in &args.at {
+        drives.push(drive(chip, clock, text).map_err(|why| Failure::value("--at <TIME:PIN=LEVEL>", text, &why))?);
+    }
+    let conditions =
+        args.until.iter().map(|t| until(names, t).map_err(|why| Failure::value("--until <COND>", t, &why)));
+    let peek = args.peek.iter().map(|text| match names.range(text) {
+        Ok(range) => Ok((text.clone(), range)),
+        Err(why) => Err(Failure::value("--peek <RANGE>", text, &why)),
+    });
+    let plan = Plan {
+        limit,
+        until: conditions.collect::<Result<_, _>>()?,
+        expect: args.expect_uart.clone().map(|t| t.0),
+        fail: args.fail_uart.clone().map(|t| t.0),
+        trap_ram: matches!(args.ram, Ram::Trap),
+    };
+    Ok(Job { clock, plan, drives, peek: peek.collect::<Result<_, _>>()? })
+}
+
+/// The exit code: a condition of --until ends the run well unless --expect-uart still waits.
+fn code(plan: &Plan, ended: &Ended, asked: bool) -> u8 {
+    let waits = plan.expect.is_some() || !plan.until.is_empty();
+    match ended.reason {
+        Reason::Expected => exit::OK,
+        Reason::Until(..) if plan.expect.is_none() => exit::OK,
+        Reason::Until(..) | Reason::Failed => exit::FAILED,
+        Reason::Halted if waits => exit::FAILED,
+        Reason::Halted => exit::OK,
+        Reason::Limit if asked && !waits => exit::OK,
+        Reason::Limit | Reason::Host => exit::LIMIT,
+        Reason::Illegal { .. } | Reason::Fault { .. } => exit::FAULT,
+    }
+}
