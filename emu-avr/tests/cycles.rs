@@ -1,0 +1,70 @@
+//! The columns of the table against what the machine does: every cycle count of a row shows up and no other, the flags named
+//! are exactly those that change; and time is exact however a run is cut.
+
+#[path = "isa/slices.rs"]
+mod slices;
+#[allow(dead_code)]
+#[path = "isa/states.rs"]
+mod states;
+
+use std::collections::BTreeSet;
+
+use emu_avr::isa::{KINDS, Kind, ROWS};
+use emu_core::rng::Rng;
+use emu_core::{Cpu, Fault, Stop};
+
+const SEED: u64 = 0x5EED_0001;
+const STATES: usize = 600;
+
+/// A store may name SREG itself, then all of its bits change.
+fn writes_sreg(kind: Kind, d: &states::Draw) -> bool {
+    let io = |word: u16| word & 15 | (word >> 5) & 0x30;
+    let pointer = |low: usize| u16::from_le_bytes([d.regs[low], d.regs[low + 1]]);
+    match kind {
+        Kind::Out => io(d.words[0]) == 0x3F,
+        Kind::Sts => d.words[1] == 0x5F,
+        Kind::StX | Kind::StXi => pointer(26) == 0x5F,
+        Kind::StXd => pointer(26) == 0x60,
+        Kind::StY | Kind::StYi => pointer(28) == 0x5F,
+        Kind::StYd => pointer(28) == 0x60,
+        Kind::StZ | Kind::StZi => pointer(30) == 0x5F,
+        Kind::StZd => pointer(30) == 0x60,
+        _ => false,
+    }
+}
+
+#[test]
+fn cycles_and_flags_are_the_columns() {
+    let mut rng = Rng::new(SEED);
+    let mut failures = Vec::new();
+    for (row, &kind) in ROWS.iter().zip(KINDS) {
+        let mut cycles = BTreeSet::new();
+        let mut changed = 0u8;
+        let (flash, draws) = states::batch(row, kind, STATES, &mut rng);
+        let base = states::machine(flash);
+        for d in draws {
+            let mut avr = states::put(&base, &d);
+            let before = avr.cycle();
+            let stop = avr.step(&mut ());
+            if kind == Kind::Spm {
+                assert_eq!(stop, Stop::Fault { pc: d.pc.into(), fault: Fault::SelfProgramming });
+                continue;
+            }
+            assert_eq!((stop, avr.instructions()), (Stop::Limit, 1), "{}: {d:x?}", row.name);
+            cycles.insert((avr.cycle() - before) as u8);
+            if !writes_sreg(kind, &d) {
+                changed |= avr.reg("SREG").map_or(0, |s| s as u8) ^ d.sreg;
+            }
+        }
+        let wanted: BTreeSet<u8> = row.cycles.outcomes().iter().copied().collect();
+        if cycles != wanted && kind != Kind::Spm {
+            failures.push(format!("{}: cycles {cycles:?}, the column says {wanted:?}", row.name));
+        }
+        let found: BTreeSet<char> =
+            (0..).zip("CZNVSHTI".chars()).filter(|(b, _)| changed >> b & 1 != 0).map(|(_, c)| c).collect();
+        if found != row.flags.chars().collect() {
+            failures.push(format!("{}: flags {found:?} changed, the column says {:?}", row.name, row.flags));
+        }
+    }
+    assert!(failures.is_empty(), "seed {SEED:#x}:\n{}", failures.join("\n"));
+}

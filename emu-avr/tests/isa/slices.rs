@@ -1,0 +1,153 @@
+//! A run cut anywhere is the same run: long, in slices, step by step, from a clone, with or without jumping over polls.
+
+use emu_avr::Avr;
+use emu_avr::chips::ATMEGA328P;
+use emu_avr::isa::{KINDS, Kind, ROWS, assemble};
+use emu_core::image::{Image, Segment};
+use emu_core::rng::Rng;
+use emu_core::{Cpu, RamInit, Stop};
+
+use super::states::{draw, split};
+
+const SEED: u64 = 0x5EED_0002;
+
+/// All that a program can see, and what tools count.
+fn look(avr: &Avr) -> (Vec<Option<u8>>, [u32; 3], u64, u64) {
+    let reg = |name| avr.reg(name).unwrap_or(u32::MAX);
+    let data = (0..0x900).map(|a| avr.peek("data", a)).collect();
+    (data, [reg("SREG"), reg("SP"), reg("PC")], avr.cycle(), avr.instructions())
+}
+
+fn machine(words: &[u16], seed: u64) -> Avr {
+    let bytes = words.iter().flat_map(|w| w.to_le_bytes()).collect();
+    let image = Image { segments: vec![Segment { space: "flash", addr: 0, bytes }], ..Image::default() };
+    Avr::new(&ATMEGA328P, &image, RamInit::Random(seed))
+}
+
+/// A flash full of random instructions, jumps and all. Calls and indirect jumps end up anywhere, so that all of it runs.
+fn program(rng: &mut Rng) -> Vec<u16> {
+    let mut words = Vec::with_capacity(0x4000);
+    while words.len() < 0x4000 {
+        let n = rng.below(ROWS.len() as u64) as usize;
+        let (row, kind) = (&ROWS[n], KINDS[n]);
+        // A stop in every 150 words would leave nothing to compare.
+        if matches!(kind, Kind::Spm | Kind::Sleep) {
+            continue;
+        }
+        let d = draw(row, kind, rng);
+        words.extend(&d.words[..row.len() as usize]);
+    }
+    words.truncate(0x4000);
+    words
+}
+
+/// Runs to `until` in pieces given by `piece`; the last stop.
+fn pieces(avr: &mut Avr, until: u64, mut piece: impl FnMut() -> u64) -> Stop {
+    loop {
+        let to = (avr.cycle() + piece()).min(until);
+        let stop = avr.run(to, &mut ());
+        if stop != Stop::Limit || avr.cycle() >= until {
+            return stop;
+        }
+    }
+}
+
+fn same_however_cut(what: &str, start: &Avr, until: u64, rng: &mut Rng) {
+    let mut whole = start.clone();
+    let stop = whole.run(until, &mut ());
+    let wanted = (stop, look(&whole));
+
+    let mut sliced = start.clone();
+    let stop = pieces(&mut sliced, until, || 1 + rng.below(40));
+    assert!((stop, look(&sliced)) == wanted, "{what}: in slices");
+
+    let mut stepped = start.clone();
+    let stop = loop {
+        let stop = stepped.step(&mut ());
+        if stop != Stop::Limit || stepped.cycle() >= until {
+            break stop;
+        }
+    };
+    assert!((stop, look(&stepped)) == wanted, "{what}: step by step");
+
+    let mut half = start.clone();
+    // A run that has ended by itself is over.
+    if half.run(until / 2, &mut ()) == Stop::Limit {
+        let mut copy = half.clone();
+        let stop = half.run(until, &mut ());
+        assert!((stop, look(&half)) == wanted, "{what}: two halves");
+        let stop = copy.run(until, &mut ());
+        assert!((stop, look(&copy)) == wanted, "{what}: from a clone");
+    }
+
+    let mut plain = start.clone();
+    plain.set_skip(false);
+    let stop = plain.run(until, &mut ());
+    assert!((stop, look(&plain)) == wanted, "{what}: without jumping over polls");
+}
+
+#[test]
+fn random_programs() {
+    let mut rng = Rng::new(SEED);
+    let mut far = 0;
+    for n in 0..30 {
+        let seed = rng.next_u64();
+        let avr = machine(&program(&mut rng), seed);
+        let until = 200 + rng.below(3000);
+        same_however_cut(&format!("seed {SEED:#x}, program {n}"), &avr, until, &mut rng);
+        let mut run = avr.clone();
+        run.run(until, &mut ());
+        far += run.cycle();
+    }
+    // Were they all to stop at once, nothing would have been compared.
+    assert!(far > 10_000, "only {far} cycles in all");
+}
+
+/// Waits of the kinds that compilers and people write; the timer they wait for is set up in front.
+const POLLS: &[&[&str]] = &[
+    &["in r16, 0x15", "sbrs r16, 0", "rjmp .-6", "sbi 0x15, 0", "inc r20", "rjmp .-12"],
+    &["sbis 0x15, 0", "rjmp .-4", "out 0x15, r17", "inc r20", "rjmp .-10"],
+    &["lds r16, 0x0035", "andi r16, 1", "breq .-8", "out 0x15, r17", "inc r20", "rjmp .-14"],
+    &["in r16, 0x15", "cpi r16, 0", "breq .-6", "out 0x15, r17", "inc r20", "rjmp .-12"],
+    &["in r16, 0x26", "cpi r16, 9", "brne .-6", "inc r20", "rjmp .-10"],
+    &["sbic 0x1E, 0", "rjmp .-4", "inc r20", "rjmp .-8"],
+    &["sbis 0x1E, 7", "rjmp .-4"],
+    &["rjmp .-2"],
+];
+
+#[test]
+fn polling_loops() {
+    let mut rng = Rng::new(SEED ^ 1);
+    for (n, lines) in POLLS.iter().enumerate() {
+        for prescaler in 1..=5 {
+            // TCCR0B starts timer 0; r17 clears its overflow flag.
+            let head = [format!("ldi r16, {prescaler}"), "out 0x25, r16".into(), "ldi r17, 1".into()];
+            let all = head.iter().map(String::as_str).chain(lines.iter().copied());
+            let words: Vec<u16> = all
+                .scan(0, |pc, line| {
+                    let words = assemble(line, *pc).unwrap_or_else(|e| panic!("{line}: {e}"));
+                    *pc += words.len() as u32;
+                    Some(words)
+                })
+                .flatten()
+                .collect();
+            let avr = machine(&words, n as u64);
+            let until = 500 + rng.below(20_000);
+            same_however_cut(&format!("loop {n}, prescaler {prescaler}, until {until}"), &avr, until, &mut rng);
+        }
+    }
+}
+
+#[test]
+fn drawn_words_are_the_row_asked_for() {
+    let mut rng = Rng::new(SEED ^ 2);
+    for (row, &kind) in ROWS.iter().zip(KINDS) {
+        for _ in 0..50 {
+            let d = draw(row, kind, &mut rng);
+            let bits =
+                if row.len() == 2 { u32::from(d.words[0]) << 16 | u32::from(d.words[1]) } else { d.words[0].into() };
+            assert!(row.pattern.matches(bits), "{}: {:04x?}", row.name, d.words);
+            assert_eq!(split(row, bits).0, d.words[0]);
+        }
+    }
+}
