@@ -1,1 +1,121 @@
-//! To come.
+//! Checks a compiled ladder program: the image runs on the emulated chip, the program runs on the reference evaluator,
+//! both get the same stimulus, and at every scan everything that can be seen is compared.
+//!
+//! ```text
+//!   hints -> stimulus --step--> lockstep: evaluator | rig (chip, places) --> mismatch --> locate, shrink --> report
+//!               ^                  |
+//!               +--- goals <-------+      what is not covered yet steers the stimulus
+//! ```
+//!
+//! What is compared when, and what the report says, stands in `docs/check.md`.
+
+#![forbid(unsafe_code)]
+
+mod codes;
+mod coverage;
+mod goals;
+mod hints;
+mod locate;
+mod lockstep;
+mod places;
+mod reach;
+mod report;
+mod rig;
+mod run;
+mod shrink;
+mod stimulus;
+
+use diag::{Diagnostic, Pos, Severity};
+use emu_avr::Avr;
+use emu_core::cpu::RamInit;
+use emu_core::image;
+use ladder::Program;
+use ladder_compile::Compiled;
+use ladder_eval::Evaluator;
+
+use hints::Hints;
+use lockstep::Bench;
+use places::Places;
+
+pub use codes::CODES;
+pub use coverage::{Class, ClassCoverage, Coverage, Missing};
+pub use report::{Difference, Figures, Report, SCHEMA, What};
+
+/// How a program is checked.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Options {
+    /// The chip, such as `atmega328p`.
+    pub mcu: String,
+    /// Seed of everything random: stimulus, and what RAM holds at power-up.
+    pub seed: u64,
+    /// Scans to compare, at least 1.
+    pub scans: u64,
+    /// Pins by symbol, such as (`Xstart`, `PD2`).
+    pub pins: Vec<(String, String)>,
+    /// Clock in Hz, instead of the program's.
+    pub clock_hz: Option<u64>,
+}
+
+/// 2,000 scans on an ATmega328P with seed 1.
+impl Default for Options {
+    fn default() -> Self {
+        Options { mcu: "atmega328p".to_owned(), seed: 1, scans: 2_000, pins: Vec::new(), clock_hz: None }
+    }
+}
+
+/// Compiles `program` and checks the image. `progress` is called now and then with the scans done and to do.
+///
+/// A difference is no error: it is in the report.
+///
+/// # Errors
+/// Why there is nothing to check: the compiler or the evaluator refuses the program, or no scans were asked for.
+pub fn check(
+    program: &Program,
+    options: &Options,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Report, Vec<Diagnostic>> {
+    let target =
+        ladder_compile::Options { mcu: options.mcu.clone(), pins: options.pins.clone(), clock_hz: options.clock_hz };
+    let compiled = ladder_compile::compile(program, &target)?;
+    check_compiled(program, &compiled, options, progress)
+}
+
+/// Checks an image of `program` that has been compiled already; its HEX text and its map are what counts.
+///
+/// # Errors
+/// As [`check`], and when image and map do not fit the program or the chip.
+pub fn check_compiled(
+    program: &Program,
+    compiled: &Compiled,
+    options: &Options,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Report, Vec<Diagnostic>> {
+    let error = |code, cause: String, hint: &str| {
+        vec![Diagnostic::new(Severity::Error, code, &program.file, Pos::default(), cause, hint)]
+    };
+    if options.scans == 0 {
+        let cause = "0 scans were asked for, which compares nothing".to_owned();
+        return Err(error(codes::NOTHING, cause, "give --scans 1 or more"));
+    }
+    let eval = Evaluator::new(program).map_err(|refusal| vec![run::no_meaning(program, &refusal)])?;
+    let map = &compiled.map;
+    let Some(chip) = emu_avr::chips::chip(&map.mcu) else {
+        let cause = format!("there is no emulator for `{}`", map.mcu);
+        return Err(error(codes::NO_CHIP, cause, "see `emu chips`"));
+    };
+    let loaded = image::load_hex(&program.file, compiled.hex.as_bytes(), chip.hex).map_err(|faults| {
+        let cause = format!("the compiler's HEX text is refused with {} faults", faults.len());
+        let mut told = error(codes::BAD_IMAGE, cause, "please report this with the program");
+        told.extend(faults);
+        told
+    })?;
+    let places = Places::new(program, map, chip, &eval)?;
+    let hints = Hints::new(program, &eval);
+    let power_up = |ram_seed| {
+        let mut avr = Avr::new(chip, &loaded.image, RamInit::Random(ram_seed));
+        avr.set_clock_hz(map.clock_hz);
+        avr
+    };
+    let bench = Bench { power_up, places: &places, hints: &hints, eval: &eval };
+    Ok(run::run(program, compiled, options, &bench, progress))
+}

@@ -1,0 +1,38 @@
+//! The codes of this crate. One row is name, code, title and the text of `emu explain`.
+
+use diag::Code;
+
+macro_rules! codes {
+    ($($name:ident $code:literal $title:literal $explain:literal;)*) => {
+        $(pub(crate) const $name: &str = $code;)*
+        /// Every code of this crate, in order of its number.
+        pub const CODES: &[Code] = &[$(Code { code: $code, title: $title, explain: $explain }),*];
+    };
+}
+
+codes! {
+    NOTHING "EC001" "a check of no scans"
+        "--scans 0 compares nothing, and agreement over nothing would say nothing. Leave the option out for 2,000 scans, or give at least 1.";
+    NO_MEANING "EC002" "the reference evaluator does not know an element"
+        "Check compares the chip with a reference evaluator, and that refuses programs with an element (or an argument of one) that it has no meaning for. The message names the element. docs/semantics.md lists what has a meaning.";
+    NO_CHIP "EC003" "the chip cannot be emulated"
+        "The image was compiled for a chip that this build has no emulator for. `emu chips` lists those that there are.";
+    BAD_IMAGE "EC004" "the image does not fit the emulated chip"
+        "The HEX text of the compiled program was refused by the loader. The faults follow; they point at the compiler, not at the program.";
+    BAD_MAP "EC005" "the map does not describe the image"
+        "Check finds every symbol, pin and moment of a scan through the map that the compiler wrote. A symbol of the program without a place, a pin that the chip does not have, or a cycle time of zero makes comparing impossible.";
+    NOT_COVERED "EC006" "something of the program was never exercised"
+        "The stimulus did not bring an element into one of the states that count (a contact that passes and blocks, a timer that expires and is reset, a counter that wraps). The report names it. More scans (--scans) or another seed (--seed) may reach it; if not, look whether the program can ever get there. States that provably cannot occur are listed with the reason and are not counted.";
+    DIFFERS_SYMBOL "EC010" "a relay, output, timer, counter or variable differs"
+        "At the end of a scan the chip holds another value than the language gives it. The report names the first element in order of execution whose result differs, both values, and a command that replays the run up to that scan.";
+    DIFFERS_PIN "EC011" "the level of an output pin differs"
+        "The pin does not show what the program's output is: at the end of a scan its new value, until then its last one, and low from reset to the end of the first scan.";
+    DIFFERS_PERIOD "EC012" "a scan starts too early or too late"
+        "The k-th scan must start between the k-th match of the pacing timer, floor(k P) cycles after the timer was started (one tick of the timer early at most), and one turn of the loop that waits for it. Both bounds are absolute, so a drift of a single cycle per scan is found as soon as it has added up.";
+    DIFFERS_STOP "EC013" "the chip stopped, hung or left the course of a scan"
+        "Each scan passes its start, its first rung and its end once, in this order, in less than a few periods. The chip ran an illegal instruction, halted, or did not get there in time.";
+    DIFFERS_STACK "EC014" "the stack pointer differs from scan to scan"
+        "At the start of every scan the stack must be as deep as at the first. A stack that grows or shrinks by a byte each scan ends in the data after some minutes.";
+    DIFFERS_RESET "EC015" "a value is not zero after reset"
+        "RAM and registers hold random bytes at power-up. Before the first scan every relay, output, timer, counter and variable must have been cleared.";
+}

@@ -1,0 +1,131 @@
+//! What of a program a check has exercised, for the report.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+/// Kinds of things that count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Class {
+    /// Contacts: pass and block a true rung.
+    Contacts,
+    /// Branches of parallel groups: true and false at their end.
+    Branches,
+    /// Coils: store both values; set and reset coils: act and rest.
+    Coils,
+    /// Comparisons: true and false on a true rung.
+    Compares,
+    /// Timers: run, expire, are reset (RTO: hold on a false rung).
+    Timers,
+    /// Counters: count, wrap, stand at and below their limit.
+    Counters,
+    /// OSR and OSF: fire, and stay quiet without an edge.
+    OneShots,
+    /// Master relays: with a true and a false rung.
+    MasterRelays,
+    /// MOVE, arithmetic and RES: act and rest.
+    Actions,
+}
+
+impl Class {
+    /// All classes with their name and what covering one means, in the order of the report.
+    #[rustfmt::skip]
+    const ALL: [(Class, &'static str, &'static str); 9] = [
+        (Class::Contacts,     "contacts",      "both ways"),
+        (Class::Branches,     "branches",      "both ways"),
+        (Class::Coils,        "coils",         "both values"),
+        (Class::Compares,     "compares",      "both ways"),
+        (Class::Timers,       "timers",        "expired and reset"),
+        (Class::Counters,     "counters",      "wrapped"),
+        (Class::OneShots,     "one-shots",     "fired"),
+        (Class::MasterRelays, "master relays", "both ways"),
+        (Class::Actions,      "actions",       "both ways"),
+    ];
+}
+
+/// How much of one class was exercised.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ClassCoverage {
+    /// Which class.
+    pub class: Class,
+    /// How many did everything that they can do.
+    pub covered: u32,
+    /// How many there are, those left out that can do nothing that counts.
+    pub total: u32,
+    /// How many can do nothing that counts, such as a contact behind OPEN.
+    pub impossible: u32,
+}
+
+/// Something that was not seen.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Missing {
+    /// Rung, from 1.
+    pub rung: u32,
+    /// Element within the rung, from 1; of a branch its first.
+    pub element: u32,
+    /// That element as `.ld` text.
+    pub element_text: String,
+    /// What it is.
+    pub class: Class,
+    /// What it was not seen doing.
+    pub what: String,
+    /// Why it cannot ever do that; nothing where it might.
+    pub impossible: Option<String>,
+}
+
+/// The coverage of a check.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Coverage {
+    /// Everything that is not known to be impossible was seen.
+    pub full: bool,
+    /// By class, those that the program has.
+    pub classes: Vec<ClassCoverage>,
+    /// What was not seen, in the order of the program.
+    pub missing: Vec<Missing>,
+}
+
+impl Coverage {
+    /// `items` are the things of the program, each with true for all seen, false for not, nothing for "can do nothing".
+    pub(crate) fn new(items: impl Iterator<Item = (Class, Option<bool>)>, mut missing: Vec<Missing>) -> Coverage {
+        let items: Vec<_> = items.collect();
+        let classes = Class::ALL.iter().filter_map(|&(class, _, _)| {
+            let count = |wanted: &dyn Fn(Option<bool>) -> bool| {
+                items.iter().filter(|(c, seen)| *c == class && wanted(*seen)).count() as u32
+            };
+            let row = ClassCoverage {
+                class,
+                covered: count(&|seen| seen == Some(true)),
+                total: count(&|seen| seen.is_some()),
+                impossible: count(&|seen| seen.is_none()),
+            };
+            (row.total + row.impossible > 0).then_some(row)
+        });
+        let classes = classes.collect();
+        missing.sort_by_key(|m| (m.rung, m.element));
+        Coverage { full: missing.iter().all(|m| m.impossible.is_some()), classes, missing }
+    }
+
+    /// One line for the classes, then one for each thing that was not seen.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let class = |row: &ClassCoverage| {
+            let (name, how) =
+                Class::ALL.iter().find(|(class, ..)| *class == row.class).map_or(("", ""), |&(_, n, h)| (n, h));
+            format!("{name} {}/{} {how}", row.covered, row.total)
+        };
+        let rows: Vec<String> = self.classes.iter().filter(|row| row.total > 0).map(class).collect();
+        let mut text =
+            format!("coverage: {}\n", if rows.is_empty() { "nothing to cover".to_owned() } else { rows.join(", ") });
+        for missing in &self.missing {
+            let Missing { rung, element, element_text, what, .. } = missing;
+            let branch = if missing.class == Class::Branches { "branch at " } else { "" };
+            let why = match &missing.impossible {
+                Some(why) => format!("cannot: {why}"),
+                None => "not seen".to_owned(),
+            };
+            _ = writeln!(text, "  {branch}rung {rung}, element {element} `{element_text}` {what}: {why}");
+        }
+        text
+    }
+}

@@ -1,0 +1,309 @@
+//! What a check should bring about, and what of it has happened: seen on the evaluator, element by element.
+
+use ladder::{CounterKind, Element, ElementId, Node, Operand, Program, TimerKind};
+use ladder_eval::Evaluator;
+
+use crate::coverage::{Class, Coverage, Missing};
+use crate::hints::Hints;
+use crate::reach::{self, P00, P01, P10, P11};
+use crate::stimulus::Step;
+
+/// One scan of the evaluator: values before and after, and the rung bit at every element in order of execution.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Seen {
+    before: Vec<i32>,
+    after: Vec<i32>,
+    /// Rung bit before and after each element.
+    pub trace: Vec<(bool, bool)>,
+}
+
+impl Seen {
+    /// Runs one scan and watches it.
+    pub fn scan(eval: &mut Evaluator) -> Seen {
+        let symbols = eval.symbols().len();
+        let before = (0..symbols).map(|i| eval.get(i)).collect();
+        let mut trace = Vec::new();
+        eval.scan_watched(&mut |_, input, output| trace.push((input, output)));
+        Seen { before, after: (0..symbols).map(|i| eval.get(i)).collect(), trace }
+    }
+}
+
+/// What must hold besides the rung bits.
+#[derive(Debug, Clone, Copy)]
+enum When {
+    Always,
+    /// The accumulator was not 0 when the scan began.
+    Ran(usize),
+    /// The counter moved by one.
+    Counted(usize),
+    /// The counter went from one end of 16 bits to the other.
+    Overflowed(usize),
+    /// The circular counter went from its limit (or above) to 0.
+    Wrapped(usize, i32),
+    /// The OR of the outs at these elements is this.
+    Branch(bool),
+}
+
+#[derive(Debug, Clone)]
+struct Goal {
+    item: usize,
+    /// The (in, out) that count.
+    pairs: u8,
+    when: When,
+    says: &'static str,
+    impossible: Option<&'static str>,
+    reached: bool,
+}
+
+/// An element, or a branch (named by its first element).
+#[derive(Debug, Clone)]
+struct Item {
+    id: ElementId,
+    class: Class,
+    /// Positions in the trace: the element's own, or those whose outs make the branch's.
+    at: Vec<usize>,
+}
+
+/// All goals of a program.
+#[derive(Debug, Clone)]
+pub(crate) struct Goals {
+    items: Vec<Item>,
+    goals: Vec<Goal>,
+    open: usize,
+}
+
+impl Goals {
+    pub fn new(program: &Program, eval: &Evaluator) -> Goals {
+        let mut goals = Goals { items: Vec::new(), goals: Vec::new(), open: 0 };
+        let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
+        for (position, (id, element, _)) in elements.enumerate() {
+            let symbol = |name: &str| eval.index(name).unwrap_or(usize::MAX);
+            if let Some((class, wanted)) = wanted(element, &symbol) {
+                goals.push(Item { id, class, at: vec![position] }, &wanted);
+            }
+        }
+        let mut next = 0;
+        for (number, rung) in (0..).zip(&program.rungs) {
+            let mut id = ElementId { rung: number, index: 0 };
+            goals.branches(&rung.series, &mut next, &mut id);
+        }
+        let worlds = reach::possible(program);
+        for goal in &mut goals.goals {
+            goal.impossible = goals.items.get(goal.item).and_then(|item| impossible(goal, item, &worlds));
+        }
+        goals.open = goals.goals.iter().filter(|g| g.impossible.is_none()).count();
+        goals
+    }
+
+    fn push(&mut self, item: Item, wanted: &[Wanted]) {
+        let goal = |&(says, pairs, when): &Wanted| Goal {
+            item: self.items.len(),
+            pairs,
+            when,
+            says,
+            impossible: None,
+            reached: false,
+        };
+        self.goals.extend(wanted.iter().map(goal));
+        self.items.push(item);
+    }
+
+    /// Adds the branches of all groups in a series. Gives the positions whose outs make the out of the series; nothing
+    /// where it holds comments only.
+    fn branches(&mut self, series: &[Node], next: &mut usize, id: &mut ElementId) -> Option<Vec<usize>> {
+        let mut last = None;
+        for node in series {
+            match node {
+                Node::Leaf(element, _) => {
+                    id.index += 1;
+                    if !matches!(element, Element::Comment(_)) {
+                        last = Some(vec![*next]);
+                        *next += 1;
+                    }
+                }
+                Node::Parallel(branches, _) => {
+                    let mut outs = Some(Vec::new());
+                    for branch in branches {
+                        let first = *id;
+                        let at = self.branches(branch, next, id);
+                        if let Some(at) = &at {
+                            let both = [("is true", 0, When::Branch(true)), ("is false", 0, When::Branch(false))];
+                            self.push(Item { id: first, class: Class::Branches, at: at.clone() }, &both);
+                        }
+                        outs = outs.zip(at).map(|(mut outs, at)| {
+                            outs.extend(at);
+                            outs
+                        });
+                    }
+                    last = outs;
+                }
+            }
+        }
+        last
+    }
+
+    /// True while a possible goal has not been reached.
+    pub fn open(&self) -> bool {
+        self.open > 0
+    }
+
+    /// How many open goals a scan with this step would reach.
+    pub fn gain(&self, eval: &Evaluator, hints: &Hints, step: &Step) -> usize {
+        let mut eval = eval.clone();
+        step.apply(hints, &mut eval);
+        let seen = Seen::scan(&mut eval);
+        self.goals.iter().filter(|goal| !goal.reached && self.hit(goal, &seen)).count()
+    }
+
+    /// Notes what a scan reached.
+    pub fn mark(&mut self, seen: &Seen) {
+        if self.goals.iter().all(|goal| goal.reached) {
+            return;
+        }
+        let hits: Vec<bool> = self.goals.iter().map(|goal| !goal.reached && self.hit(goal, seen)).collect();
+        for (goal, hit) in self.goals.iter_mut().zip(hits) {
+            if hit {
+                goal.reached = true;
+                self.open -= usize::from(goal.impossible.is_none());
+            }
+        }
+    }
+
+    fn hit(&self, goal: &Goal, seen: &Seen) -> bool {
+        let Some(item) = self.items.get(goal.item) else { return false };
+        let mut outs = item.at.iter().filter_map(|&at| seen.trace.get(at));
+        if let When::Branch(out) = goal.when {
+            return outs.any(|pair| pair.1) == out;
+        }
+        let Some(&(input, output)) = outs.next() else { return false };
+        let of = |values: &[i32], symbol: usize| values.get(symbol).copied().unwrap_or(0);
+        let (before, after) = (|s| of(&seen.before, s), |s| of(&seen.after, s));
+        goal.pairs & pair(input, output) != 0
+            && match goal.when {
+                When::Always | When::Branch(_) => true,
+                When::Ran(symbol) => before(symbol) != 0,
+                When::Counted(symbol) => (after(symbol) - before(symbol)).abs() == 1,
+                When::Overflowed(symbol) => (after(symbol) - before(symbol)).abs() == 0xFFFF,
+                When::Wrapped(symbol, max) => before(symbol) >= max && after(symbol) == 0,
+            }
+    }
+
+    /// The report.
+    pub fn coverage(&self, program: &Program) -> Coverage {
+        let text = |id: ElementId| {
+            let found = program.elements().find(|(other, _, _)| *other == id);
+            found.map_or_else(String::new, |(_, element, _)| ladder::element_text(element))
+        };
+        let items = self.items.iter().enumerate().map(|(n, item)| {
+            let mut possible = self.goals.iter().filter(|g| g.item == n && g.impossible.is_none()).peekable();
+            let some = possible.peek().is_some();
+            (item.class, some.then(|| possible.all(|goal| goal.reached)))
+        });
+        let missing = self.goals.iter().filter(|goal| !goal.reached).filter_map(|goal| {
+            let item = self.items.get(goal.item)?;
+            Some(Missing {
+                rung: item.id.rung + 1,
+                element: item.id.index + 1,
+                element_text: text(item.id),
+                class: item.class,
+                what: goal.says.to_owned(),
+                impossible: goal.impossible.map(str::to_owned),
+            })
+        });
+        Coverage::new(items, missing.collect())
+    }
+
+    /// Goals that were called impossible and reached all the same: a fault of the reasoning, for tests.
+    #[cfg(test)]
+    pub fn contradictions(&self) -> usize {
+        self.goals.iter().filter(|goal| goal.reached && goal.impossible.is_some()).count()
+    }
+}
+
+fn pair(input: bool, output: bool) -> u8 {
+    match (input, output) {
+        (false, false) => P00,
+        (false, true) => P01,
+        (true, false) => P10,
+        (true, true) => P11,
+    }
+}
+
+type Wanted = (&'static str, u8, When);
+
+/// What an element should be seen doing.
+#[rustfmt::skip]
+fn wanted(element: &Element, symbol: &dyn Fn(&str) -> usize) -> Option<(Class, Vec<Wanted>)> {
+    use When::{Always, Counted, Overflowed, Ran, Wrapped};
+    const IN: u8 = P10 | P11;
+    const NOT_IN: u8 = P00 | P01;
+    const OUT: u8 = P01 | P11;
+    const NOT_OUT: u8 = P00 | P10;
+    let acts = || vec![("acts", IN, Always), ("rests", NOT_IN, Always)];
+    Some(match element {
+        Element::Contacts { .. } => (Class::Contacts, vec![("passes", P11, Always), ("blocks", P10, Always)]),
+        Element::Coil { set: false, reset: false, negated, .. } => {
+            let (one, zero) = if *negated { (NOT_IN, IN) } else { (IN, NOT_IN) };
+            (Class::Coils, vec![("stores 1", one, Always), ("stores 0", zero, Always)])
+        }
+        Element::Coil { .. } => (Class::Coils, acts()),
+        Element::Compare { .. } => (Class::Compares, vec![("is true", P11, Always), ("is false", P10, Always)]),
+        Element::Timer { kind, name, .. } => {
+            let t = symbol(name);
+            (Class::Timers, match kind {
+                TimerKind::Ton => vec![("expires", P11, Always), ("runs", P10, Always), ("is reset", P00, Ran(t))],
+                TimerKind::Tof => vec![("expires", P00, Always), ("runs", P01, Always), ("is reset", P11, Ran(t))],
+                TimerKind::Rto => vec![("expires", OUT, Always), ("runs", P10, Counted(t)), ("holds", P00, Ran(t))],
+            })
+        }
+        Element::Counter { kind: CounterKind::Ctc, name, max, .. } => {
+            let (c, max) = (symbol(name), if let Operand::Const { value, .. } = max { *value as i32 } else { 0 });
+            (Class::Counters, vec![("counts", P11, Counted(c)), ("wraps", P11, Wrapped(c, max))])
+        }
+        Element::Counter { name, .. } => {
+            let c = symbol(name);
+            (Class::Counters, vec![
+                ("counts", IN, Counted(c)), ("wraps", IN, Overflowed(c)),
+                ("is at its limit", OUT, Always), ("is below its limit", NOT_OUT, Always),
+            ])
+        }
+        Element::Osr => (Class::OneShots, vec![("fires", P11, Always), ("stays quiet on a true rung", P10, Always)]),
+        Element::Osf => (Class::OneShots, vec![("fires", P01, Always), ("stays quiet on a false rung", P00, Always)]),
+        Element::MasterRelay => (Class::MasterRelays, vec![("has a true rung", IN, Always), ("has a false rung", NOT_IN, Always)]),
+        Element::Res { .. } | Element::Move { .. } | Element::Math { .. } => (Class::Actions, acts()),
+        _ => return None,
+    })
+}
+
+/// Why a goal can never be reached, if that is known.
+fn impossible(goal: &Goal, item: &Item, worlds: &[Vec<u8>]) -> Option<&'static str> {
+    let at = |world: &Vec<u8>, at: &usize| world.get(*at).copied().unwrap_or(0);
+    if let When::Branch(out) = goal.when {
+        let set = worlds.iter().fold(0, |set, world| {
+            let outs: Vec<u8> = item.at.iter().map(|p| reach::outs(at(world, p))).collect();
+            set | reach::either(&outs)
+        });
+        return match (out, set) {
+            (true, 1) => Some("it is always false"),
+            (false, 2) => Some("it is always true"),
+            _ => None,
+        };
+    }
+    let pairs = item.at.iter().flat_map(|p| worlds.iter().map(move |w| at(w, p))).fold(0, |set, one| set | one);
+    // A falling edge needs a true rung in the scan before.
+    let falls = item.class == Class::OneShots && goal.pairs == P01 && pairs & (P10 | P11) == 0;
+    if pairs & goal.pairs != 0 && !falls {
+        return None;
+    }
+    Some(if pairs & (P10 | P11) == 0 {
+        "its rung is never true there"
+    } else if pairs & (P00 | P01) == 0 && goal.pairs & (P10 | P11) == 0 {
+        "its rung is always true there"
+    } else if goal.pairs == P10 {
+        "it passes whenever its rung is true"
+    } else if goal.pairs == P11 {
+        "it blocks whenever its rung is true"
+    } else {
+        "its limit leaves no other case"
+    })
+}

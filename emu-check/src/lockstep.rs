@@ -1,0 +1,219 @@
+//! Chip and evaluator side by side, scan by scan, and what is compared when.
+
+use emu_core::cpu::{Cpu, Stop};
+use emu_core::pins::Level;
+use ladder_eval::Evaluator;
+
+use crate::goals::Seen;
+use crate::hints::Hints;
+use crate::places::{Places, Point};
+use crate::report::What;
+use crate::rig::{Astray, Rig};
+use crate::stimulus::Step;
+
+/// What both sides are made of.
+pub(crate) struct Bench<'a, C, F: Fn(u64) -> C> {
+    /// A chip fresh from reset with its image, its RAM random by the seed.
+    pub power_up: F,
+    pub places: &'a Places,
+    pub hints: &'a Hints,
+    /// The evaluator at power-up.
+    pub eval: &'a Evaluator,
+}
+
+/// A symbol and its two values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Differing {
+    pub symbol: usize,
+    pub expected: i32,
+    pub found: i32,
+}
+
+/// The first thing that is not as it should be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Mismatch {
+    pub what: What,
+    /// Machine cycle since reset.
+    pub cycle: u64,
+    /// What differs, for symbols and pins.
+    pub differing: Vec<Differing>,
+    /// In words, for the others.
+    pub expected: String,
+    pub found: String,
+    /// Where the chip is, as a program word, when it went astray.
+    pub pc: Option<u32>,
+}
+
+impl Mismatch {
+    fn values(what: What, cycle: u64, differing: Vec<Differing>) -> Mismatch {
+        Mismatch { what, cycle, differing, expected: String::new(), found: String::new(), pc: None }
+    }
+
+    fn words(what: What, cycle: u64, expected: String, found: String) -> Mismatch {
+        Mismatch { what, cycle, differing: Vec::new(), expected, found, pc: None }
+    }
+
+    /// True when both are the same complaint about the same things.
+    pub fn like(&self, other: &Mismatch) -> bool {
+        let symbols = |m: &Mismatch| m.differing.iter().map(|d| d.symbol).collect::<Vec<_>>();
+        self.what == other.what && symbols(self) == symbols(other)
+    }
+}
+
+/// A scan in which nothing differed.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Agreed {
+    /// Values compared.
+    pub compared: u64,
+    /// Machine cycles from the scan's start to its end.
+    pub cycles: u64,
+    /// What the evaluator did.
+    pub seen: Seen,
+}
+
+/// Both sides, at the end of a scan (or before the first).
+#[derive(Clone)]
+pub(crate) struct Pair<'a, C> {
+    pub rig: Rig<'a, C>,
+    pub eval: Evaluator,
+    places: &'a Places,
+    hints: &'a Hints,
+    first: bool,
+}
+
+impl<'a, C: Cpu> Pair<'a, C> {
+    /// Both sides from power-up.
+    pub fn start<F: Fn(u64) -> C>(bench: &Bench<'a, C, F>, ram_seed: u64) -> Result<Self, Mismatch> {
+        let rig = Rig::start((bench.power_up)(ram_seed), bench.places).map_err(|a| astray(&a, bench.places))?;
+        Ok(Pair { rig, eval: bench.eval.clone(), places: bench.places, hints: bench.hints, first: true })
+    }
+
+    /// Drives the inputs, runs the chip to the next scan's start, looks whether it is punctual and as the last scan left
+    /// it, and gives both sides this scan's inputs and writes.
+    pub fn begin(&mut self, step: &Step) -> Result<u64, Mismatch> {
+        self.rig.drive(step.inputs.iter().copied());
+        self.rig.to_scan_start().map_err(|a| astray(&a, self.places))?;
+        let cycle = self.rig.cpu.cycle();
+        let ((from, to), at) = self.rig.punctual();
+        if at < from || at > to {
+            let expected = format!("{from} to {to} cycles after the start of the timer");
+            return Err(Mismatch::words(What::Period, cycle, expected, format!("{at}")));
+        }
+        if let Some((first, now)) = self.rig.stack_moved() {
+            let (expected, found) = (format!("0x{first:04X}"), format!("0x{now:04X}"));
+            return Err(Mismatch::words(What::Stack, cycle, expected, found));
+        }
+        let mut compared = 2 + self.pins()?;
+        if self.first {
+            self.first = false;
+            let all = self.hints.bits.iter().chain(&self.hints.integers).copied();
+            compared += self.symbols(What::Reset, all)?;
+        }
+        step.apply(self.hints, &mut self.eval);
+        for &(symbol, value) in &step.writes {
+            self.places.write(&mut self.rig.cpu, symbol, value);
+        }
+        Ok(compared)
+    }
+
+    /// One whole scan on both sides.
+    pub fn scan(&mut self, step: &Step) -> Result<Agreed, Mismatch> {
+        let mut compared = self.begin(step)?;
+        let start = self.rig.cpu.cycle();
+        let seen = Seen::scan(&mut self.eval);
+        let lost = |a: Astray| astray(&a, self.places);
+        if self.rig.to_first_rung().map_err(lost)? {
+            self.flip(step);
+        }
+        self.rig.to_scan_end().map_err(lost)?;
+        compared += self.symbols(What::Symbol, 0..self.eval.symbols().len())? + self.pins()?;
+        Ok(Agreed { compared, cycles: self.rig.cpu.cycle() - start, seen })
+    }
+
+    /// The inputs change once they must have been latched.
+    pub fn flip(&mut self, step: &Step) {
+        if !step.flips.is_empty() {
+            self.rig.drive(step.inputs.iter().zip(&step.flips).map(|(level, flip)| level ^ flip));
+        }
+    }
+
+    fn symbols(&self, what: What, symbols: impl Iterator<Item = usize>) -> Result<u64, Mismatch> {
+        let mut compared = 0;
+        let mut differing = Vec::new();
+        for symbol in symbols {
+            let (expected, found) = (self.eval.get(symbol), self.places.read(&self.rig.cpu, symbol));
+            compared += 1;
+            if expected != found {
+                differing.push(Differing { symbol, expected, found });
+            }
+        }
+        if differing.is_empty() { Ok(compared) } else { Err(Mismatch::values(what, self.rig.cpu.cycle(), differing)) }
+    }
+
+    /// Output pins against the outputs as the evaluator has them now.
+    fn pins(&self) -> Result<u64, Mismatch> {
+        let mut differing = Vec::new();
+        for &(symbol, pin) in &self.places.outputs {
+            let expected = self.eval.get(symbol);
+            let level = self.rig.cpu.level(pin);
+            if level != Level::of(expected != 0) {
+                let found = match level {
+                    Level::Low => 0,
+                    Level::High => 1,
+                    Level::Float => FLOATS,
+                };
+                differing.push(Differing { symbol, expected, found });
+            }
+        }
+        let compared = self.places.outputs.len() as u64;
+        if differing.is_empty() {
+            Ok(compared)
+        } else {
+            Err(Mismatch::values(What::Pin, self.rig.cpu.cycle(), differing))
+        }
+    }
+}
+
+/// Stands for the level of a pin that nothing drives.
+pub(crate) const FLOATS: i32 = 2;
+
+fn astray(astray: &Astray, places: &Places) -> Mismatch {
+    let byte = |pc: u32| pc * places.word_bytes;
+    let name = |point: Point| match point {
+        Point::TimerStart => "the start of the timer",
+        Point::ScanStart => "the start of the scan",
+        Point::FirstRung => "the first rung",
+        Point::ScanEnd => "the end of the scan",
+    };
+    let at = |pc: u32| format!("0x{:04X}", byte(pc));
+    let wanted = places.pc(astray.wanted).map_or_else(String::new, |pc| format!(" at {}", at(pc)));
+    let points = [Point::TimerStart, Point::ScanStart, Point::FirstRung, Point::ScanEnd];
+    let found = match astray.stop {
+        Stop::Limit => format!("no sign of it for several periods, the program is at {}", at(astray.pc)),
+        Stop::Halted => format!("the chip has halted at {}", at(astray.pc)),
+        Stop::Illegal { pc, word } => format!("0x{word:04X} at {} is no instruction", at(pc)),
+        Stop::Fault { pc, fault } => format!("{fault}, at {}", at(pc)),
+        Stop::Trap { pc } => {
+            let point = points.into_iter().find(|p| places.pc(*p) == Some(pc)).map_or("a trap", name);
+            format!("{point}, at {}", at(pc))
+        }
+        Stop::Probe => "a stop that nobody asked for".to_owned(),
+    };
+    let mut mismatch = Mismatch::words(What::Stop, astray.cycle, format!("{}{wanted}", name(astray.wanted)), found);
+    mismatch.pc = Some(astray.pc);
+    mismatch
+}
+
+/// Runs a row of steps from reset; gives the first mismatch and its scan, from 1. Scan 1 also stands for what goes wrong
+/// before it.
+pub(crate) fn replay<'a, C: Cpu, F: Fn(u64) -> C>(
+    bench: &Bench<'a, C, F>,
+    ram_seed: u64,
+    steps: &[Step],
+) -> Option<(usize, Mismatch)> {
+    let mut pair = match Pair::start(bench, ram_seed) {
+        Ok(pair) => pair,
+        Err(mismatch) => return Some((1, mismatch)),
+    };
+    steps.iter().zip(1..).find_map(|(step, scan)| pair.scan(step).err().map(|mismatch| (scan, mismatch)))
+}

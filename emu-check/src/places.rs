@@ -1,0 +1,155 @@
+//! The map, resolved: where on the chip everything is that a check looks at.
+
+use diag::{Diagnostic, Pos, Severity};
+use emu_core::chip::Chip;
+use emu_core::cpu::Cpu;
+use emu_core::pins::PinId;
+use ladder::Program;
+use ladder_compile::{Map, Place};
+use ladder_eval::Evaluator;
+
+use crate::codes;
+
+/// A moment of a scan, at which the chip is stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Point {
+    /// The instruction that starts the pacing timer.
+    TimerStart,
+    /// The first of a scan; inputs are latched after it.
+    ScanStart,
+    /// The first of the first rung; inputs have been latched.
+    FirstRung,
+    /// The last of a scan; outputs have been written.
+    ScanEnd,
+}
+
+/// All places of a program on its chip. Code addresses are program words.
+#[derive(Debug, Clone)]
+pub(crate) struct Places {
+    timer_start: u32,
+    scan_start: u32,
+    /// Nothing where the rungs have no address of their own.
+    first_rung: Option<u32>,
+    scan_end: u32,
+    /// Cycle time in machine cycles, a fraction.
+    num: u128,
+    den: u128,
+    /// How early a match may come.
+    early: u64,
+    /// How much later than the match a scan may start.
+    poll: u64,
+    /// Places of the symbols, in the evaluator's order.
+    symbols: Vec<Place>,
+    /// Outputs: index of the symbol, and pin.
+    pub outputs: Vec<(usize, PinId)>,
+    /// Pins of the inputs, in the order of the evaluator's symbols; nothing for an input without a pin.
+    pub inputs: Vec<PinId>,
+    /// Bytes per program word.
+    pub word_bytes: u32,
+}
+
+impl Places {
+    pub fn new(program: &Program, map: &Map, chip: &Chip, eval: &Evaluator) -> Result<Places, Vec<Diagnostic>> {
+        let mut faults = Vec::new();
+        let mut fault = |cause: String| {
+            let hint = "compile the program anew; map and image must come from one compilation";
+            faults.push(Diagnostic::new(Severity::Error, codes::BAD_MAP, &program.file, Pos::default(), cause, hint));
+        };
+        let mut symbols = Vec::new();
+        let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
+        for (index, symbol) in eval.symbols().iter().enumerate() {
+            match map.symbols.iter().find(|s| s.name == symbol.name) {
+                Some(found) if matches!(found.place, Place::Bit { .. }) == symbol.kind.is_bit() => {
+                    symbols.push(found.place.clone());
+                }
+                Some(_) => fault(format!("the map has a place of the wrong kind for `{}`", symbol.name)),
+                None => fault(format!("the map has no place for `{}`", symbol.name)),
+            }
+            let wanted = match symbol.kind {
+                ladder::SymbolKind::Input => "in",
+                ladder::SymbolKind::Output => "out",
+                _ => continue,
+            };
+            let found = map.pins.iter().find(|p| p.name == symbol.name && p.direction == wanted);
+            match found.and_then(|p| chip.pin(&p.pin)) {
+                Some(pin) if wanted == "in" => inputs.push(pin),
+                Some(pin) => outputs.push((index, pin)),
+                None => fault(format!("the map has no pin of {} for `{}`", chip.name, symbol.name)),
+            }
+        }
+        if map.cycle.num == 0 || map.cycle.den == 0 {
+            fault(format!("the map's cycle time is {}/{}", map.cycle.num, map.cycle.den));
+        }
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let word = |byte: u32| byte / chip.word_bytes.max(1);
+        let points = [map.timer_start, map.scan_start, map.scan_end].map(word);
+        let [timer_start, scan_start, scan_end] = points;
+        Ok(Places {
+            timer_start,
+            scan_start,
+            first_rung: map.rungs.first().map(|r| word(r.start)).filter(|pc| !points.contains(pc)),
+            scan_end,
+            num: map.cycle.num.into(),
+            den: map.cycle.den.into(),
+            // An exact period has exact matches; where a tick is coarse or the period broken, one tick may be missing.
+            early: if map.tick == 1 && map.cycle.den == 1 { 0 } else { map.tick.into() },
+            poll: map.poll_cycles.into(),
+            symbols,
+            outputs,
+            inputs,
+            word_bytes: chip.word_bytes.max(1),
+        })
+    }
+
+    /// Program word at which `point` is reached.
+    pub fn pc(&self, point: Point) -> Option<u32> {
+        match point {
+            Point::TimerStart => Some(self.timer_start),
+            Point::ScanStart => Some(self.scan_start),
+            Point::FirstRung => self.first_rung,
+            Point::ScanEnd => Some(self.scan_end),
+        }
+    }
+
+    /// Machine cycles in a period, rounded up.
+    pub fn period(&self) -> u64 {
+        u64::try_from(self.num.div_ceil(self.den)).unwrap_or(u64::MAX)
+    }
+
+    /// The machine cycles in which scan `scan` (from 1) may start, counted from the start of the timer.
+    pub fn window(&self, scan: u64) -> (u64, u64) {
+        let exact = u64::try_from(u128::from(scan) * self.num / self.den).unwrap_or(u64::MAX);
+        (exact.saturating_sub(self.early), exact.saturating_add(self.poll))
+    }
+
+    /// Reads a symbol on the chip; places outside of its memories read as 0.
+    pub fn read<C: Cpu>(&self, cpu: &C, symbol: usize) -> i32 {
+        match self.symbols.get(symbol) {
+            Some(Place::Bit { space, addr, bit }) => i32::from(cpu.peek(space, *addr).unwrap_or(0) >> bit & 1),
+            Some(Place::Word { space, addr, bytes }) => {
+                let byte = |n: u8| i32::from(cpu.peek(space, addr + u32::from(n)).unwrap_or(0)) << (8 * n);
+                let unused = 32 - 8 * u32::from((*bytes).clamp(1, 4));
+                (0..(*bytes).min(4)).map(byte).fold(0, |all, byte| all | byte) << unused >> unused
+            }
+            None => 0,
+        }
+    }
+
+    /// Writes a symbol on the chip, as a debugger does.
+    pub fn write<C: Cpu>(&self, cpu: &mut C, symbol: usize, value: i32) {
+        match self.symbols.get(symbol) {
+            Some(Place::Bit { space, addr, bit }) => {
+                let old = cpu.peek(space, *addr).unwrap_or(0) & !(1 << bit);
+                cpu.poke(space, *addr, old | u8::from(value != 0) << bit);
+            }
+            Some(Place::Word { space, addr, bytes }) => {
+                for (n, byte) in (0..u32::from(*bytes)).zip(value.to_le_bytes()) {
+                    cpu.poke(space, addr + n, byte);
+                }
+            }
+            None => {}
+        }
+    }
+}

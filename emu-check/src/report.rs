@@ -1,0 +1,193 @@
+//! What a check found, as text and as JSON.
+
+use std::fmt::Write;
+
+use diag::Diagnostic;
+use serde::Serialize;
+
+use crate::codes;
+use crate::coverage::Coverage;
+
+/// Version of the report's JSON.
+pub const SCHEMA: u32 = 1;
+
+/// The result of a check. `docs/check.md` describes its JSON.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// Version of this shape, [`SCHEMA`].
+    pub schema: u32,
+    /// Name of the program's file.
+    pub program: String,
+    /// The chip.
+    pub mcu: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Scans done; with a difference the last one is the scan that differs.
+    pub scans: u64,
+    /// Runs from reset that these scans were done in.
+    pub runs: u64,
+    /// Values compared: symbols, pins, moments and depths of the stack.
+    pub compared: u64,
+    /// Nothing differed.
+    pub agreed: bool,
+    /// The first difference.
+    pub difference: Option<Difference>,
+    /// What of the program was exercised.
+    pub coverage: Coverage,
+    /// Size and speed.
+    pub figures: Figures,
+    /// What the compiler and the check have to say; never errors.
+    pub notes: Vec<Diagnostic>,
+}
+
+/// Size and speed of a compiled program.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Figures {
+    /// Bytes of code.
+    pub code_bytes: u32,
+    /// Bytes of RAM that hold data.
+    pub ram_bytes: u32,
+    /// Time of one scan in machine cycles, as a number or a fraction `num/den`.
+    pub period_cycles: String,
+    /// Machine cycles from a scan's start until its outputs were written, the most that were seen.
+    pub scan_cycles_max: u64,
+    /// The same, on average.
+    pub scan_cycles_mean: f64,
+}
+
+/// What kind of thing differs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum What {
+    /// A relay, output, timer, counter or variable at the end of a scan.
+    Symbol,
+    /// The level of an output pin.
+    Pin,
+    /// The moment at which a scan starts.
+    Period,
+    /// The chip stopped, hung or ran astray.
+    Stop,
+    /// The depth of the stack.
+    Stack,
+    /// A value before the first scan.
+    Reset,
+}
+
+impl What {
+    /// The code that `emu explain` tells more about.
+    #[must_use]
+    pub const fn code(self) -> &'static str {
+        match self {
+            What::Symbol => codes::DIFFERS_SYMBOL,
+            What::Pin => codes::DIFFERS_PIN,
+            What::Period => codes::DIFFERS_PERIOD,
+            What::Stop => codes::DIFFERS_STOP,
+            What::Stack => codes::DIFFERS_STACK,
+            What::Reset => codes::DIFFERS_RESET,
+        }
+    }
+}
+
+/// The first difference of a check.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Difference {
+    /// Stable code of the kind, for `emu explain`.
+    pub code: &'static str,
+    /// Scan of the check, from 1.
+    pub scan: u64,
+    /// Run from reset that it belongs to, from 1.
+    pub run: u64,
+    /// Scan of that run, from 1.
+    pub scan_of_run: u64,
+    /// Machine cycle of that run in which the difference was seen.
+    pub cycle: u64,
+    /// What kind of thing differs.
+    pub what: What,
+    /// The symbol, where it is one.
+    pub symbol: Option<String>,
+    /// What should be: a value, a level, or words.
+    pub expected: String,
+    /// What is.
+    pub found: String,
+    /// Rung of the first element whose result differs, from 1; nothing where no element is to blame.
+    pub rung: Option<u32>,
+    /// That element within its rung, from 1.
+    pub element: Option<u32>,
+    /// That element as `.ld` text.
+    pub element_text: Option<String>,
+    /// All symbols that differ at this moment, each `name: expected, found`.
+    pub differing: Vec<String>,
+    /// The command that replays the check up to this scan.
+    pub replay: String,
+    /// The smallest stimulus found that shows the same difference, one line a scan, from reset.
+    pub smallest: Vec<String>,
+}
+
+impl Report {
+    /// The report for people, several lines.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        let Report { program, mcu, seed, scans, runs, compared, .. } = self;
+        if let Some(difference) = &self.difference {
+            _ = writeln!(text, "{program} on {mcu} DIFFERS in scan {} (seed {seed})", difference.scan);
+            text += &difference.text();
+        } else {
+            let (scans, runs) = (counted(*scans, "scan"), counted(*runs, "run"));
+            _ = writeln!(
+                text,
+                "{program} on {mcu} agrees: {scans} in {runs} from reset, {} compared, seed {seed}",
+                counted(*compared, "value")
+            );
+        }
+        text += &self.coverage.text();
+        let Figures { code_bytes, ram_bytes, period_cycles, scan_cycles_max, scan_cycles_mean } = &self.figures;
+        _ = writeln!(
+            text,
+            "figures: {code_bytes} bytes of code, {ram_bytes} of RAM; period {period_cycles} cycles, scan at most \
+             {scan_cycles_max} and on average {scan_cycles_mean:.1} cycles"
+        );
+        text
+    }
+}
+
+impl Difference {
+    fn text(&self) -> String {
+        let mut text = String::new();
+        let what = match (self.what, &self.symbol) {
+            (What::Pin, Some(symbol)) => format!("the pin of {symbol}"),
+            (_, Some(symbol)) => symbol.clone(),
+            (What::Period, None) => "the start of the scan".to_owned(),
+            (What::Stack, None) => "the stack pointer".to_owned(),
+            (_, None) => "the course of the program".to_owned(),
+        };
+        _ = writeln!(text, "  what      {what} [{}]", self.code);
+        _ = writeln!(text, "  expected  {}", self.expected);
+        _ = writeln!(text, "  found     {}", self.found);
+        if let (Some(rung), Some(element), Some(of)) = (self.rung, self.element, &self.element_text) {
+            _ = writeln!(text, "  element   rung {rung}, element {element} `{of}`");
+        }
+        let Difference { run, scan_of_run, cycle, .. } = self;
+        _ = writeln!(text, "  when      cycle {cycle} of run {run}, in its scan {scan_of_run}");
+        if self.differing.len() > 1 {
+            _ = writeln!(text, "  all       {}", self.differing.join("; "));
+        }
+        _ = writeln!(text, "  replay    {}", self.replay);
+        _ = writeln!(text, "  smallest  from reset, {}:", counted(self.smallest.len() as u64, "scan"));
+        self.smallest.iter().for_each(|line| _ = writeln!(text, "    {line}"));
+        text
+    }
+}
+
+/// `1 scan`, `2,000 scans`.
+fn counted(n: u64, what: &str) -> String {
+    let digits = n.to_string();
+    let mut number = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i) % 3 == 0 {
+            number.push(',');
+        }
+        number.push(digit);
+    }
+    format!("{number} {what}{}", if n == 1 { "" } else { "s" })
+}

@@ -1,0 +1,204 @@
+//! The course of a check: runs from reset, scan after scan, until something differs or all scans are done.
+
+use diag::{Diagnostic, Pos, Severity};
+use emu_core::cpu::Cpu;
+use ladder::Program;
+use ladder_compile::Compiled;
+
+use crate::Options;
+use crate::codes;
+use crate::goals::Goals;
+use crate::locate::locate;
+use crate::lockstep::{Bench, FLOATS, Mismatch, Pair};
+use crate::report::{Difference, Figures, Report, SCHEMA, What};
+use crate::shrink::shrink;
+use crate::stimulus::{Step, Stimulus};
+
+/// Scans between two reports of progress.
+const PROGRESS: u64 = 64;
+
+/// What a check adds up.
+#[derive(Default)]
+struct Sums {
+    scans: u64,
+    runs: u64,
+    compared: u64,
+    cycles: u64,
+    longest: u64,
+}
+
+/// The run under way: its RAM and its steps so far.
+#[derive(Default)]
+struct Run {
+    ram_seed: u64,
+    steps: Vec<Step>,
+}
+
+/// Checks `compiled` on a bench.
+pub(crate) fn run<'a, C: Cpu, F: Fn(u64) -> C>(
+    program: &Program,
+    compiled: &Compiled,
+    options: &Options,
+    bench: &Bench<'a, C, F>,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Report {
+    let mut goals = Goals::new(program, bench.eval);
+    let mut stimulus = Stimulus::new(options.seed);
+    let mut sums = Sums::default();
+    let mut run = Run::default();
+    let mut pair: Option<Pair<'a, C>> = None;
+    let mut mismatch = None;
+    while sums.scans < options.scans && mismatch.is_none() {
+        if sums.scans % PROGRESS == 0 {
+            progress(sums.scans, options.scans);
+        }
+        sums.scans += 1;
+        if let Some(ram_seed) = stimulus.begin(bench.hints) {
+            run = Run { ram_seed, steps: Vec::new() };
+            sums.runs += 1;
+            match Pair::start(bench, ram_seed) {
+                Ok(fresh) => pair = Some(fresh),
+                Err(found) => {
+                    run.steps.push(Step::default());
+                    mismatch = Some(found);
+                    break;
+                }
+            }
+        }
+        let Some(pair) = &mut pair else { break };
+        let step = stimulus.step(bench.hints, &pair.eval, &goals);
+        let scanned = pair.scan(&step);
+        run.steps.push(step);
+        match scanned {
+            Ok(agreed) => {
+                goals.mark(&agreed.seen);
+                sums.compared += agreed.compared;
+                sums.cycles += agreed.cycles;
+                sums.longest = sums.longest.max(agreed.cycles);
+            }
+            Err(found) => mismatch = Some(found),
+        }
+    }
+    progress(sums.scans, options.scans);
+    let coverage = goals.coverage(program);
+    let mut notes = compiled.notes.clone();
+    if mismatch.is_none() && !coverage.full {
+        let open = coverage.missing.iter().filter(|m| m.impossible.is_none()).count();
+        let cause = format!("{open} states of the program were not seen in {} scans", sums.scans);
+        let hint = "give more --scans or another --seed; the coverage names them";
+        notes.push(Diagnostic::new(Severity::Note, codes::NOT_COVERED, &program.file, Pos::default(), cause, hint));
+    }
+    let map = &compiled.map;
+    Report {
+        schema: SCHEMA,
+        program: program.file.clone(),
+        mcu: map.mcu.clone(),
+        seed: options.seed,
+        scans: sums.scans,
+        runs: sums.runs,
+        compared: sums.compared,
+        agreed: mismatch.is_none(),
+        difference: mismatch.map(|m| difference(program, compiled, options, bench, &sums, run, &m)),
+        coverage,
+        figures: Figures {
+            code_bytes: map.code_bytes,
+            ram_bytes: map.ram_bytes,
+            period_cycles: match map.cycle.den {
+                1 => map.cycle.num.to_string(),
+                den => format!("{}/{den}", map.cycle.num),
+            },
+            scan_cycles_max: sums.longest,
+            scan_cycles_mean: sums.cycles as f64 / sums.scans.max(1) as f64,
+        },
+        notes,
+    }
+}
+
+/// Finds out all that can be said about a mismatch in the last step of `run`.
+fn difference<C: Cpu, F: Fn(u64) -> C>(
+    program: &Program,
+    compiled: &Compiled,
+    options: &Options,
+    bench: &Bench<'_, C, F>,
+    sums: &Sums,
+    run: Run,
+    mismatch: &Mismatch,
+) -> Difference {
+    let scan_of_run = run.steps.len() as u64;
+    let (element, shown) = locate(bench, (program, &compiled.map), (run.ram_seed, &run.steps), mismatch);
+    let name = |symbol: usize| bench.eval.symbols().get(symbol).map_or_else(String::new, |s| s.name.clone());
+    let value = |value: i32| match (mismatch.what, value) {
+        (What::Pin, 0) => "low".to_owned(),
+        (What::Pin, FLOATS) => "floating".to_owned(),
+        (What::Pin, _) => "high".to_owned(),
+        _ => value.to_string(),
+    };
+    let each = mismatch.differing.iter();
+    let differing =
+        each.map(|d| format!("{}: expected {}, found {}", name(d.symbol), value(d.expected), value(d.found))).collect();
+    let texts = element
+        .and_then(|id| program.elements().find(|(other, _, _)| *other == id))
+        .map(|(_, element, _)| ladder::element_text(element));
+    let smallest = shrink(bench, run.ram_seed, run.steps, mismatch);
+    Difference {
+        code: mismatch.what.code(),
+        scan: sums.scans,
+        run: sums.runs,
+        scan_of_run,
+        cycle: mismatch.cycle,
+        what: mismatch.what,
+        symbol: shown.map(|d| name(d.symbol)),
+        expected: shown.map_or_else(|| mismatch.expected.clone(), |d| value(d.expected)),
+        found: shown.map_or_else(|| mismatch.found.clone(), |d| value(d.found)),
+        rung: element.map(|id| id.rung + 1),
+        element: element.map(|id| id.index + 1),
+        element_text: texts,
+        differing,
+        replay: replay(program, compiled, options, sums.scans),
+        smallest: smallest.iter().zip(1..).map(|(step, scan)| line(bench, step, scan)).collect(),
+    }
+}
+
+/// The command that repeats a check up to scan `scans`.
+fn replay(program: &Program, compiled: &Compiled, options: &Options, scans: u64) -> String {
+    let mut command = format!(
+        "emu check {} --mcu {} --seed {} --scans {scans}",
+        quoted(&program.file),
+        compiled.map.mcu,
+        options.seed
+    );
+    options.pins.iter().for_each(|(symbol, pin)| command += &format!(" --pin {}", quoted(&format!("{symbol}={pin}"))));
+    options.clock_hz.iter().for_each(|hz| command += &format!(" --clock {hz}"));
+    command
+}
+
+/// A word for a POSIX shell.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=+:,@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', r"'\''"))
+}
+
+/// One step in words: `scan 3: Xa=1 Xb=0, changing later Xa; written Tx=49`.
+fn line<C: Cpu, F: Fn(u64) -> C>(bench: &Bench<'_, C, F>, step: &Step, scan: usize) -> String {
+    let name = |symbol: &usize| bench.eval.symbols().get(*symbol).map_or("?", |s| s.name.as_str());
+    let inputs = bench.hints.inputs.iter().map(name);
+    let levels: Vec<String> =
+        inputs.clone().zip(&step.inputs).map(|(name, on)| format!("{name}={}", u8::from(*on))).collect();
+    let flips: Vec<&str> = inputs.zip(&step.flips).filter(|(_, flip)| **flip).map(|(name, _)| name).collect();
+    let writes: Vec<String> = step.writes.iter().map(|(symbol, value)| format!("{}={value}", name(symbol))).collect();
+    let mut line = format!("scan {scan}:");
+    line += &if levels.is_empty() { String::new() } else { format!(" {}", levels.join(" ")) };
+    line += &if flips.is_empty() { String::new() } else { format!(", inverted after latching: {}", flips.join(" ")) };
+    line += &if writes.is_empty() { String::new() } else { format!("; written {}", writes.join(" ")) };
+    line
+}
+
+/// The fault that a program has no meaning for the evaluator, at the element's place.
+pub(crate) fn no_meaning(program: &Program, refusal: &ladder_eval::Unsupported) -> Diagnostic {
+    let pos = program.elements().find(|(id, _, _)| *id == refusal.element).map_or(Pos::default(), |(_, _, pos)| pos);
+    let hint = "docs/semantics.md lists the elements that have a meaning";
+    Diagnostic::new(Severity::Error, codes::NO_MEANING, &program.file, pos, refusal.to_string(), hint)
+}

@@ -1,0 +1,236 @@
+//! What is done to both sides: an endless row of runs from reset, of which the first N scans are used.
+//!
+//! Everything follows from the program and the seed. The first N scans of a longer check are the scans of a check of N,
+//! so a difference in scan n is replayed by a check of n scans.
+
+use emu_core::rng::Rng;
+use ladder_eval::Evaluator;
+
+use crate::goals::Goals;
+use crate::hints::Hints;
+
+/// What is done around one scan.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Step {
+    /// Levels of the inputs, in the order of [`Hints::inputs`].
+    pub inputs: Vec<bool>,
+    /// Inputs whose level is inverted once they must have been latched; empty when none is.
+    pub flips: Vec<bool>,
+    /// Symbols (by index) and the values written to them at the scan's start.
+    pub writes: Vec<(usize, i32)>,
+}
+
+impl Step {
+    /// Gives the evaluator this scan's inputs and writes.
+    pub fn apply(&self, hints: &Hints, eval: &mut Evaluator) {
+        hints.inputs.iter().zip(&self.inputs).for_each(|(&symbol, &on)| eval.set(symbol, i32::from(on)));
+        self.writes.iter().for_each(|&(symbol, value)| eval.set(symbol, value));
+    }
+}
+
+/// How the inputs of a run move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Inputs {
+    /// All stay off.
+    Low,
+    /// Every combination once, in random order (with too many inputs: as [`Inputs::Modes`]).
+    Sweep,
+    /// Each in a mode of its own.
+    Modes,
+}
+
+/// What is written in a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Writes {
+    Nothing,
+    /// Everything, at the first scan's start.
+    First,
+    /// Everything at the first scan's start, then about half of the symbols at each.
+    Every,
+    /// Integers only and rarely, so that timers and counters run on from near their limits.
+    Rare,
+}
+
+/// A kind of run: inputs, writes, scans (a sweep takes as many as there are combinations, if that is more).
+type Kind = (Inputs, Writes, usize);
+
+/// The first runs, each once.
+#[rustfmt::skip]
+const OPENING: [Kind; 2] = [
+    (Inputs::Low,   Writes::Nothing, 24),
+    (Inputs::Sweep, Writes::Nothing, 32),
+];
+
+/// The runs after those, again and again.
+#[rustfmt::skip]
+const ROUND: [Kind; 6] = [
+    (Inputs::Modes, Writes::First,    40),
+    (Inputs::Modes, Writes::Every,   200),
+    (Inputs::Modes, Writes::Rare,    200),
+    (Inputs::Sweep, Writes::Every,    64),
+    (Inputs::Modes, Writes::First,    40),
+    (Inputs::Modes, Writes::Nothing, 160),
+];
+
+/// Up to so many inputs all combinations are tried.
+pub(crate) const SWEEP: usize = 8;
+
+/// Steps drawn per scan while something is not covered; the one that covers most is taken.
+const DRAWS: usize = 10;
+
+/// How one input moves for a while.
+#[derive(Debug, Clone, Copy)]
+enum Mode {
+    Hold(bool),
+    /// One scan of this level in so many.
+    Pulse(bool, u64),
+    Toggle,
+    Random,
+}
+
+/// The source of runs and steps.
+#[derive(Debug, Clone)]
+pub(crate) struct Stimulus {
+    rng: Rng,
+    runs: usize,
+    /// Scans of the present run that are still to come.
+    left: usize,
+    first: bool,
+    kind: Kind,
+    modes: Vec<(Mode, u64)>,
+    inputs: Vec<bool>,
+    /// Input combinations of a sweep that are still to come.
+    sweep: Vec<u32>,
+}
+
+impl Stimulus {
+    pub fn new(seed: u64) -> Stimulus {
+        Stimulus {
+            rng: Rng::new(seed),
+            runs: 0,
+            left: 0,
+            first: true,
+            kind: OPENING[0],
+            modes: Vec::new(),
+            inputs: Vec::new(),
+            sweep: Vec::new(),
+        }
+    }
+
+    /// When a new run begins: the seed of its random RAM.
+    pub fn begin(&mut self, hints: &Hints) -> Option<u64> {
+        if self.left > 0 {
+            return None;
+        }
+        self.kind = match self.runs.checked_sub(OPENING.len()) {
+            None => OPENING[self.runs],
+            Some(n) => ROUND[n % ROUND.len()],
+        };
+        self.runs += 1;
+        self.first = true;
+        let inputs = hints.inputs.len();
+        self.inputs = vec![false; inputs];
+        self.modes = vec![(Mode::Hold(false), 0); inputs];
+        self.sweep.clear();
+        if self.kind.0 == Inputs::Sweep && inputs <= SWEEP {
+            self.sweep = (0..1 << inputs).collect();
+            for n in (1..self.sweep.len()).rev() {
+                let other = self.rng.below(n as u64 + 1) as usize;
+                self.sweep.swap(n, other);
+            }
+        }
+        self.left = self.kind.2.max(self.sweep.len());
+        Some(self.rng.next_u64())
+    }
+
+    /// The next scan's step; `eval` is in the state before it. While goals are open, several are drawn and tried.
+    pub fn step(&mut self, hints: &Hints, eval: &Evaluator, goals: &Goals) -> Step {
+        let mut best = self.draw(hints, eval);
+        if self.kind.1 != Writes::Nothing && goals.open() {
+            let mut most = goals.gain(eval, hints, &best);
+            for _ in 1..DRAWS {
+                let mut other = self.redraw(hints, eval, &best);
+                let gain = goals.gain(eval, hints, &other);
+                if gain > most {
+                    most = gain;
+                    std::mem::swap(&mut best, &mut other);
+                }
+            }
+        }
+        self.inputs.clone_from(&best.inputs);
+        self.first = false;
+        self.left = self.left.saturating_sub(1);
+        best
+    }
+
+    fn draw(&mut self, hints: &Hints, eval: &Evaluator) -> Step {
+        let inputs = match (self.kind.0, self.sweep.pop()) {
+            (Inputs::Low, _) => self.inputs.clone(),
+            (_, Some(bits)) => (0..self.inputs.len()).map(|n| bits >> n & 1 == 1).collect(),
+            _ => self.moved(),
+        };
+        let flips = if self.rng.one_in(4) { self.coins(inputs.len()) } else { Vec::new() };
+        let writes = self.writes(hints, eval);
+        Step { inputs, flips, writes }
+    }
+
+    /// Another step for the same scan: other writes, and where no sweep is under way sometimes other inputs.
+    fn redraw(&mut self, hints: &Hints, eval: &Evaluator, step: &Step) -> Step {
+        let sweeping = self.kind.0 == Inputs::Sweep && !self.inputs.is_empty() && self.inputs.len() <= SWEEP;
+        let inputs = if sweeping || self.rng.one_in(2) { step.inputs.clone() } else { self.coins(step.inputs.len()) };
+        Step { inputs, flips: step.flips.clone(), writes: self.writes(hints, eval) }
+    }
+
+    fn coins(&mut self, n: usize) -> Vec<bool> {
+        (0..n).map(|_| self.rng.one_in(2)).collect()
+    }
+
+    /// The inputs, each moved by its mode.
+    fn moved(&mut self) -> Vec<bool> {
+        let rng = &mut self.rng;
+        let step = |(input, (mode, left)): (&bool, &mut (Mode, u64))| {
+            if *left == 0 {
+                *left = 3 + rng.below(40);
+                *mode = match rng.below(6) {
+                    0 | 1 => Mode::Hold(!*input),
+                    2 => Mode::Pulse(true, 2 + rng.below(12)),
+                    3 => Mode::Pulse(false, 2 + rng.below(12)),
+                    4 => Mode::Toggle,
+                    _ => Mode::Random,
+                };
+            }
+            *left -= 1;
+            match *mode {
+                Mode::Hold(level) => level,
+                Mode::Pulse(level, n) => (*left % n == 0) == level,
+                Mode::Toggle => !*input,
+                Mode::Random => rng.one_in(2),
+            }
+        };
+        self.inputs.iter().zip(&mut self.modes).map(step).collect()
+    }
+
+    fn writes(&mut self, hints: &Hints, eval: &Evaluator) -> Vec<(usize, i32)> {
+        // Which symbols: one in so many integers and one in so many bits; 0 is none.
+        let (integers, bits) = match (self.kind.1, self.first) {
+            (Writes::Nothing, _) | (Writes::First, false) => return Vec::new(),
+            (Writes::First | Writes::Every, true) => (1, 1),
+            (Writes::Every, false) => (2, 3),
+            (Writes::Rare, true) => (2, 0),
+            (Writes::Rare, false) if self.rng.one_in(6) => (3, 0),
+            (Writes::Rare, false) => return Vec::new(),
+        };
+        let mut writes = Vec::new();
+        for &symbol in &hints.bits {
+            if bits > 0 && self.rng.one_in(bits) {
+                writes.push((symbol, self.rng.below(2) as i32));
+            }
+        }
+        for &symbol in &hints.integers {
+            if self.rng.one_in(integers) {
+                writes.push((symbol, hints.value(symbol, eval, &mut self.rng)));
+            }
+        }
+        writes
+    }
+}
