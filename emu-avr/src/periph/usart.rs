@@ -241,10 +241,9 @@ impl Usart {
     }
 
     fn load(&mut self, at: u64) {
-        if self.b & TXEN != 0 && !self.shifting() {
-            if let Some(byte) = self.buffer.take() {
-                self.sender.load(byte, at, self.bits());
-            }
+        let ready = self.b & TXEN != 0 && !self.shifting();
+        if let Some(byte) = self.buffer.take_if(|_| ready) {
+            self.sender.load(byte, at, self.bits());
         }
     }
 

@@ -105,7 +105,7 @@ impl Model {
             let edge = match div {
                 STOPPED => false,
                 1 => true,
-                _ => !self.held[group] && self.counts[group] % div == 0,
+                _ => !self.held[group] && self.counts[group].is_multiple_of(div),
             };
             if edge {
                 self.timers[n].step();
@@ -226,25 +226,17 @@ fn random_programs_agree_with_stepped_timers_at_every_cycle() {
                 model.temp = (model.timers[1].tcnt >> 8) as u8;
                 assert_eq!(soc.read(0x85, now).0, model.temp, "TCNT1H, seed {seed}, cycle {now}");
             }
-            if rng.one_in(20) {
-                if let Some(vector) = soc.pending(now) {
-                    soc.take(vector, now);
-                    let (n, flag) = match vector {
-                        10 => (1, ICF),
-                        v => {
-                            let (n, first) = if v >= 14 {
-                                (0, 14)
-                            } else if v >= 11 {
-                                (1, 11)
-                            } else {
-                                (2, 7)
-                            };
-                            (n, [OCFA, OCFB, TOV][usize::from(v - first)])
-                        }
-                    };
-                    model.timers[n].tifr &= !flag;
-                    deadline = soc.fire(now);
-                }
+            if let Some(vector) = soc.pending(now).filter(|_| rng.one_in(20)) {
+                soc.take(vector, now);
+                let (n, first) = if vector >= 14 {
+                    (0, 13)
+                } else if vector >= 10 {
+                    (1, 10)
+                } else {
+                    (2, 6)
+                };
+                model.timers[n].tifr &= !([ICF, OCFA, OCFB, TOV][usize::from(vector - first)]);
+                deadline = soc.fire(now);
             }
             let write = rng.one_in(busy).then(|| random_write(&mut rng));
             if let Some((name, value)) = write {
