@@ -278,7 +278,9 @@ impl Ir {
                     Cond::Compare(compare) => self.compare(compare),
                 };
                 let block = |ops: &[Op]| -> String {
-                    ops.iter().flat_map(|op| self.text(op).lines().map(|l| format!("  {l}\n")).collect::<Vec<_>>()).collect()
+                    ops.iter()
+                        .flat_map(|op| self.text(op).lines().map(|l| format!("  {l}\n")).collect::<Vec<_>>())
+                        .collect()
                 };
                 let other = if otherwise.is_empty() { String::new() } else { format!("else\n{}", block(otherwise)) };
                 format!("if {cond}\n{}{other}end", block(then))

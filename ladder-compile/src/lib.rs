@@ -172,15 +172,7 @@ fn plan(program: &Program, clock_hz: u64, chip: &Chip) -> Result<Pace, Diagnosti
     }
 }
 
-fn map_of(
-    program: &Program,
-    ir: &Ir,
-    image: &Image,
-    pins: &[Pin],
-    pace: &Pace,
-    chip: &Chip,
-    clock_hz: u64,
-) -> Map {
+fn map_of(program: &Program, ir: &Ir, image: &Image, pins: &[Pin], pace: &Pace, chip: &Chip, clock_hz: u64) -> Map {
     let byte = |mark| image.code.at(mark).unwrap_or(0) * 2;
     let rungs_end = byte(Mark::RungsEnd);
     let starts: Vec<u32> = (0..program.rungs.len() as u32).map(|n| byte(Mark::Rung(n))).collect();

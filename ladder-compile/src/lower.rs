@@ -199,7 +199,8 @@ impl Lower {
             }
             Element::Timer { kind, name, delay, .. } => {
                 let word = self.word(name);
-                let limit = scans(delay, self.cycle_us).unwrap_or(1);
+                // A timer that cannot be counted was refused before.
+                let Some(limit) = scans(delay, self.cycle_us) else { return };
                 self.timer(*kind, word, limit);
             }
             Element::Counter { kind, name, max, .. } => {

@@ -184,10 +184,10 @@ fn compares(ir: &Ir, compare: Compare) -> Vec<Compare> {
         Rel::Ge => Rel::Lt,
     };
     let mut out = vec![Compare { rel, ..compare }];
-    if let (Value::Cell(b), Rel::Lt | Rel::Ge) = (compare.b, compare.rel) {
-        if b != compare.a {
-            out.push(Compare { a: b, b: Value::Cell(compare.a), ..compare });
-        }
+    if let (Value::Cell(b), Rel::Lt | Rel::Ge) = (compare.b, compare.rel)
+        && b != compare.a
+    {
+        out.push(Compare { a: b, b: Value::Cell(compare.a), ..compare });
     }
     out.extend(values(ir, compare.b).into_iter().map(|b| Compare { b, ..compare }));
     out.extend(other_words(ir, compare.a).map(|a| Compare { a, ..compare }));

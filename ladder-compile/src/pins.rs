@@ -42,17 +42,9 @@ impl Pin {
 
 /// Finds a pin for every input and output, inputs first, each sorted by name. Adds what is wrong, and a note when pins
 /// were given out in order, to `told`.
-pub fn assign(
-    program: &Program,
-    given: &[(String, String)],
-    chip: &Chip,
-    told: &mut Vec<Diagnostic>,
-) -> Vec<Pin> {
-    let symbols: Vec<_> = program
-        .symbols()
-        .into_iter()
-        .filter(|s| matches!(s.kind, SymbolKind::Input | SymbolKind::Output))
-        .collect();
+pub fn assign(program: &Program, given: &[(String, String)], chip: &Chip, told: &mut Vec<Diagnostic>) -> Vec<Pin> {
+    let symbols: Vec<_> =
+        program.symbols().into_iter().filter(|s| matches!(s.kind, SymbolKind::Input | SymbolKind::Output)).collect();
     let mut tell = |code, pos: Pos, cause: String, hint: String| {
         told.push(Diagnostic::new(Severity::Error, code, &program.file, pos, cause, hint));
     };
@@ -108,8 +100,7 @@ pub fn assign(
         homes.insert(&symbol.name, usable);
     }
     let mut free = ORDER.iter().copied().filter(|pin| !taken.contains_key(pin)).collect::<Vec<_>>().into_iter();
-    let open: Vec<&str> =
-        symbols.iter().map(|s| s.name.as_str()).filter(|name| !wanted.contains_key(name)).collect();
+    let open: Vec<&str> = symbols.iter().map(|s| s.name.as_str()).filter(|name| !wanted.contains_key(name)).collect();
     if open.len() > free.len() {
         let cause = format!(
             "{} inputs and outputs, {} of them without a pin, but {} has {} usable pins and {} are free",

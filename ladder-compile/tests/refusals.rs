@@ -36,7 +36,9 @@ fn unfold(text: &str) -> String {
     let mut out = String::new();
     for line in text.lines() {
         match line.split_once(" x ").and_then(|(n, rest)| Some((n.trim().parse::<u32>().ok()?, rest))) {
-            Some((times, rest)) => (0..times).for_each(|n| out += &(rest.replace('#', &n.to_string()).replace('|', "\n") + "\n")),
+            Some((times, rest)) => {
+                (0..times).for_each(|n| out += &(rest.replace('#', &n.to_string()).replace('|', "\n") + "\n"))
+            }
             None => out += &format!("{line}\n"),
         }
     }

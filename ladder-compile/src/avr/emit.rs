@@ -166,10 +166,10 @@ impl Asm {
             let mut places = vec![0; self.labels];
             let mut pc = 0;
             for (item, size) in self.items.iter().zip(&sizes) {
-                if let Item::Label(label) = item {
-                    if let Some(place) = places.get_mut(label.0) {
-                        *place = pc;
-                    }
+                if let Item::Label(label) = item
+                    && let Some(place) = places.get_mut(label.0)
+                {
+                    *place = pc;
                 }
                 pc += size;
             }

@@ -50,8 +50,7 @@ pub enum NoImage {
 /// # Errors
 /// The image does not fit the chip.
 pub fn build(ir: &Ir, pins: &[Pin], pace: &Pace, chip: &'static Chip) -> Result<Image, NoImage> {
-    let layout =
-        layout::layout(ir, pins, chip, pace.fraction.map_or(0, |f| f.bytes)).map_err(NoImage::Ram)?;
+    let layout = layout::layout(ir, pins, chip, pace.fraction.map_or(0, |f| f.bytes)).map_err(NoImage::Ram)?;
     let regs = Regs::new(chip);
     let mut asm = Asm::default();
     asm.mark(Mark::Part("reset: stack, RAM, bits, ports"));

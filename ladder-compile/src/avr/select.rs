@@ -64,10 +64,7 @@ struct Known {
 
 impl Known {
     fn meet(self, other: Known) -> Known {
-        Known {
-            t: if self.t == other.t { self.t } else { None },
-            a: if self.a == other.a { self.a } else { None },
-        }
+        Known { t: if self.t == other.t { self.t } else { None }, a: if self.a == other.a { self.a } else { None } }
     }
 }
 

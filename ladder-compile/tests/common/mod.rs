@@ -58,7 +58,7 @@ impl Chip {
     /// Runs until the instruction at a byte address is next.
     pub fn run_to(&mut self, addr: u32) {
         self.cpu.trap(addr / 2, true);
-        let limit = self.cpu.cycle() + 20_000_000;
+        let limit = self.cpu.cycle() + 100_000_000;
         let stop = self.cpu.run(limit, &mut ());
         assert_eq!(self.cpu.pc() * 2, addr, "{stop:?} before 0x{addr:04X}");
         self.cpu.trap(addr / 2, false);
