@@ -5,7 +5,7 @@ use emu_core::chip::Chip;
 use ladder::Dialect;
 
 use crate::nearest::nearest;
-use crate::{chips, disasm, draw, explain, run, shell};
+use crate::{chips, compile, disasm, draw, explain, run, shell, sim};
 
 const TOUR: &str = "\
 A short tour:
@@ -55,6 +55,10 @@ pub enum Color {
 pub enum Verb {
     /// Run a HEX or ELF image on an emulated chip.
     Run(run::RunArgs),
+    /// Compile a ladder program to Intel HEX.
+    Compile(compile::CompileArgs),
+    /// Run a ladder program on the reference evaluator, scan by scan.
+    Sim(sim::SimArgs),
     /// Print the instructions of an image.
     Disasm(disasm::DisasmArgs),
     /// Draw the rungs of a ladder program as text.
@@ -76,7 +80,8 @@ impl Verb {
             Verb::Run(args) => args.json,
             Verb::Disasm(args) => args.json,
             Verb::Chips(args) => args.json,
-            Verb::Draw(_) | Verb::Explain(_) | Verb::Completions(_) | Verb::Man => false,
+            Verb::Sim(args) => args.json,
+            Verb::Compile(_) | Verb::Draw(_) | Verb::Explain(_) | Verb::Completions(_) | Verb::Man => false,
         }
     }
 
@@ -84,6 +89,8 @@ impl Verb {
     pub fn name(&self) -> &'static str {
         match self {
             Verb::Run(_) => "run",
+            Verb::Compile(_) => "compile",
+            Verb::Sim(_) => "sim",
             Verb::Disasm(_) => "disasm",
             Verb::Draw(_) => "draw",
             Verb::Chips(_) => "chips",

@@ -11,6 +11,7 @@
 mod args;
 mod chips;
 mod codes;
+mod compile;
 mod disasm;
 mod draw;
 mod explain;
@@ -21,6 +22,7 @@ mod output;
 mod report;
 mod run;
 mod shell;
+mod sim;
 mod summary;
 
 use std::panic;
@@ -59,6 +61,8 @@ fn start() -> u8 {
 fn verb(verb: Verb, terminal: &Terminal) -> Result<u8, Failure> {
     match verb {
         Verb::Run(args) => run::run(&args, terminal),
+        Verb::Compile(args) => compile::compile(&args, terminal),
+        Verb::Sim(args) => sim::sim(&args, terminal),
         Verb::Disasm(args) => disasm::disasm(&args, terminal),
         Verb::Draw(args) => draw::draw(&args, terminal),
         Verb::Chips(args) => chips::chips(&args),

@@ -106,6 +106,14 @@ pub fn owners(outputs: &[(&str, &str)]) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Refuses an output that would replace the input.
+pub fn spares(input: &str, outputs: &[(&str, &str)]) -> Result<(), Failure> {
+    match outputs.iter().find(|(_, file)| input != "-" && same_place(input, file)) {
+        Some((flag, file)) => Err(Failure::Usage(format!("{flag} {file} would replace the program itself"))),
+        None => Ok(()),
+    }
+}
+
 fn same_place(a: &str, b: &str) -> bool {
     let whole = |file: &str| fs::canonicalize(file).unwrap_or_else(|_| Path::new(file).to_owned());
     a == b || a != "-" && b != "-" && whole(a) == whole(b)

@@ -2,7 +2,7 @@
 
 use std::io::{IsTerminal, Write};
 
-use ariadne::{CharSet, Color, Config, Label, Report, ReportKind, Source};
+use ariadne::{CharSet, Color, Config, Label, LabelAttach, Report, ReportKind, Source};
 use diag::{Diagnostic, Severity};
 
 use crate::{args, explain};
@@ -79,7 +79,7 @@ fn plain(terminal: &Terminal, diagnostic: &Diagnostic, out: &mut Vec<u8>) {
     }
 }
 
-/// With its source line: the title of the code, the line, the cause at the caret. The drawing sees that line alone, below
+/// With its source line: the cause, the line, the title of the code at the caret. The drawing sees that line alone, below
 /// as many empty ones as give it its number, so nothing in the rest of the file can disturb it.
 fn draw(terminal: &Terminal, diagnostic: &Diagnostic, line: &str, out: &mut Vec<u8>) {
     let clean: String = line.trim_end().chars().map(|c| if c.is_control() || is_break(c) { ' ' } else { c }).collect();
@@ -103,8 +103,8 @@ fn draw(terminal: &Terminal, diagnostic: &Diagnostic, line: &str, out: &mut Vec<
     let mut report = Report::build(ReportKind::Custom(name, color), span.clone())
         .with_config(config)
         .with_code(diagnostic.code)
-        .with_message(title)
-        .with_label(Label::new(span).with_color(color).with_message(&diagnostic.cause));
+        .with_message(&diagnostic.cause)
+        .with_label(Label::new(span).with_color(color).with_message(title));
     if !diagnostic.hint.is_empty() {
         report = report.with_help(&diagnostic.hint);
     }
