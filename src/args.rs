@@ -5,7 +5,7 @@ use emu_core::chip::Chip;
 use ladder::Dialect;
 
 use crate::nearest::nearest;
-use crate::{chips, compile, disasm, draw, explain, run, shell, sim};
+use crate::{check, chips, compile, disasm, draw, explain, run, shell, sim};
 
 const TOUR: &str = "\
 A short tour:
@@ -53,6 +53,8 @@ pub enum Color {
 /// What `emu` can do.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
+    /// Compile a ladder program, run it on the chip, compare every scan with the reference.
+    Check(check::CheckArgs),
     /// Run a HEX or ELF image on an emulated chip.
     Run(run::RunArgs),
     /// Compile a ladder program to Intel HEX.
@@ -80,6 +82,7 @@ impl Verb {
             Verb::Run(args) => args.json,
             Verb::Disasm(args) => args.json,
             Verb::Chips(args) => args.json,
+            Verb::Check(args) => args.json,
             Verb::Sim(args) => args.json,
             Verb::Compile(_) | Verb::Draw(_) | Verb::Explain(_) | Verb::Completions(_) | Verb::Man => false,
         }
@@ -89,6 +92,7 @@ impl Verb {
     pub fn name(&self) -> &'static str {
         match self {
             Verb::Run(_) => "run",
+            Verb::Check(_) => "check",
             Verb::Compile(_) => "compile",
             Verb::Sim(_) => "sim",
             Verb::Disasm(_) => "disasm",

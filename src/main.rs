@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 mod args;
+mod check;
 mod chips;
 mod codes;
 mod compile;
@@ -61,6 +62,7 @@ fn start() -> u8 {
 fn verb(verb: Verb, terminal: &Terminal) -> Result<u8, Failure> {
     match verb {
         Verb::Run(args) => run::run(&args, terminal),
+        Verb::Check(args) => check::check(&args, terminal),
         Verb::Compile(args) => compile::compile(&args, terminal),
         Verb::Sim(args) => sim::sim(&args, terminal),
         Verb::Disasm(args) => disasm::disasm(&args, terminal),

@@ -94,11 +94,10 @@ fn draw(terminal: &Terminal, diagnostic: &Diagnostic, line: &str, out: &mut Vec<
     let source = Source::from(format!("{}{clean} ", "\n".repeat(above)));
     let end = (start + width).min(length).max(start + 1);
     let span = (diagnostic.file.as_str(), above + start..above + end);
-    let config = Config::default().with_color(terminal.color).with_char_set(if terminal.live {
-        CharSet::Unicode
-    } else {
-        CharSet::Ascii
-    });
+    let config = Config::default()
+        .with_color(terminal.color)
+        .with_label_attach(LabelAttach::Start)
+        .with_char_set(if terminal.live { CharSet::Unicode } else { CharSet::Ascii });
     let title = explain::find(diagnostic.code).map_or("", |code| code.title);
     let mut report = Report::build(ReportKind::Custom(name, color), span.clone())
         .with_config(config)
