@@ -26,6 +26,16 @@ impl Seen {
         eval.scan_watched(&mut |_, input, output| trace.push((input, output)));
         Seen { before, after: (0..symbols).map(|i| eval.get(i)).collect(), trace }
     }
+
+    /// How far a symbol moved in the scan.
+    pub fn moved(&self, symbol: usize) -> i32 {
+        self.after.get(symbol).copied().unwrap_or(0) - self.before.get(symbol).copied().unwrap_or(0)
+    }
+
+    /// True when a symbol other than `symbol` ends differently.
+    pub fn differs_beside(&self, other: &Seen, symbol: usize) -> bool {
+        self.after.iter().zip(&other.after).enumerate().any(|(n, (a, b))| n != symbol && a != b)
+    }
 }
 
 /// What must hold besides the rung bits.

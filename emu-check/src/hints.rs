@@ -77,7 +77,7 @@ fn pick<T: Copy>(from: &[T], rng: &mut Rng) -> Option<T> {
 }
 
 /// The constants of an element, with a timer's delay as the scans that it counts.
-fn constants(program: &Program, element: &Element) -> Vec<i32> {
+pub(crate) fn constants(program: &Program, element: &Element) -> Vec<i32> {
     let value = |o: &Operand| match o {
         Operand::Const { value, .. } => i32::try_from(*value).ok(),
         Operand::Var(_) => None,

@@ -24,6 +24,7 @@ mod rig;
 mod run;
 mod shrink;
 mod stimulus;
+mod wishes;
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_avr::Avr;

@@ -13,6 +13,7 @@ use crate::lockstep::{Bench, FLOATS, Mismatch, Pair};
 use crate::report::{Difference, Figures, Report, SCHEMA, What};
 use crate::shrink::shrink;
 use crate::stimulus::{Step, Stimulus};
+use crate::wishes::Wishes;
 
 /// Scans between two reports of progress.
 const PROGRESS: u64 = 64;
@@ -43,7 +44,7 @@ pub(crate) fn run<'a, C: Cpu, F: Fn(u64) -> C>(
     progress: &mut dyn FnMut(u64, u64),
 ) -> Report {
     let mut goals = Goals::new(program, bench.eval);
-    let mut stimulus = Stimulus::new(options.seed);
+    let mut stimulus = Stimulus::new(options.seed, Wishes::new(program, bench.eval));
     let mut sums = Sums::default();
     let mut run = Run::default();
     let mut pair: Option<Pair<'a, C>> = None;

@@ -8,6 +8,7 @@ use ladder_eval::Evaluator;
 
 use crate::goals::Goals;
 use crate::hints::Hints;
+use crate::wishes::Wishes;
 
 /// What is done around one scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -101,10 +102,11 @@ pub(crate) struct Stimulus {
     inputs: Vec<bool>,
     /// Input combinations of a sweep that are still to come.
     sweep: Vec<u32>,
+    wishes: Wishes,
 }
 
 impl Stimulus {
-    pub fn new(seed: u64) -> Stimulus {
+    pub fn new(seed: u64, wishes: Wishes) -> Stimulus {
         Stimulus {
             rng: Rng::new(seed),
             runs: 0,
@@ -114,6 +116,7 @@ impl Stimulus {
             modes: Vec::new(),
             inputs: Vec::new(),
             sweep: Vec::new(),
+            wishes,
         }
     }
 
@@ -143,24 +146,46 @@ impl Stimulus {
         Some(self.rng.next_u64())
     }
 
-    /// The next scan's step; `eval` is in the state before it. While goals are open, several are drawn and tried.
+    /// The next scan's step; `eval` is in the state before it. Where writing is allowed, several are drawn and tried: for
+    /// goals that are still open, or for a wish.
     pub fn step(&mut self, hints: &Hints, eval: &Evaluator, goals: &Goals) -> Step {
-        let mut best = self.draw(hints, eval);
-        if self.kind.1 != Writes::Nothing && goals.open() {
-            let mut most = goals.gain(eval, hints, &best);
-            for _ in 1..DRAWS {
-                let mut other = self.redraw(hints, eval, &best);
-                let gain = goals.gain(eval, hints, &other);
-                if gain > most {
-                    most = gain;
-                    std::mem::swap(&mut best, &mut other);
-                }
-            }
-        }
-        self.inputs.clone_from(&best.inputs);
+        let drawn = self.draw(hints, eval);
+        let writes = self.kind.1 != Writes::Nothing && (self.first || self.kind.1 != Writes::First);
+        let step = match (writes, self.rng.below(4)) {
+            (true, 0 | 1) if goals.open() => self.covering(hints, eval, goals, drawn),
+            (true, 2 | 3) if self.kind.1 == Writes::Every => self.wished(hints, eval, drawn),
+            _ => drawn,
+        };
+        self.inputs.clone_from(&step.inputs);
         self.first = false;
         self.left = self.left.saturating_sub(1);
+        step
+    }
+
+    /// Of several steps the one that reaches most goals.
+    fn covering(&mut self, hints: &Hints, eval: &Evaluator, goals: &Goals, mut best: Step) -> Step {
+        let mut most = goals.gain(eval, hints, &best);
+        for _ in 1..DRAWS {
+            let other = self.redraw(hints, eval, &best);
+            let gain = goals.gain(eval, hints, &other);
+            if gain > most {
+                (best, most) = (other, gain);
+            }
+        }
         best
+    }
+
+    /// A step that grants the next wish, else `step`.
+    fn wished(&mut self, hints: &Hints, eval: &Evaluator, step: Step) -> Step {
+        let Some(wish) = self.wishes.choose() else { return step };
+        let mut candidate = step.clone();
+        for _ in 0..DRAWS {
+            if self.wishes.grant(wish, eval, hints, &mut candidate) {
+                return candidate;
+            }
+            candidate = self.redraw(hints, eval, &step);
+        }
+        step
     }
 
     fn draw(&mut self, hints: &Hints, eval: &Evaluator) -> Step {

@@ -1,4 +1,5 @@
-//! Every example of the project agrees with its image on the chip, with everything covered that can be.
+//! The examples of the project and the programs of this folder agree with their images on the chip, with everything
+//! covered that can be; so do the ladder programs of the corpus, where it is present.
 
 mod common;
 
@@ -6,7 +7,8 @@ use emu_check::Options;
 
 #[test]
 fn examples_agree() {
-    for path in common::examples() {
+    let folder = common::folder("../examples");
+    for path in folder.into_iter().chain(common::folder("tests/programs")) {
         let program = common::read(&path);
         let report = common::report(&program, &Options::default());
         println!("{}", report.text());

@@ -31,9 +31,9 @@ pub fn beside(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// The programs in the examples' folder, sorted; none where there is no such folder.
-pub fn examples() -> Vec<PathBuf> {
-    let Ok(entries) = fs::read_dir(beside("../examples")) else { return Vec::new() };
+/// The programs in a folder beside this crate, sorted; none where there is no such folder.
+pub fn folder(path: &str) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(beside(path)) else { return Vec::new() };
     let mut paths: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();
     paths.retain(|path| path.extension().is_some_and(|e| e == "ld"));
     paths.sort();

@@ -1,0 +1,137 @@
+//! Limits that should be seen to matter: for each comparison, timer and counter, the values around its limit, in states in
+//! which one more or less shows somewhere else.
+//!
+//! Random values rarely bring an integer to its limit while all contacts beside the comparison pass, so a limit that
+//! is off by one would hide. Each wish is tried with several states; one that cannot be granted is dropped.
+
+use ladder::{Element, Operand, Program, SymbolKind};
+use ladder_eval::Evaluator;
+
+use crate::goals::Seen;
+use crate::hints::{Hints, constants};
+use crate::stimulus::Step;
+
+/// A wish that failed so often is dropped.
+const PATIENCE: u32 = 400;
+
+/// An integer at one value.
+#[derive(Debug, Clone)]
+struct Wish {
+    /// Position of the element in order of execution.
+    at: usize,
+    symbol: usize,
+    target: Target,
+    failed: u32,
+    granted: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Target {
+    Value(i32),
+    /// This far from what another integer holds when the scan starts.
+    Near(usize, i32),
+}
+
+/// All wishes of a program.
+#[derive(Debug, Clone)]
+pub(crate) struct Wishes {
+    wishes: Vec<Wish>,
+    /// Elements that store something, by position: the others only pass the rung bit on.
+    stores: Vec<bool>,
+    next: usize,
+}
+
+impl Wishes {
+    pub fn new(program: &Program, eval: &Evaluator) -> Wishes {
+        let integer = |name: &str| {
+            let index = eval.index(name)?;
+            eval.symbols().get(index).filter(|s| !s.kind.is_bit() && s.kind != SymbolKind::Adc).map(|_| index)
+        };
+        let mut wishes = Vec::new();
+        let mut stores = Vec::new();
+        let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
+        for (at, (_, element, _)) in elements.enumerate() {
+            let plain = matches!(element, Element::Contacts { .. } | Element::Compare { .. } | Element::Short);
+            stores.push(!plain);
+            let mut wish = |symbol: Option<usize>, target: &dyn Fn(i32) -> Target| {
+                let around = [0, -1, 1].into_iter().map(target);
+                wishes.extend(symbol.into_iter().flat_map(|symbol| {
+                    around.clone().map(move |target| Wish { at, symbol, target, failed: 0, granted: false })
+                }));
+            };
+            match element {
+                Element::Timer { name, .. } | Element::Counter { name, .. } => {
+                    let limits = constants(program, element);
+                    limits.iter().for_each(|&limit| wish(integer(name), &|d| Target::Value(limit + d)));
+                }
+                Element::Compare { op1, op2, .. } => match (op1, op2) {
+                    (Operand::Var(name), Operand::Const { value, .. })
+                    | (Operand::Const { value, .. }, Operand::Var(name)) => {
+                        wish(integer(name), &|d| Target::Value(*value as i32 + d));
+                    }
+                    (Operand::Var(a), Operand::Var(b)) if a != b => {
+                        if let Some(other) = integer(b) {
+                            wish(integer(a), &|d| Target::Near(other, d));
+                        }
+                    }
+                    _ => {}
+                },
+                _ => {}
+            }
+        }
+        Wishes { wishes, stores, next: 0 }
+    }
+
+    /// The next wish that is still open; when all are done, all are open again.
+    pub fn choose(&mut self) -> Option<usize> {
+        let open = |wish: &Wish| !wish.granted && wish.failed < PATIENCE;
+        if !self.wishes.iter().any(open) {
+            self.wishes.iter_mut().for_each(|wish| wish.granted = false);
+        }
+        let count = self.wishes.len();
+        let found = (0..count).map(|n| (self.next + n) % count).find(|&n| self.wishes.get(n).is_some_and(open))?;
+        self.next = found + 1;
+        Some(found)
+    }
+
+    /// Tries to grant a wish with `step`, changed to write the wanted value: true when it does.
+    pub fn grant(&mut self, wish: usize, eval: &Evaluator, hints: &Hints, step: &mut Step) -> bool {
+        let Some(wish) = self.wishes.get_mut(wish) else { return false };
+        step.writes.retain(|(symbol, _)| *symbol != wish.symbol);
+        let value = match wish.target {
+            Target::Value(value) => value,
+            Target::Near(other, distance) => {
+                let written = step.writes.iter().find(|(symbol, _)| *symbol == other);
+                written.map_or_else(|| eval.get(other), |&(_, value)| value) + distance
+            }
+        };
+        step.writes.push((wish.symbol, i32::from(value as i16)));
+        let scan = |value: i32| {
+            let mut eval = eval.clone();
+            step.apply(hints, &mut eval);
+            eval.set(wish.symbol, value);
+            Seen::scan(&mut eval)
+        };
+        let with = scan(value);
+        wish.granted = [value - 1, value + 1].into_iter().any(|other| matters(wish, &self.stores, &with, &scan(other)));
+        wish.failed += u32::from(!wish.granted);
+        wish.granted
+    }
+}
+
+/// True when the two scans, which differ by one in the wished integer, differ in what the element does and in what is
+/// stored because of it.
+fn matters(wish: &Wish, stores: &[bool], one: &Seen, other: &Seen) -> bool {
+    let out = |seen: &Seen| seen.trace.get(wish.at).map(|pair| pair.1);
+    // The integer itself shows it when it does not simply stay one apart.
+    let itself = one.moved(wish.symbol) != other.moved(wish.symbol);
+    let stored = || {
+        let later = one.trace.iter().zip(&other.trace).zip(stores).skip(wish.at);
+        later.filter(|(_, stores)| **stores).any(|((a, b), _)| a.0 != b.0)
+    };
+    let keeps = stores.get(wish.at).copied().unwrap_or(false);
+    if keeps && itself {
+        return true;
+    }
+    out(one) != out(other) && stored() && (itself || one.differs_beside(other, wish.symbol))
+}

@@ -1,0 +1,54 @@
+//! Compilers with one fault each: a check with its defaults finds them. Faults that it does not find are listed in
+//! `mutants.txt`, each with the reason why the image means the same; an unlisted one fails the test, and so does a line
+//! that lists a fault that is found.
+#![cfg(feature = "mutants")]
+
+mod common;
+
+use std::collections::BTreeMap;
+
+use emu_check::{Options, check_compiled};
+use ladder::Program;
+use ladder_compile::{Mutant, compile_mutant, mutants};
+
+/// `file | element | fault | reason`.
+const LISTED: &str = include_str!("mutants.txt");
+
+#[test]
+fn faults_of_the_compiler_are_found() {
+    let mut listed: BTreeMap<String, &str> = BTreeMap::new();
+    for line in LISTED.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
+        let (fault, reason) = line.rsplit_once(" | ").expect("file | element | fault | reason");
+        listed.insert(fault.trim().to_owned(), reason);
+    }
+    let (mut tried, mut survived) = (0, Vec::new());
+    for path in common::folder("tests/programs").into_iter().chain(common::folder("../examples")) {
+        let program = common::read(&path);
+        let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        for mutant in mutants(&program) {
+            tried += 1;
+            if agrees(&program, &mutant) {
+                survived.push(format!("{file} | {} | {}", mutant.element, mutant.what));
+            }
+        }
+    }
+    println!("{tried} faults, {} found, {} listed", tried - survived.len(), listed.len());
+    let unlisted: Vec<&String> = survived.iter().filter(|fault| !listed.contains_key(*fault)).collect();
+    let stale: Vec<&String> = listed.keys().filter(|fault| !survived.contains(fault)).collect();
+    assert!(tried >= 40, "only {tried} faults");
+    assert!(unlisted.is_empty() && stale.is_empty(), "not found: {unlisted:#?}\nlisted, but found: {stale:#?}");
+}
+
+/// True when a check of the faulty image finds nothing. An image that the compiler itself refuses counts as found.
+fn agrees(program: &Program, mutant: &Mutant) -> bool {
+    let options = Options::default();
+    let target = ladder_compile::Options { mcu: options.mcu.clone(), ..Default::default() };
+    let Ok(compiled) = compile_mutant(program, &target, mutant.id) else { return false };
+    let report = check_compiled(program, &compiled, &options, &mut |_, _| {}).expect("a report");
+    if let Some(difference) = &report.difference {
+        // A fault must be told with all that is needed to look at it.
+        assert!(difference.expected != difference.found, "{}", report.text());
+        assert!(!difference.smallest.is_empty() && difference.smallest.len() as u64 <= difference.scan_of_run);
+    }
+    report.agreed
+}
