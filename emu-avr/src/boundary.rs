@@ -7,20 +7,6 @@ use crate::flags::Flag;
 use crate::isa::{Kind, PC_MASK, row_of};
 use crate::turn::RAM_START;
 
-/// The core at the head of a loop, to be compared with itself one turn later.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Seen {
-    end: u32,
-    head: u32,
-    registers: [u8; 32],
-    sreg: u8,
-    sp: u16,
-    cycle: u64,
-    instructions: u64,
-    /// What the loop reads stays as it is up to here.
-    steady: u64,
-}
-
 impl Avr {
     /// Runs everything due at this instruction boundary and sets the next deadline. Returns why to stop, if so.
     ///
@@ -60,7 +46,7 @@ impl Avr {
             let deadline = if self.hot.hold_at == now { now + 1 } else { next.min(until) };
             self.hot.set_deadline(deadline);
             if std::mem::take(&mut self.hot.escape) {
-                if let Some(stop) = self.escape(next, until, probe) {
+                if let Some(stop) = self.escape(deadline, probe) {
                     return Some(stop);
                 }
                 continue;
@@ -84,7 +70,6 @@ impl Avr {
             probe.irq(now, vector);
             self.hot = self.turn(probe).0.interrupt(vector);
         }
-        self.seen = None;
         self.passing = None;
         self.hot.escape = false;
         self.hot.force();
@@ -96,8 +81,8 @@ impl Avr {
         !self.soc.busy() && !self.soc.can_wake(self.hot.flags.get(Flag::I))
     }
 
-    /// The op at the program counter has no body of its own.
-    fn escape<P: Probe>(&mut self, next: u64, until: u64, probe: &mut P) -> Option<Stop> {
+    /// The op at the program counter has no body of its own. `deadline` is the next cycle at which anything is due.
+    fn escape<P: Probe>(&mut self, deadline: u64, probe: &mut P) -> Option<Stop> {
         let pc = self.hot.pc & PC_MASK;
         let op = self.code.ops[pc as usize];
         if op.kind == Kind::Trap && self.passing != Some(pc) {
@@ -119,56 +104,53 @@ impl Avr {
                 Stop::Illegal { pc, word }
             });
         }
+        let closes_loop = self.code.ops[pc as usize].kind == Kind::Poll;
         self.hot = self.turn(probe).0.single(op);
-        let halted = self.look_at_loop::<P>(pc, next, until);
+        let head = self.hot.pc & PC_MASK;
+        if closes_loop && head <= pc {
+            if head == pc && self.halted() {
+                return Some(Stop::Halted);
+            }
+            if self.skip && !P::INSN && !P::DATA {
+                self.jump_over_turns(head, pc, deadline, probe);
+            }
+        }
         self.hot.force();
-        halted
+        None
     }
 
-    /// After the branch at `end` closed a loop that only looks: if the machine is as it was one turn ago, jumps over as many
-    /// whole turns as nothing can change in.
-    fn look_at_loop<P: Probe>(&mut self, end: u32, next: u64, until: u64) -> Option<Stop> {
-        let head = self.hot.pc & PC_MASK;
-        if self.code.ops[end as usize].kind != Kind::Poll || head > end {
-            self.seen = None;
-            return None;
+    /// At the head of a loop that only looks: runs one turn, and if it leaves the machine as it was, jumps over as many
+    /// whole turns as nothing can change in. Stops early at the deadline, at a trap, or where the loop is left.
+    fn jump_over_turns<P: Probe>(&mut self, head: u32, end: u32, deadline: u64, probe: &mut P) {
+        let Some(looks) = self.code.only_looks(head, end) else { return };
+        let steady = |avr: &Avr, at: u64| {
+            let io = looks.iter().filter(|&&r| (0x20..RAM_START).contains(&r) && !matches!(r, 0x5D..=0x5F));
+            io.map(|&r| avr.soc.steady_until(r, at)).min().unwrap_or(NEVER)
+        };
+        let registers = |avr: &Avr| -> Vec<u8> { avr.data[..32].to_vec() };
+        let (start, counted, before) = (self.hot.now(), self.hot.instructions, (registers(self), self.hot.flags));
+        let promised = steady(self, start);
+        loop {
+            let pc = self.hot.pc & PC_MASK;
+            if self.hot.now() >= deadline
+                || self.code.ops[pc as usize].kind == Kind::Trap
+                || !(head..=end).contains(&pc)
+            {
+                return;
+            }
+            let op = self.code.decode(pc);
+            self.hot = self.turn(probe).0.single(op);
+            if pc == end {
+                break;
+            }
         }
-        let reads = self.code.only_looks(head, end)?;
         let now = self.hot.now();
-        let steady = |at: u64| {
-            let io = reads.iter().filter(|&&r| r < RAM_START && !matches!(r, 0x5D..=0x5F));
-            io.map(|&r| self.soc.steady_until(r, at)).min().unwrap_or(NEVER)
-        };
-        let mut registers = [0; 32];
-        registers.copy_from_slice(&self.data[..32]);
-        let seen = Seen {
-            end,
-            head,
-            registers,
-            sreg: self.hot.flags.pack(),
-            sp: self.hot.sp,
-            cycle: now,
-            instructions: self.hot.instructions,
-            steady: steady(now),
-        };
-        let last = self.seen.replace(seen.clone());
-        let same = last.filter(|l| {
-            let same = Seen { cycle: now, instructions: seen.instructions, steady: seen.steady, ..l.clone() };
-            same == seen && now <= l.steady
-        })?;
-        // A jump to itself with interrupts off is the end of a program; with them on, only while nothing can come.
-        if head == end && self.halted() {
-            return Some(Stop::Halted);
+        let same = self.hot.pc & PC_MASK == head && (registers(self), self.hot.flags) == before;
+        if same && now <= promised {
+            let limit = steady(self, now).min(deadline);
+            let turns = limit.saturating_sub(now) / (now - start);
+            self.hot.left -= (turns * (now - start)) as i64;
+            self.hot.instructions += turns * (self.hot.instructions - counted);
         }
-        let period = now - same.cycle;
-        if P::INSN || P::DATA || period == 0 || !self.skip {
-            return None;
-        }
-        let limit = seen.steady.min(next).min(until);
-        let turns = limit.saturating_sub(now) / period;
-        self.hot.left -= (turns * period) as i64;
-        self.hot.instructions += turns * (seen.instructions - same.instructions);
-        self.seen = None;
-        None
     }
 }

@@ -9,7 +9,6 @@ use emu_core::image::Image;
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
 
-use crate::boundary::Seen;
 use crate::flags::Flags;
 use crate::isa::{Kind, PC_MASK};
 use crate::predecode::Code;
@@ -28,8 +27,6 @@ pub struct Avr {
     pub(crate) traps: Arc<BTreeSet<u32>>,
     /// The trap that stopped the last run, to be stepped over by the next.
     pub(crate) passing: Option<u32>,
-    /// The machine as it was one turn of a polling loop ago.
-    pub(crate) seen: Option<Seen>,
     /// Loops that only look are jumped over.
     pub(crate) skip: bool,
 }
@@ -71,7 +68,6 @@ impl Avr {
             eeprom: Arc::new(eeprom),
             traps: Arc::default(),
             passing: None,
-            seen: None,
             skip: true,
         };
         avr.soc.set_clock_hz(chip.default_hz);
@@ -88,7 +84,6 @@ impl Avr {
     pub fn set_skip(&mut self, on: bool) {
         if self.skip != on {
             self.skip = on;
-            self.seen = None;
             let code = Arc::make_mut(&mut self.code);
             code.predecode(on);
             for &pc in self.traps.iter() {
@@ -113,12 +108,6 @@ impl Avr {
     pub(crate) fn turn<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Turn<'a, P>, &'a Code) {
         let code: &Code = &self.code;
         (Turn { hot: self.hot, data: &mut self.data, flash: &code.bytes, bus: &mut self.soc, probe }, code)
-    }
-
-    /// The outside changed the machine: what was seen of a loop no longer counts.
-    fn touched(&mut self) {
-        self.seen = None;
-        self.hot.force();
     }
 }
 
@@ -145,7 +134,6 @@ impl Cpu for Avr {
             ..self.hot
         };
         self.passing = None;
-        self.seen = None;
         self.soc.reset(why, now);
     }
 
@@ -164,7 +152,7 @@ impl Cpu for Avr {
     fn set_pc(&mut self, pc: u32) {
         self.hot.pc = pc & PC_MASK;
         self.passing = None;
-        self.touched();
+        self.hot.force();
     }
 
     fn reg(&self, name: &str) -> Option<u32> {
@@ -184,7 +172,7 @@ impl Cpu for Avr {
             Some(Register::Pc) => self.set_pc(value),
             None => return false,
         }
-        self.touched();
+        self.hot.force();
         true
     }
 
@@ -236,7 +224,7 @@ impl Cpu for Avr {
             "eeprom" if at < self.eeprom.len() => Arc::make_mut(&mut self.eeprom)[at] = value,
             _ => return false,
         }
-        self.touched();
+        self.hot.force();
         true
     }
 
@@ -261,7 +249,7 @@ impl Cpu for Avr {
     fn drive(&mut self, at: Time, pin: PinId, level: Level) {
         let now = self.cycle();
         self.soc.drive(at.cycle, now, pin, level);
-        self.touched();
+        self.hot.force();
     }
 
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {

@@ -12,7 +12,7 @@ use emu_core::parts::uart::Step;
 use emu_core::pins::{Event, Level, Pin, PinId, Time};
 
 #[path = "periph/mod.rs"]
-pub mod periph;
+mod periph;
 mod regs;
 
 use periph::map::{RXD, TXD, at, irq};
