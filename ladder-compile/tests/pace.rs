@@ -50,7 +50,6 @@ fn scans_start_with_their_match_without_drift() {
         let map = chip.map.clone();
         // Every turn of the loop is executed, so there are fewer scans of slow ones, and none where one takes over 5,000,000
         // clocks: those stand in the table above only.
-        chip.cpu.set_skip(false);
         let scans = (5_000_000 * map.cycle.den / map.cycle.num).min(60);
         // The loop of the wait follows the start of the timer.
         let start = chip.cpu.cycle();
