@@ -1,0 +1,204 @@
+//! The instruction table against GNU binutils: what its assembler makes of every row, what its disassembler makes of every
+//! word.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use emu_avr::isa::{KINDS, Kind, PC_MASK, ROWS, disassemble, encode};
+use emu_core::rng::Rng;
+use emu_core::table::{Pattern, Row, Site, number};
+
+use crate::{folder, run, seed};
+
+/// Instructions of one row at most; a row with fewer forms has all of them.
+const MOST: u32 = 4_096;
+/// Byte address of the first one, so far up that no relative target falls below 0.
+const START: u32 = 0x2000;
+
+/// Differences from avr-objdump that are meant, each with its reason.
+const DIFFERENCES: &str = include_str!("../golden/avr-objdump.txt");
+
+/// The operand values of a row whose fields hold `raw`, in row order.
+fn values(row: &Row, raw: u32, pc: u32) -> Vec<i32> {
+    let site = Site { pc, len: row.len(), next_len: 1, pc_mask: PC_MASK };
+    let mut rest = raw;
+    let mut bits = row.pattern.value;
+    for slot in row.operands.iter().filter(|s| row.pattern.has(s.letter)) {
+        let width = row.pattern.field(slot.letter, 0).1;
+        bits |= row.pattern.place(slot.letter, rest & ((1 << width) - 1));
+        rest >>= width;
+    }
+    row.operands
+        .iter()
+        .zip(row.operands_of(bits, &site))
+        .filter(|(s, _)| row.pattern.has(s.letter))
+        .map(|(_, v)| v)
+        .collect()
+}
+
+/// A row's instruction as the GNU assembler reads it: registers by name, numbers in decimal, relative targets from `.`.
+fn gas(row: &Row, values: &[i32], pc: u32) -> String {
+    let mut text = format!("{} ", row.mnemonic);
+    let slots: Vec<_> = row.operands.iter().filter(|s| row.pattern.has(s.letter)).zip(values).collect();
+    for c in row.syntax.bytes() {
+        let Some(&(slot, &value)) = slots.iter().find(|(s, _)| s.letter == c) else {
+            text.push(c as char);
+            continue;
+        };
+        let width = row.pattern.field(slot.letter, 0).1;
+        let _ = match slot.kind.name {
+            name if name.starts_with("register") => write!(text, "r{value}"),
+            "target" if width < 16 => write!(text, ".{:+}", (value - pc as i32 - 1) * 2),
+            "target" => write!(text, "{}", value * 2),
+            _ => write!(text, "{value}"),
+        };
+    }
+    text
+}
+
+/// Raw operand fields to try: all, or the edges and random ones.
+fn fields(row: &Row, rng: &mut Rng) -> Vec<u32> {
+    let width: u32 = row.operands.iter().map(|s| row.pattern.field(s.letter, 0).1).sum();
+    if 1 << width <= MOST {
+        return (0..1 << width).collect();
+    }
+    let edges = (0..width).flat_map(|b| [1 << b, (1 << b) - 1, ((1u64 << width) - 1 - (1 << b)) as u32]);
+    edges.chain((0..MOST / 2).map(|_| rng.below(1 << width) as u32)).collect()
+}
+
+/// Assembles and links with the GNU tools; the words from `START` on.
+fn assembled(name: &str, text: &str, dir: &Path) -> Vec<u16> {
+    std::fs::write(dir.join(format!("{name}.s")), text).expect("a source");
+    let file = |end: &str| format!("{name}.{end}");
+    run(Path::new("avr-as"), &["-mmcu=avr5", &file("s"), "-o", &file("o")], dir);
+    let start = format!("-Ttext={START:#x}");
+    run(
+        Path::new("avr-ld"),
+        &["-m", "avr5", "--no-relax", "--defsym=__heap_end=0", &start, &file("o"), "-o", &file("elf")],
+        dir,
+    );
+    run(Path::new("avr-objcopy"), &["-O", "binary", "-j", ".text", &file("elf"), &file("bin")], dir);
+    let bytes = std::fs::read(dir.join(file("bin"))).expect("the code");
+    bytes.chunks(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect()
+}
+
+#[test]
+#[ignore = "needs binutils-avr: .ci/peers installs it"]
+fn the_gnu_assembler_encodes_every_row_as_we_do() {
+    let dir = folder("gas");
+    let seed = seed();
+    let mut rng = Rng::new(seed);
+    let mut all = 0;
+    for (row, &kind) in ROWS.iter().zip(KINDS) {
+        let mut text = String::new();
+        let mut wanted: Vec<(u16, String)> = Vec::new();
+        for raw in fields(row, &mut rng) {
+            let pc = START / 2 + wanted.len() as u32;
+            let mut values = values(row, raw, pc);
+            if matches!(kind, Kind::Jmp | Kind::Call) {
+                values[0] &= PC_MASK as i32;
+            }
+            let line = gas(row, &values, pc);
+            let words = encode(kind, &values, pc).unwrap_or_else(|e| panic!("{line}: {e}"));
+            wanted.extend(words.iter().map(|&w| (w, line.clone())));
+            text += &line;
+            text.push('\n');
+            all += 1;
+        }
+        let found = assembled(row.name, &text, &dir);
+        assert_eq!(found.len(), wanted.len(), "{}: words", row.name);
+        for (found, (word, line)) in found.iter().zip(&wanted) {
+            assert_eq!(found, word, "seed {seed:#x}: {line}: avr-as {found:04x}, ours {word:04x}");
+        }
+    }
+    println!("{all} instructions of {} rows", ROWS.len());
+}
+
+/// Operands without spaces, numbers in decimal, targets relative to the next instruction: one spelling for both sides.
+fn normal(mnemonic: &str, operands: &str, pc: u32, relative: bool) -> String {
+    let piece = |text: &str| -> String {
+        let text = text.trim();
+        if let Some((pointer, q)) = text.split_once('+').filter(|(p, q)| !p.is_empty() && *p != "." && !q.is_empty()) {
+            return format!("{pointer}+{}", number(q).unwrap_or(-1));
+        }
+        match number(text) {
+            Some(target) if relative => {
+                let words = (target / 2 - pc as i32 - 1).rem_euclid(PC_MASK as i32 + 1);
+                format!(".{:+}", if words > PC_MASK as i32 / 2 { words - PC_MASK as i32 - 1 } else { words } * 2)
+            }
+            Some(value) => value.to_string(),
+            None => text.to_owned(),
+        }
+    };
+    let operands: Vec<String> = operands.split(',').map(piece).collect();
+    format!("{mnemonic} {}", operands.join(",")).trim().to_owned()
+}
+
+/// A line of the list: pattern, mnemonic of avr-objdump, ours, reason.
+struct Difference {
+    pattern: Pattern,
+    theirs: &'static str,
+    ours: &'static str,
+}
+
+fn differences() -> Vec<Difference> {
+    let lines = DIFFERENCES.lines().filter(|l| !l.is_empty() && !l.starts_with('#'));
+    lines
+        .map(|line| {
+            let columns: Vec<&str> = line.split('|').map(str::trim).collect();
+            let [pattern, theirs, ours, reason] = columns[..] else { panic!("four columns are wanted: {line}") };
+            assert!(!reason.is_empty(), "a reason is wanted: {line}");
+            Difference { pattern: Pattern::parse(pattern, 16), theirs, ours }
+        })
+        .collect()
+}
+
+/// Every first word, followed by a word that is an operand to some and an instruction (`cpse r3, r20`) to the others.
+#[test]
+#[ignore = "needs binutils-avr: .ci/peers installs it"]
+fn the_gnu_disassembler_reads_every_word_as_we_do() {
+    const SECOND: u16 = 0x1234;
+    let dir = folder("objdump");
+    let bytes: Vec<u8> = (0..=0xFFFFu16).flat_map(|w| [w, SECOND]).flat_map(u16::to_le_bytes).collect();
+    std::fs::write(dir.join("all.bin"), bytes).expect("all.bin");
+    let listing = run(Path::new("avr-objdump"), &["-D", "-z", "-b", "binary", "-m", "avr:5", "all.bin"], &dir).stdout;
+    let listing = String::from_utf8_lossy(&listing);
+    let differences = differences();
+    let mut used = vec![0usize; differences.len()];
+    let mut unexplained = Vec::new();
+    let mut seen = 0u32;
+    for line in listing.lines() {
+        let mut columns = line.split('\t');
+        let (Some(addr), Some(_), Some(mnemonic)) = (columns.next(), columns.next(), columns.next()) else { continue };
+        let Some(addr) = addr.trim().strip_suffix(':').and_then(|a| u32::from_str_radix(a, 16).ok()) else { continue };
+        if addr % 4 != 0 {
+            continue;
+        }
+        seen += 1;
+        let word = (addr / 4) as u16;
+        let theirs = normal(mnemonic.trim(), columns.next().filter(|c| !c.starts_with(';')).unwrap_or(""), 0, false);
+        let pc = addr / 2 & PC_MASK;
+        let text = disassemble(&[word, SECOND], pc);
+        let text = text.text.split(';').next().unwrap_or("").trim().to_owned();
+        let (ours, operands) = text.split_once(' ').unwrap_or((&text, ""));
+        let relative = ours.starts_with("br") && ours != "break" || ours == "rjmp" || ours == "rcall";
+        let both = (theirs, normal(ours, operands, pc, relative));
+        if both.0 == both.1 {
+            continue;
+        }
+        let explains = |d: &Difference| {
+            d.pattern.matches(word.into()) && both.0.split(' ').next() == Some(d.theirs) && ours == d.ours
+        };
+        match differences.iter().position(explains) {
+            Some(n) => used[n] += 1,
+            None => unexplained.push(format!("{word:04x}: objdump `{}`, ours `{}`", both.0, both.1)),
+        }
+    }
+    assert_eq!(seen, 0x1_0000, "lines of avr-objdump understood");
+    let shown = &unexplained[..unexplained.len().min(40)];
+    assert!(unexplained.is_empty(), "{} unexplained:\n{}", unexplained.len(), shown.join("\n"));
+    for (d, n) in differences.iter().zip(&used) {
+        assert!(*n > 0, "no word is read as {} there and {} here any more", d.theirs, d.ours);
+    }
+    println!("65536 words, {} of them read differently for the reasons listed", used.iter().sum::<usize>());
+}

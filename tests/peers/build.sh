@@ -1,0 +1,9 @@
+#!/bin/sh
+# Builds the C programs around simavr's library into the folder given. Needs cc, libsimavr-dev and libelf-dev.
+set -eu
+out=$1
+here=$(cd "$(dirname "$0")" && pwd)
+mkdir -p "$out"
+for name in simavr_step simavr_speed simavr_uart; do
+	cc -std=gnu11 -O2 -Wall -Wextra -o "$out/$name" "$here/$name.c" -lsimavr -lelf
+done

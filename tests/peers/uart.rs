@@ -1,0 +1,49 @@
+//! A program of avr-gcc that prints over USART0 prints the same here as under simavr.
+
+use std::path::Path;
+
+use emu_avr::Avr;
+use emu_avr::chips::ATMEGA328P;
+use emu_core::image::{ElfMachine, load};
+use emu_core::{Cpu, Event, Probe, RamInit};
+
+use crate::{folder, harness, run, source};
+
+/// Enough for the whole program, which then sleeps with interrupts off.
+const CYCLES: u64 = 8_000_000;
+
+/// Keeps what is sent.
+#[derive(Default)]
+struct Sent(Vec<u8>);
+
+impl Probe for Sent {
+    const EVENTS: bool = true;
+    fn event(&mut self, event: Event) -> bool {
+        if let Event::Sent { byte, .. } = event {
+            self.0.push(byte);
+        }
+        false
+    }
+}
+
+#[test]
+#[ignore = "needs avr-gcc and simavr: .ci/peers installs them"]
+fn a_c_program_prints_the_same() {
+    let dir = folder("uart");
+    let source = source("peers/hello.c");
+    let args = ["-mmcu=atmega328p", "-DF_CPU=16000000", "-Os", "-Wall", &source.to_string_lossy(), "-o", "hello.elf"];
+    run(Path::new("avr-gcc"), &args, &dir);
+    let theirs = run(&harness("simavr_uart"), &["hello.elf", &CYCLES.to_string()], &dir).stdout;
+
+    let bytes = std::fs::read(dir.join("hello.elf")).expect("hello.elf");
+    let loaded = load("hello.elf", &bytes, ATMEGA328P.hex, ATMEGA328P.elf, ElfMachine(ATMEGA328P.elf_machine));
+    let mut avr = Avr::new(&ATMEGA328P, &loaded.expect("an image").image, RamInit::Random(1));
+    let mut ours = Sent::default();
+    let stop = avr.run(CYCLES, &mut ours);
+
+    assert!(ours.0.starts_with(b"hello, world\n"), "{stop:?}: {:?}", String::from_utf8_lossy(&ours.0));
+    assert!(ours.0.ends_with(b"sent by interrupt\ndone\n"), "{stop:?}: {:?}", String::from_utf8_lossy(&ours.0));
+    assert_eq!(String::from_utf8_lossy(&ours.0), String::from_utf8_lossy(&theirs));
+    assert_eq!(ours.0, theirs);
+    println!("{} bytes, the same; {stop:?} after {} cycles", theirs.len(), avr.cycle());
+}
