@@ -1,0 +1,124 @@
+//! The chip gives the hand-written traces of `tests/ladder`: compiled, run from random RAM, pins driven and read.
+
+#[path = "ladder/mod.rs"]
+mod table;
+
+use emu_avr::{Avr, chips};
+use emu_core::{Cpu, Level, RamInit, Stop, Time, image};
+use ladder_compile::{Compiled, Map, Options, Place, compile};
+
+/// A chip that stops at the start and the end of its scans.
+struct Bench {
+    cpu: Avr,
+    map: Map,
+}
+
+impl Bench {
+    fn new(compiled: Compiled, seed: u64) -> Bench {
+        let chip = chips::chip(&compiled.map.mcu).expect("a known chip");
+        let loaded = image::load_hex("image", compiled.hex.as_bytes(), chip.hex).expect("a sound image");
+        let mut cpu = Avr::new(chip, &loaded.image, RamInit::Random(seed));
+        cpu.trap(compiled.map.scan_start / 2, true);
+        cpu.trap(compiled.map.scan_end / 2, true);
+        Bench { cpu, map: compiled.map }
+    }
+
+    fn run_to(&mut self, addr: u32) {
+        let limit = self.cpu.cycle() + 1_000_000;
+        assert_eq!(self.cpu.run(limit, &mut ()), Stop::Trap { pc: addr / 2 });
+    }
+
+    /// The pin of an input or output.
+    fn pin(&self, name: &str) -> Option<u8> {
+        let pin = self.map.pins.iter().find(|p| p.name == name)?;
+        self.cpu.chip().pin(&pin.pin)
+    }
+
+    /// Data address, bit and width in bytes of a symbol.
+    fn place(&self, name: &str) -> (u32, Option<u8>) {
+        let symbol = self.map.symbols.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("no {name} in the map"));
+        match &symbol.place {
+            Place::Bit { addr, bit, .. } => (*addr, Some(*bit)),
+            Place::Word { addr, .. } => (*addr, None),
+        }
+    }
+
+    fn peek(&self, addr: u32) -> u8 {
+        self.cpu.peek("data", addr).expect("data memory")
+    }
+
+    fn get(&self, name: &str) -> i32 {
+        if let (true, Some(pin)) = (name.starts_with('Y'), self.pin(name)) {
+            return i32::from(self.cpu.level(pin) == Level::High);
+        }
+        match self.place(name) {
+            (addr, Some(bit)) => i32::from(self.peek(addr) >> bit & 1),
+            (addr, None) => i16::from_le_bytes([self.peek(addr), self.peek(addr + 1)]).into(),
+        }
+    }
+
+    fn set(&mut self, name: &str, value: i32) {
+        let (addr, bit) = self.place(name);
+        match bit {
+            Some(bit) => {
+                let value = self.peek(addr) & !(1 << bit) | u8::from(value != 0) << bit;
+                assert!(self.cpu.poke("data", addr, value));
+            }
+            None => {
+                let [low, high] = (value as i16).to_le_bytes();
+                assert!(self.cpu.poke("data", addr, low) && self.cpu.poke("data", addr + 1, high));
+            }
+        }
+    }
+
+    fn scan(&mut self, values: &[(&str, i32)]) {
+        for &(name, value) in values {
+            if let (true, Some(pin)) = (name.starts_with('X'), self.pin(name)) {
+                let now = Time::at(self.cpu.cycle());
+                self.cpu.drive(now, pin, Level::of(value != 0));
+            }
+        }
+        self.run_to(self.map.scan_start);
+        for &(name, value) in values.iter().filter(|(name, _)| !name.starts_with('X')) {
+            self.set(name, value);
+        }
+        self.run_to(self.map.scan_end);
+    }
+}
+
+#[test]
+fn the_chip_gives_every_line_of_every_trace() {
+    let (mut faults, mut lines, mut refused) = (Vec::new(), 0, Vec::new());
+    for (seed, case) in table::cases().into_iter().enumerate() {
+        let program = ladder::parse("test.ld", &case.program).expect("a sound program").program;
+        let options = Options { mcu: "atmega328p".into(), ..Options::default() };
+        let mut bench = match compile(&program, &options) {
+            Ok(compiled) => Bench::new(compiled, seed as u64),
+            Err(why) => {
+                refused.push(format!("{}: {}", case.name, why[0].code));
+                continue;
+            }
+        };
+        // Inputs that a case leaves alone at first are low.
+        let inputs: Vec<String> =
+            bench.map.pins.iter().filter(|p| p.name.starts_with('X')).map(|p| p.name.clone()).collect();
+        let mut values: Vec<(&str, i32)> = inputs.iter().map(|n| (n.as_str(), 0)).collect();
+        for row in &case.rows {
+            lines += 1;
+            for _ in 0..row.times {
+                let given = case.given.iter().zip(&row.given).filter_map(|(n, v)| Some((n.as_str(), (*v)?)));
+                values.extend(given);
+                bench.scan(&values);
+                values.clear();
+            }
+            let found: Vec<i32> = case.wanted.iter().map(|n| bench.get(n)).collect();
+            if found != row.wanted {
+                faults.push(format!("{}: {}: found {found:?}, wanted {:?}", case.name, row.text, row.wanted));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{faults:#?}");
+    // A coil in the middle of a rung has a meaning and is still refused: that is a rule of the language (LD101 ..).
+    println!("{lines} lines on the chip; refused by the checks: {refused:#?}");
+    assert!(lines > 250 && refused.iter().all(|r| r.contains(": LD1")), "{lines} lines, refused: {refused:#?}");
+}
