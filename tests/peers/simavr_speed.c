@@ -2,7 +2,7 @@
  * How fast simavr's library runs a HEX file: simavr_speed FILE CYCLES [LIMIT].
  *
  * LIMIT is run_cycle_limit, the longest stretch that simavr runs without looking at its timers; without it the library's
- * own default stays. Prints the cycles run, the seconds of CPU and the state reached, as one line.
+ * own default stays. Prints the cycles run, the seconds of CPU, the state reached and run_cycle_limit, as one line.
  */
 #include <inttypes.h>
 #include <stdio.h>
@@ -51,6 +51,6 @@ int main(int argc, char **argv)
 	while (avr->cycle < until && state != cpu_Done && state != cpu_Crashed)
 		state = avr_run(avr);
 	double spent = cpu_seconds() - before;
-	printf("%" PRIu64 " %.6f %d\n", (uint64_t)avr->cycle, spent, state);
+	printf("%" PRIu64 " %.6f %d %" PRIu64 "\n", (uint64_t)avr->cycle, spent, state, (uint64_t)avr->run_cycle_limit);
 	return state == cpu_Crashed;
 }

@@ -1,0 +1,60 @@
+//! The programs of the benches compute what their heads say; a bench of a program that went astray would measure nothing.
+
+#[path = "../benches/programs/assemble.rs"]
+mod programs;
+
+use emu_avr::Avr;
+use emu_avr::chips::ATMEGA328P;
+use emu_core::{Cpu, RamInit, Stop};
+
+fn after(name: &str, cycles: u64) -> Avr {
+    let (_, source) = programs::PROGRAMS.iter().find(|(n, _)| *n == name).unwrap_or_else(|| panic!("{name}"));
+    let image = programs::image(source).unwrap_or_else(|e| panic!("{name}.s: {e}"));
+    let mut avr = Avr::new(&ATMEGA328P, &image, RamInit::Random(1));
+    assert_eq!(avr.run(cycles, &mut ()), Stop::Limit, "{name}");
+    avr
+}
+
+fn data(avr: &Avr, addr: u32, len: u32) -> Vec<u8> {
+    (addr..addr + len).filter_map(|a| avr.peek("data", a)).collect()
+}
+
+#[test]
+fn alu_adds_and_shifts() {
+    // 7 instructions in front, then turns of 14 cycles: the sum is the turns times 9E35C64D plus what r3:0 held.
+    let (start, end) = (after("alu", 7), after("alu", 7 + 14 * 1000));
+    let sum = |avr: &Avr| u32::from_le_bytes(data(avr, 0, 4).try_into().unwrap_or_default());
+    assert_eq!(sum(&end), sum(&start).wrapping_add(0x9E35_C64Du32.wrapping_mul(1000)));
+    let mut register = 1u16;
+    for _ in 0..1000 {
+        register = register >> 1 ^ if register & 1 == 1 { 0xB400 } else { 0 };
+    }
+    assert_eq!(data(&end, 24, 2), register.to_le_bytes());
+}
+
+#[test]
+fn copy_copies() {
+    // 5 + 256 * 7 - 1 + 3 cycles a round.
+    let avr = after("copy", 1799);
+    let from = data(&avr, 0x100, 256);
+    assert!(from.iter().any(|&b| b != from[0]));
+    assert_eq!(data(&avr, 0x300, 256), from);
+}
+
+#[test]
+fn crc_is_the_crc() {
+    let avr = after("crc", 40_000);
+    let crc = data(&avr, 0x100, 256).into_iter().fold(0xFFFFu16, |crc, byte| {
+        (0..8).fold(crc ^ u16::from(byte) << 8, |crc, _| crc << 1 ^ if crc >> 15 == 1 { 0x1021 } else { 0 })
+    });
+    assert_eq!(data(&avr, 0x500, 2), crc.to_le_bytes());
+}
+
+#[test]
+fn poll_counts_overflows() {
+    // The timer overflows every 256 * 1024 cycles; r20 starts with what reset left there.
+    let overflows = |cycles| after("poll", cycles).reg("r20").unwrap_or(0);
+    let start = overflows(1000);
+    assert_eq!(overflows(10 * 262_144 + 500), (start + 10) & 0xFF);
+    assert_eq!(overflows(10 * 262_144 - 500), (start + 9) & 0xFF);
+}

@@ -1,0 +1,65 @@
+//! Our side of `speed.sh`: assembles the programs of `benches/programs`, and runs a HEX file for a number of cycles.
+//!
+//! `speed hex FOLDER` writes every program as NAME.hex; `speed run FILE.hex CYCLES [skip]` prints the cycles run and the
+//! seconds of CPU, with polling loops jumped over only where `skip` is given.
+
+#[path = "../../benches/programs/assemble.rs"]
+mod programs;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use emu_avr::Avr;
+use emu_avr::chips::ATMEGA328P;
+use emu_core::image::{ElfMachine, load, write_hex};
+use emu_core::{Cpu, RamInit};
+
+fn main() -> ExitCode {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let args: Vec<&str> = args.iter().map(String::as_str).collect();
+    let result = match args[..] {
+        ["hex", folder] => hex(Path::new(folder)),
+        ["run", file, cycles] => run(file, cycles, false),
+        ["run", file, cycles, "skip"] => run(file, cycles, true),
+        _ => Err("usage: speed hex FOLDER | speed run FILE.hex CYCLES [skip]".to_owned()),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(cause) => {
+            eprintln!("{cause}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn hex(folder: &Path) -> Result<(), String> {
+    for (name, source) in programs::PROGRAMS {
+        let image = programs::image(source).map_err(|e| format!("{name}.s: {e}"))?;
+        let path = folder.join(format!("{name}.hex"));
+        let segments: Vec<(u32, &[u8])> = image.segments.iter().map(|s| (s.addr, &s.bytes[..])).collect();
+        std::fs::write(&path, write_hex(&segments)).map_err(|e| format!("{}: {e}", path.display()))?;
+        println!("{name}");
+    }
+    Ok(())
+}
+
+/// Seconds that this thread has been on a CPU.
+fn cpu_seconds() -> Result<f64, String> {
+    let text = std::fs::read_to_string("/proc/self/schedstat").map_err(|e| format!("/proc/self/schedstat: {e}"))?;
+    let nanoseconds = text.split_whitespace().next().and_then(|n| n.parse::<f64>().ok());
+    nanoseconds.map(|n| n * 1e-9).ok_or_else(|| "/proc/self/schedstat is not understood".to_owned())
+}
+
+fn run(file: &str, cycles: &str, skip: bool) -> Result<(), String> {
+    let cycles: u64 = cycles.parse().map_err(|e| format!("{cycles}: {e}"))?;
+    let bytes = std::fs::read(file).map_err(|e| format!("{file}: {e}"))?;
+    let machine = ElfMachine(ATMEGA328P.elf_machine);
+    let loaded = load(file, &bytes, ATMEGA328P.hex, ATMEGA328P.elf, machine).map_err(|e| format!("{file}: {e:?}"))?;
+    let mut avr = Avr::new(&ATMEGA328P, &loaded.image, RamInit::Random(1));
+    avr.set_skip(skip);
+    let before = cpu_seconds()?;
+    let stop = avr.run(cycles, &mut ());
+    let spent = cpu_seconds()? - before;
+    println!("{} {spent:.6} {stop:?}", avr.cycle());
+    Ok(())
+}
