@@ -1,7 +1,5 @@
 //! What of a program a check has exercised, for the report.
 
-use std::fmt::Write;
-
 use serde::Serialize;
 
 /// Kinds of things that count.
@@ -106,26 +104,31 @@ impl Coverage {
         Coverage { full: missing.iter().all(|m| m.impossible.is_some()), classes, missing }
     }
 
-    /// One line for the classes, then one for each thing that was not seen.
+    /// One line for the classes.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub fn line(&self) -> String {
         let class = |row: &ClassCoverage| {
             let (name, how) =
                 Class::ALL.iter().find(|(class, ..)| *class == row.class).map_or(("", ""), |&(_, n, h)| (n, h));
             format!("{name} {}/{} {how}", row.covered, row.total)
         };
         let rows: Vec<String> = self.classes.iter().filter(|row| row.total > 0).map(class).collect();
-        let mut text =
-            format!("coverage: {}\n", if rows.is_empty() { "nothing to cover".to_owned() } else { rows.join(", ") });
-        for missing in &self.missing {
+        let all = if rows.is_empty() { "nothing to cover".to_owned() } else { rows.join(", ") };
+        format!("coverage: {all}\n")
+    }
+
+    /// One line for each thing that was not seen.
+    #[must_use]
+    pub fn missed(&self) -> String {
+        let line = |missing: &Missing| {
             let Missing { rung, element, element_text, what, .. } = missing;
             let branch = if missing.class == Class::Branches { "branch at " } else { "" };
             let why = match &missing.impossible {
-                Some(why) => format!("cannot: {why}"),
+                Some(why) => format!("impossible, {why}"),
                 None => "not seen".to_owned(),
             };
-            _ = writeln!(text, "  {branch}rung {rung}, element {element} `{element_text}` {what}: {why}");
-        }
-        text
+            format!("  {branch}rung {rung}, element {element} `{element_text}` {what}: {why}\n")
+        };
+        self.missing.iter().map(line).collect()
     }
 }

@@ -136,7 +136,9 @@ impl Goals {
                     for branch in branches {
                         let first = *id;
                         let at = self.branches(branch, next, id);
-                        if let Some(at) = &at {
+                        // A branch of one element that only passes on or blocks says nothing that the element does not.
+                        let leaves = (id.index - first.index) as usize;
+                        if let Some(at) = at.as_ref().filter(|_| leaves > 1 || !is_plain(branch)) {
                             let both = [("is true", 0, When::Branch(true)), ("is false", 0, When::Branch(false))];
                             self.push(Item { id: first, class: Class::Branches, at: at.clone() }, &both);
                         }
@@ -228,6 +230,13 @@ impl Goals {
     pub fn contradictions(&self) -> usize {
         self.goals.iter().filter(|goal| goal.reached && goal.impossible.is_some()).count()
     }
+}
+
+fn is_plain(branch: &[Node]) -> bool {
+    let timed = |element: &Element| {
+        matches!(element, Element::Timer { .. } | Element::Counter { .. } | Element::Osr | Element::Osf)
+    };
+    !branch.iter().any(|node| matches!(node, Node::Leaf(element, _) if timed(element)))
 }
 
 fn pair(input: bool, output: bool) -> u8 {

@@ -140,7 +140,10 @@ impl Report {
                 counted(*compared, "value")
             );
         }
-        text += &self.coverage.text();
+        text += &self.coverage.line();
+        if self.agreed {
+            text += &self.coverage.missed();
+        }
         let Figures { code_bytes, ram_bytes, period_cycles, scan_cycles_max, scan_cycles_mean } = &self.figures;
         _ = writeln!(
             text,
