@@ -93,6 +93,7 @@ fn usart() {
         20.7.3 a byte arrives with the stop bit's majority | 1:UCSR0B=10 2:UBRR0L=00 50:PD0=H 100:PD0=L 116:PD0=H 132:PD0=L 148:PD0=H 164:PD0=L 180:PD0=H 196:PD0=L 212:PD0=H 228:PD0=L 244:PD0=H 253:UCSR0A?20 254:UCSR0A?A0 255:UDR0!55 256:UCSR0A?20
         20.8.1 a short start bit is noise                  | 1:UCSR0B=10 50:PD0=H 100:PD0=L 107:PD0=H 400:UCSR0A?20 500:PD0=L 516:PD0=H 700:UCSR0A?A0 701:UDR0!FF
         20.8.2 two of three samples decide                 | 1:UCSR0B=10 50:PD0=H 100:PD0=L 109:PD0=H 400:UCSR0A?A0 401:UDR0!FF
+        20.8.2 a start bit may follow the last vote        | 1:UCSR0B=10 50:PD0=H 100:PD0=L 116:PD0=H 254:PD0=L 270:PD0=H 271:UDR0!FF 407:UCSR0A?20 408:UCSR0A?A0 409:UDR0!FF
         20.7.4 a missing stop bit is a frame error         | 1:UCSR0B=10 50:PD0=H 100:PD0=L 400:UCSR0A?B0 401:UDR0!00 402:UCSR0A?20 900:UCSR0A?20
         20.7.3 RXC interrupts until UDR0 is read           | 1:UCSR0B=90 50:PD0=H 100:PD0=L 116:PD0=H 400:irq?USART_RX 401:take=USART_RX 401:irq?USART_RX 402:UDR0!FF 403:irq?-
         20.7.6 RXEN off empties the buffer                 | 1:UCSR0B=10 50:PD0=H 100:PD0=L 116:PD0=H 400:UCSR0B=00 401:UCSR0A?20 402:UCSR0B=10 403:UCSR0A?20
