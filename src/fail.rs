@@ -59,7 +59,7 @@ pub fn finish(result: Result<u8, Failure>, verb: &str, json: bool, terminal: &Te
         Ok(code) => code,
         Err(Failure::Pipe) => exit::OK,
         Err(Failure::Usage(text)) => {
-            eprintln!("error: {text}\n\nFor more information, try 'emu {verb} --help'.");
+            output::tell(&format!("error: {text}\n\nFor more information, try 'emu {verb} --help'.\n"));
             exit::USAGE
         }
         Err(Failure::Refused(diagnostics, text)) => {

@@ -39,7 +39,9 @@ fn main() -> ExitCode {
     panic::set_hook(Box::new(|what| {
         let place = what.location().map_or(String::new(), |l| format!(" at {}:{}", l.file(), l.line()));
         let text = what.payload_as_str().unwrap_or("no message");
-        eprintln!("internal error{place}: {text}\nThis is a fault of emu, not of your files; please report it.");
+        output::tell(&format!(
+            "internal error{place}: {text}\nThis is a fault of emu, not of your files; please report it.\n"
+        ));
     }));
     ExitCode::from(panic::catch_unwind(start).unwrap_or(exit::INTERNAL))
 }

@@ -14,6 +14,11 @@ pub fn print(text: impl AsRef<[u8]>) -> Result<(), Failure> {
     out.write_all(text.as_ref()).and_then(|()| out.flush()).map_err(|error| Failure::writing("-", &error))
 }
 
+/// Writes to standard error. That nobody listens there is no reason to fail.
+pub fn tell(text: &str) {
+    _ = io::stderr().write_all(text.as_bytes());
+}
+
 /// Writes one JSON document to standard output.
 pub fn json(document: &impl Serialize) -> Result<(), Failure> {
     let mut text = serde_json::to_string_pretty(document).map_err(|e| Failure::writing("-", &e.into()))?;

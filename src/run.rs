@@ -176,7 +176,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
     if args.json {
         output::json(&summary::document(&story))?;
     } else if used.iter().any(|(_, file)| *file == "-") {
-        eprint!("{}", summary::text(&story));
+        output::tell(&summary::text(&story));
     } else {
         output::print(summary::text(&story))?;
     }

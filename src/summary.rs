@@ -7,6 +7,8 @@ use emu_debug::text::escape;
 use emu_debug::{Clock, Ended, Names, Plan, Range, Reason};
 use serde_json::{Map, Value, json};
 
+use crate::output;
+
 /// Everything that is told about a run.
 pub struct Story<'a> {
     /// The chip at the end.
@@ -121,7 +123,8 @@ pub fn complain(story: &Story<'_>) {
         _ => return,
     };
     let detail = story.detail().unwrap_or_default();
-    eprintln!("error: {what} at {}, cycle {}: {detail}\n  hint: {hint}", story.place(), story.cpu.cycle());
+    let (place, cycle) = (story.place(), story.cpu.cycle());
+    output::tell(&format!("error: {what} at {place}, cycle {cycle}: {detail}\n  hint: {hint}\n"));
 }
 
 /// The JSON document.

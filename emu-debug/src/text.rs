@@ -29,7 +29,11 @@ pub fn unescape(text: &str) -> Result<Vec<u8>, String> {
             None => return Err("a backslash at the end stands for nothing; write \\\\ for itself".to_owned()),
         });
     }
-    if bytes.is_empty() { Err("an empty text is always there; write at least one character".to_owned()) } else { Ok(bytes) }
+    if bytes.is_empty() {
+        Err("an empty text is always there; write at least one character".to_owned())
+    } else {
+        Ok(bytes)
+    }
 }
 
 /// The way back, in double quotes, for messages: what is not printable ASCII is escaped.

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, PinDef};
 use emu_core::pins::{Event, Level, Time};
 use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, VarType, Writer};
 
@@ -11,7 +11,7 @@ use crate::time::Clock;
 /// Writes a VCD file while a chip runs.
 pub struct Wave {
     out: Writer<Box<dyn Write>>,
-    pins: Vec<IdCode>,
+    pins: Vec<Option<IdCode>>,
     byte: IdCode,
     sent: IdCode,
     scale: Scale,
@@ -22,7 +22,8 @@ pub struct Wave {
 }
 
 impl Wave {
-    /// Writes the head and the levels at the start, one for each of the chip's pins.
+    /// Writes the head and the levels at the start, one for each of the chip's pins; those that the package lacks are left
+    /// out.
     ///
     /// # Errors
     /// What `out` says.
@@ -33,19 +34,20 @@ impl Wave {
         out.comment(&format!("{} at {} Hz", chip.name, clock.hz))?;
         out.timescale(scale.number, scale.unit)?;
         out.add_module(chip.name)?;
-        let wires = chip.pins.iter().map(|pin| out.add_wire(1, pin.name)).collect::<io::Result<Vec<_>>>()?;
+        let wire = |pin: &PinDef| (pin.dip != 0).then(|| out.add_wire(1, pin.name)).transpose();
+        let pins = chip.pins.iter().map(wire).collect::<io::Result<Vec<_>>>()?;
         let byte = out.add_var(VarType::Reg, 8, "uart0_byte", None)?;
         let sent = out.add_var(VarType::Event, 1, "uart0_sent", None)?;
         out.upscope()?;
         out.enddefinitions()?;
         out.timestamp(0)?;
         out.begin(SimulationCommand::Dumpvars)?;
-        for (wire, level) in wires.iter().zip(levels) {
-            out.change_scalar(*wire, value(*level))?;
+        for (wire, level) in pins.iter().zip(levels).filter_map(|(wire, level)| Some(((*wire)?, level))) {
+            out.change_scalar(wire, value(*level))?;
         }
         out.change_vector(byte, [Value::X; 8])?;
         out.end()?;
-        Ok(Wave { out, pins: wires, byte, sent, scale, last: 0, failed: None })
+        Ok(Wave { out, pins, byte, sent, scale, last: 0, failed: None })
     }
 
     /// Notes an event.
@@ -80,8 +82,8 @@ impl Wave {
         self.at(event.at())?;
         match event {
             Event::Edge { pin, level, .. } => match self.pins.get(usize::from(pin)) {
-                Some(&wire) => self.out.change_scalar(wire, value(level)),
-                None => Ok(()),
+                Some(&Some(wire)) => self.out.change_scalar(wire, value(level)),
+                _ => Ok(()),
             },
             Event::Sent { uart: 0, byte, .. } => {
                 let bits = (0..8).rev().map(|bit| Value::from(byte >> bit & 1 == 1));

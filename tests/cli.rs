@@ -1,0 +1,156 @@
+//! The command line, as transcripts: `tests/cli/*.txt`.
+//!
+//! ```text
+//! # a comment                     | a line of standard output
+//! $ emu chips                     ! a line of standard error
+//! < a line of standard input      = exit code
+//! ```
+//! `|...` and `!...` stand for any number of lines. Every file runs in a folder of its own that begins as a copy of
+//! `tests/cli/in`; `$ cat FILE` and `$ ls` look into it. With EMU_BLESS=1 in the environment the transcripts are written
+//! anew (those without `...`), to be read and committed.
+
+mod cli {
+    pub mod transcript;
+}
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use emu_core::rng::Rng;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn text_files(folder: &str, ending: &str) -> Vec<PathBuf> {
+    let entries = fs::read_dir(root().join(folder)).expect("the folder of the tests");
+    let mut files: Vec<PathBuf> = entries.map(|e| e.expect("an entry").path()).collect();
+    files.retain(|f| f.extension().is_some_and(|e| e == ending));
+    files.sort();
+    assert!(!files.is_empty(), "no .{ending} in {folder}");
+    files
+}
+
+/// A fresh folder with the inputs.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cli-{name}"));
+    _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder for the test");
+    for entry in fs::read_dir(root().join("tests/cli/in")).expect("the inputs") {
+        let from = entry.expect("an entry").path();
+        fs::copy(&from, folder.join(from.file_name().expect("a name"))).expect("a copy");
+    }
+    folder
+}
+
+fn emu(folder: &Path, args: &[String], input: &[u8]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_emu"));
+    for name in ["NO_COLOR", "CLICOLOR_FORCE", "COLUMNS"] {
+        command.env_remove(name);
+    }
+    let piped =
+        command.args(args).current_dir(folder).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = piped.spawn().expect("emu starts");
+    // A verb that does not read its input closes it early, which is no failure.
+    _ = std::io::Write::write_all(&mut child.stdin.take().expect("standard input"), input);
+    child.wait_with_output().expect("emu ends")
+}
+
+#[test]
+fn transcripts() {
+    let bless = std::env::var_os("EMU_BLESS").is_some();
+    let mut wrong = Vec::new();
+    for file in text_files("tests/cli", "txt") {
+        let name = file.file_stem().expect("a name").to_string_lossy().into_owned();
+        let folder = folder(&name);
+        let wanted = fs::read_to_string(&file).expect("a transcript");
+        let found = cli::transcript::replay(&wanted, &mut |args, input| emu(&folder, args, input), &folder);
+        if found.differs.is_empty() {
+            continue;
+        }
+        if bless {
+            fs::write(&file, found.text).expect("the transcript is written");
+        } else {
+            wrong.extend(found.differs.into_iter().map(|d| format!("{name}.txt: {d}")));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The HEX files of the transcripts come from the sources beside them, through our own assembler and writer.
+#[test]
+fn images_are_what_their_sources_say() {
+    for source in text_files("tests/cli/in", "s") {
+        let mut words: Vec<u16> = Vec::new();
+        for line in fs::read_to_string(&source).expect("a source").lines() {
+            let code = line.split(';').next().unwrap_or_default().trim();
+            if !code.is_empty() {
+                words
+                    .extend(emu_avr::isa::assemble(code, words.len() as u32).unwrap_or_else(|e| panic!("{code}: {e}")));
+            }
+        }
+        let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
+        let hex = emu_core::image::write_hex(&[(0, &bytes)]);
+        let file = source.with_extension("hex");
+        if std::env::var_os("EMU_BLESS").is_some() {
+            fs::write(&file, &hex).expect("the image is written");
+        }
+        assert_eq!(fs::read_to_string(&file).expect("an image"), hex, "{}", file.display());
+    }
+}
+
+/// Every faulty image of the loader's tests, by every verb that takes images: its code, exit 3, nothing on standard
+/// output. One line a case: file, code.
+#[test]
+fn faulty_images_give_their_code_and_exit_3() {
+    let folder = root().join("emu-core/tests/image");
+    for line in include_str!("cli/images.table").lines().filter(|l| !l.starts_with('#')) {
+        let (file, code) = line.split_once(' ').expect("file and code");
+        for verb in ["run", "disasm"] {
+            let args = [verb, file, "--mcu", "atmega328p"].map(str::to_owned);
+            let out = emu(&folder, &args, b"");
+            let told = String::from_utf8_lossy(&out.stderr);
+            assert_eq!(out.status.code(), Some(3), "{verb} {line}: {told}");
+            assert!(told.contains(&format!("[{code}] error: ")), "{verb} {line}: {told}");
+            assert!(out.stdout.is_empty(), "{verb} {line}");
+        }
+        let args = ["run", file, "--mcu", "atmega328p", "--json"].map(str::to_owned);
+        let out = emu(&folder, &args, b"");
+        let document: serde_json::Value = serde_json::from_slice(&out.stdout).expect("a JSON document");
+        let errors = document["errors"].as_array().expect("errors");
+        assert_eq!((out.status.code(), &document["schema"]), (Some(3), &serde_json::json!(1)), "{line}");
+        assert!(errors.iter().any(|e| e["code"] == code), "{line}: {document}");
+    }
+}
+
+/// Damaged files are run or refused; nothing else ever happens.
+#[test]
+fn damaged_files_never_break_emu() {
+    let folder = folder("damaged");
+    for seed in 0..60u64 {
+        let mut rng = Rng::new(seed);
+        let program = seed % 2 == 0;
+        let mut bytes = fs::read(folder.join(if program { "blinker.ld" } else { "hello.hex" })).expect("an input");
+        for _ in 0..=rng.below(3) {
+            let at = rng.below(bytes.len() as u64) as usize;
+            match rng.below(3) {
+                0 => bytes[at] = rng.next_u64() as u8,
+                1 => _ = bytes.remove(at),
+                _ => bytes.insert(at, b"\r\n\t: 0FZ\x00\xc3"[rng.below(10) as usize]),
+            }
+        }
+        let args: &[&str] = match (program, seed % 3) {
+            (true, 0) => &["sim", "-", "--scans", "3"],
+            (true, 1) => &["compile", "-", "--mcu", "atmega328p"],
+            (true, _) => &["draw", "-"],
+            (false, 0) => &["disasm", "-"],
+            (false, _) => &["run", "-", "--mcu", "atmega328p", "--for", "1ms"],
+        };
+        let args: Vec<String> = args.iter().map(|&a| a.to_owned()).collect();
+        let out = emu(&folder, &args, &bytes);
+        let told = String::from_utf8_lossy(&out.stderr);
+        assert!(matches!(out.status.code(), Some(0 | 3 | 4)), "seed {seed}: {:?} {told}", out.status);
+        assert_eq!(out.status.code() == Some(3), told.contains("] error: "), "seed {seed}: {told}");
+    }
+}

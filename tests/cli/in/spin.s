@@ -1,0 +1,5 @@
+; Counts in RAM for ever.
+ldi   r16, 0x00
+inc   r16
+sts   0x0100, r16
+rjmp  0x0002
