@@ -37,18 +37,19 @@ impl Names<'_> {
         let Some(&(space, size)) = self.chip.spaces.iter().find(|(name, _)| *name == space.trim()) else {
             return Err(format!("{} has no memory `{space}`; memories are {}", self.chip.name, spaces()));
         };
+        let beyond = || format!("`{text}` reaches beyond {space}, whose last address is 0x{:x}", size - 1);
         let (start, end) = match addresses.split_once("..") {
             Some((start, end)) => (self.address(space, start)?, self.address(space, end)?),
             None => {
                 let start = self.address(space, addresses)?;
-                (start, start.saturating_add(1))
+                (start, start.checked_add(1).ok_or_else(beyond)?)
             }
         };
         if start >= end {
             return Err(format!("`{text}` holds no bytes: its end is excluded"));
         }
         if end > size {
-            return Err(format!("`{text}` reaches beyond {space}, whose last address is 0x{:x}", size - 1));
+            return Err(beyond());
         }
         Ok(Range { space, start, end })
     }

@@ -7,7 +7,7 @@ use std::time::Duration;
 pub const MAX_CYCLES: u64 = 1 << 62;
 
 /// Most digits of a number, so that the products below fit in 128 bits.
-const MAX_DIGITS: usize = 18;
+const MAX_DIGITS: usize = 19;
 
 /// How cycles become seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,0 +1,65 @@
+//! The readers of times, addresses, conditions and texts, case by case in `read.txt`.
+
+use emu_avr::chips::ATMEGA328P;
+use emu_core::image::SymbolAt;
+use emu_debug::stimulus::drive;
+use emu_debug::text::{escape, unescape};
+use emu_debug::time::{duration, hertz};
+use emu_debug::until::until;
+use emu_debug::{Clock, Names};
+
+fn read(section: &str, text: &str) -> Result<String, String> {
+    let symbol = |name: &str, space, addr| SymbolAt { name: name.to_owned(), space, addr, size: 2 };
+    let symbols = [symbol("main", "flash", 0x80), symbol("cell", "data", 0x104)];
+    let names = Names { chip: &ATMEGA328P, symbols: &symbols };
+    match section {
+        "cycles" => {
+            let (hz, rest) = text.split_once(' ').expect("Hz");
+            let (per_cycle, text) = rest.split_once(' ').expect("clocks a cycle");
+            let clock = Clock { hz: hz.parse().expect("Hz"), clocks_per_cycle: per_cycle.parse().expect("clocks") };
+            clock.cycles(text).map(|c| c.to_string())
+        }
+        "hertz" => hertz(text).map(|hz| hz.to_string()),
+        "duration" => duration(text).map(|d| d.as_nanos().to_string()),
+        "range" => names.range(text).map(|r| format!("{} {} {}", r.space, r.start, r.end)),
+        "until" => until(&names, text).map(|u| format!("{u:?}")),
+        "drive" => drive(&ATMEGA328P, Clock { hz: 16_000_000, clocks_per_cycle: 1 }, text)
+            .map(|d| format!("{} 8*{}+{} {:?}", d.at, d.pin / 8, d.pin % 8, d.level)),
+        "unescape" => unescape(text).map(|b| b.iter().map(|b| format!("{b:02x}")).collect::<Vec<_>>().join(" ")),
+        other => panic!("no section {other}"),
+    }
+}
+
+#[test]
+fn readers() {
+    let (mut section, mut wrong, mut count) = ("", Vec::new(), 0);
+    for line in include_str!("read.txt").lines().filter(|l| !l.is_empty() && !l.starts_with('#')) {
+        if let Some(rest) = line.strip_prefix('[') {
+            section = rest.split(']').next().unwrap_or_default();
+            continue;
+        }
+        let (text, wanted) = line.rsplit_once("= ").expect("text = meaning");
+        let found = read(section, text.trim_end());
+        let same = match (&found, wanted.strip_prefix('!')) {
+            (Err(error), Some(part)) => error.contains(part),
+            (Ok(found), None) => found == wanted,
+            _ => false,
+        };
+        count += 1;
+        if !same {
+            wrong.push(format!("[{section}] {line}\n    found {found:?}"));
+        }
+    }
+    assert!(count > 100, "only {count} cases were read");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Bytes written as text come back from it.
+#[test]
+fn escapes_come_back() {
+    let all: Vec<u8> = (0..=255).collect();
+    let text = escape(&all);
+    let inner = text.strip_prefix('"').and_then(|t| t.strip_suffix('"')).expect("quotes");
+    assert!(text.is_ascii());
+    assert_eq!(unescape(inner), Ok(all));
+}

@@ -1,0 +1,72 @@
+//! The runner, case by case in `run.txt`: a program, what is waited for, how and when it ended.
+
+use emu_avr::Avr;
+use emu_avr::chips::ATMEGA328P;
+use emu_core::cpu::{Cpu, RamInit};
+use emu_core::image::{Image, Segment};
+use emu_debug::stimulus::{drive, queue};
+use emu_debug::until::until;
+use emu_debug::{Clock, Names, Plan};
+
+const WORDS: &[&str] = &["until", "at", "limit", "expect", "fail", "trap", "host"];
+
+fn image(program: &str) -> Image {
+    let mut words: Vec<u16> = Vec::new();
+    for line in program.split(';') {
+        words.extend(emu_avr::isa::assemble(line.trim(), words.len() as u32).unwrap_or_else(|e| panic!("{line}: {e}")));
+    }
+    let bytes = words.iter().flat_map(|w| w.to_le_bytes()).collect();
+    Image { segments: vec![Segment { space: "flash", addr: 0, bytes }], ..Image::default() }
+}
+
+/// Takes `until a b at c` apart: every word of [`WORDS`] begins a part.
+fn parts(text: &str) -> Vec<(&str, String)> {
+    let mut parts: Vec<(&str, String)> = Vec::new();
+    for word in text.split_whitespace() {
+        match (WORDS.contains(&word), parts.last_mut()) {
+            (true, _) => parts.push((word, String::new())),
+            (false, Some((_, rest))) => *rest = format!("{rest} {word}").trim().to_owned(),
+            (false, None) => panic!("`{word}` in `{text}`"),
+        }
+    }
+    parts
+}
+
+fn run(program: &str, waits: &str) -> String {
+    let image = image(program);
+    let names = Names { chip: &ATMEGA328P, symbols: &[] };
+    let mut cpu = Avr::new(&ATMEGA328P, &image, RamInit::Zero);
+    let mut plan = Plan { limit: 100_000, ..Plan::default() };
+    let (mut drives, mut host) = (Vec::new(), true);
+    let clock = Clock { hz: 16_000_000, clocks_per_cycle: 1 };
+    for (word, text) in parts(waits) {
+        match word {
+            "until" => plan.until.push(until(&names, &text).expect("a condition")),
+            "at" => drives.push(drive(&ATMEGA328P, clock, &text).expect("a drive")),
+            "limit" => plan.limit = text.parse().expect("cycles"),
+            "expect" => plan.expect = Some(text.into_bytes()),
+            "fail" => plan.fail = Some(text.into_bytes()),
+            "trap" => plan.trap_ram = true,
+            _ => host = false,
+        }
+    }
+    queue(&mut cpu, &drives);
+    let ended = emu_debug::run(&mut cpu, &plan, None, &mut |_| host).expect("no file is written");
+    format!("{:?} {}", ended.reason, cpu.cycle())
+}
+
+#[test]
+fn runs() {
+    let (mut wrong, mut count) = (Vec::new(), 0);
+    for line in include_str!("run.txt").lines().filter(|l| !l.is_empty() && !l.starts_with('#')) {
+        let columns: Vec<&str> = line.split(" | ").map(str::trim).collect();
+        let [program, waits, wanted] = columns[..] else { panic!("three columns wanted: {line}") };
+        let found = run(program, waits);
+        count += 1;
+        if found != wanted {
+            wrong.push(format!("{line}\n    found {found}"));
+        }
+    }
+    assert!(count > 30, "only {count} cases were read");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
