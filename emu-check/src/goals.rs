@@ -1,5 +1,7 @@
 //! What a check should bring about, and what of it has happened: seen on the evaluator, element by element.
 
+use std::collections::HashMap;
+
 use ladder::{CounterKind, Element, ElementId, Node, Operand, Program, TimerKind};
 use ladder_eval::Evaluator;
 
@@ -202,15 +204,16 @@ impl Goals {
 
     /// The report.
     pub fn coverage(&self, program: &Program) -> Coverage {
-        let text = |id: ElementId| {
-            let found = program.elements().find(|(other, _, _)| *other == id);
-            found.map_or_else(String::new, |(_, element, _)| ladder::element_text(element))
-        };
-        let items = self.items.iter().enumerate().map(|(n, item)| {
-            let mut possible = self.goals.iter().filter(|g| g.item == n && g.impossible.is_none()).peekable();
-            let some = possible.peek().is_some();
-            (item.class, some.then(|| possible.all(|goal| goal.reached)))
-        });
+        let elements: HashMap<ElementId, &Element> = program.elements().map(|(id, element, _)| (id, element)).collect();
+        let text = |id| elements.get(&id).map_or_else(String::new, |element| ladder::element_text(element));
+        // Per item: nothing while no goal of it is possible, then whether all that are have been reached.
+        let mut states = vec![None; self.items.len()];
+        for goal in self.goals.iter().filter(|goal| goal.impossible.is_none()) {
+            if let Some(state) = states.get_mut(goal.item) {
+                *state = Some(state.unwrap_or(true) && goal.reached);
+            }
+        }
+        let items = self.items.iter().map(|item| item.class).zip(states);
         let missing = self.goals.iter().filter(|goal| !goal.reached).filter_map(|goal| {
             let item = self.items.get(goal.item)?;
             Some(Missing {

@@ -24,6 +24,8 @@ mod rig;
 mod run;
 mod shrink;
 mod stimulus;
+#[cfg(test)]
+mod tests;
 mod wishes;
 
 use diag::{Diagnostic, Pos, Severity};

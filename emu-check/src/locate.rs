@@ -67,7 +67,7 @@ fn walk<C: Cpu, F: Fn(u64) -> C>(
     let mut stops = Stops::new();
     // A program that goes round in circles here has more stops than elements.
     for _ in 0..map.elements.len() + 8 {
-        let pc = pair.rig.to_next().ok()?;
+        let pc = pair.rig.reach_next().ok()?;
         if Some(pc) == bench.places.pc(Point::FirstRung) {
             pair.flip(last);
         }

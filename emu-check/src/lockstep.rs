@@ -92,7 +92,7 @@ impl<'a, C: Cpu> Pair<'a, C> {
     /// it, and gives both sides this scan's inputs and writes.
     pub fn begin(&mut self, step: &Step) -> Result<u64, Mismatch> {
         self.rig.drive(step.inputs.iter().copied());
-        self.rig.to_scan_start().map_err(|a| astray(&a, self.places))?;
+        self.rig.reach_start().map_err(|a| astray(&a, self.places))?;
         let cycle = self.rig.cpu.cycle();
         let ((from, to), at) = self.rig.punctual();
         if at < from || at > to {
@@ -122,10 +122,10 @@ impl<'a, C: Cpu> Pair<'a, C> {
         let start = self.rig.cpu.cycle();
         let seen = Seen::scan(&mut self.eval);
         let lost = |a: Astray| astray(&a, self.places);
-        if self.rig.to_first_rung().map_err(lost)? {
+        if self.rig.reach_rungs().map_err(lost)? {
             self.flip(step);
         }
-        self.rig.to_scan_end().map_err(lost)?;
+        self.rig.reach_end().map_err(lost)?;
         compared += self.symbols(What::Symbol, 0..self.eval.symbols().len())? + self.pins()?;
         Ok(Agreed { compared, cycles: self.rig.cpu.cycle() - start, seen })
     }

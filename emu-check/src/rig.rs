@@ -58,14 +58,14 @@ impl<'a, C: Cpu> Rig<'a, C> {
     }
 
     /// Runs to the next start of a scan.
-    pub fn to_scan_start(&mut self) -> Result<(), Astray> {
+    pub fn reach_start(&mut self) -> Result<(), Astray> {
         self.run_to(Point::ScanStart, 0)?;
         self.scans += 1;
         Ok(())
     }
 
     /// Runs to the first rung; false where that is no place of its own.
-    pub fn to_first_rung(&mut self) -> Result<bool, Astray> {
+    pub fn reach_rungs(&mut self) -> Result<bool, Astray> {
         match self.places.pc(Point::FirstRung) {
             Some(_) => self.run_to(Point::FirstRung, 0).map(|()| true),
             None => Ok(false),
@@ -73,12 +73,12 @@ impl<'a, C: Cpu> Rig<'a, C> {
     }
 
     /// Runs to the end of the scan.
-    pub fn to_scan_end(&mut self) -> Result<(), Astray> {
+    pub fn reach_end(&mut self) -> Result<(), Astray> {
         self.run_to(Point::ScanEnd, 0)
     }
 
     /// Runs to whatever trap comes next; a wrong one is not an error here. Gives the program word.
-    pub fn to_next(&mut self) -> Result<u32, Astray> {
+    pub fn reach_next(&mut self) -> Result<u32, Astray> {
         let until = self.until(0);
         match self.cpu.run(until, &mut ()) {
             Stop::Trap { pc } => Ok(pc),

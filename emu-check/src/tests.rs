@@ -1,0 +1,128 @@
+//! Stimulus, goals and what is called impossible, on the evaluator alone.
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use ladder::Program;
+use ladder_eval::Evaluator;
+
+use crate::goals::{Goals, Seen};
+use crate::hints::Hints;
+use crate::stimulus::{Step, Stimulus};
+use crate::wishes::Wishes;
+
+fn program(rungs: &str) -> Program {
+    let text = format!("LDmicro0.1\nCYCLE=1000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\n{rungs}\n");
+    ladder::parse("test.ld", &text).unwrap_or_else(|faults| panic!("{faults:?}")).program
+}
+
+/// The first `scans` steps with the seeds of the runs that they belong to, and the goals as they stand then.
+fn drawn(program: &Program, seed: u64, scans: usize) -> (Vec<(u64, Step)>, Goals) {
+    let power_up = Evaluator::new(program).unwrap_or_else(|refusal| panic!("{refusal}"));
+    let hints = Hints::new(program, &power_up);
+    let mut goals = Goals::new(program, &power_up);
+    let mut stimulus = Stimulus::new(seed, Wishes::new(program, &power_up));
+    let (mut eval, mut run) = (power_up.clone(), 0);
+    let mut steps = Vec::new();
+    for _ in 0..scans {
+        if let Some(ram_seed) = stimulus.begin(&hints) {
+            (eval, run) = (power_up.clone(), ram_seed);
+        }
+        let step = stimulus.step(&hints, &eval, &goals);
+        step.apply(&hints, &mut eval);
+        goals.mark(&Seen::scan(&mut eval));
+        steps.push((run, step));
+    }
+    (steps, goals)
+}
+
+const THREE: &str = "
+    RUNG\n CONTACTS Xa 0\n CONTACTS Xb 0\n TON Ta 9000\n COIL Rx 0 0 0\n END
+    RUNG\n CONTACTS Xc 0\n CTU Cn 7\n COIL Yq 0 0 0\n END";
+
+#[test]
+fn the_same_seed_draws_the_same_and_less_is_a_part_of_more() {
+    let program = program(THREE);
+    let (more, _) = drawn(&program, 5, 900);
+    assert_eq!(drawn(&program, 5, 900).0, more);
+    assert_eq!(drawn(&program, 5, 333).0, more[..333]);
+    assert_ne!(drawn(&program, 6, 900).0, more);
+}
+
+#[test]
+fn few_inputs_see_every_combination_without_a_write() {
+    let (steps, _) = drawn(&program(THREE), 1, 60);
+    let seen: BTreeSet<&[bool]> = steps.iter().map(|(_, step)| step.inputs.as_slice()).collect();
+    assert_eq!(seen.len(), 8);
+    assert!(steps.iter().take(56).all(|(_, step)| step.writes.is_empty()));
+}
+
+#[test]
+fn all_boundaries_are_written_in_a_default_check() {
+    let (steps, _) = drawn(&program(THREE), 1, 2_000);
+    let written: BTreeSet<i32> = steps.iter().flat_map(|(_, s)| s.writes.iter().map(|w| w.1)).collect();
+    // The issue's values, and preset 8 and limit 7 with their neighbours.
+    for value in [0, 1, -1, 100, 0x7FFF, -0x8000, 255, 256, 6, 7, 8, 9] {
+        assert!(written.contains(&value), "{value} is never written");
+    }
+}
+
+/// `rungs | what is not seen, with the reason`, each a line of the coverage; several are joined by `;`.
+#[rustfmt::skip]
+const IMPOSSIBLE: &[(&str, &str)] = &[
+    ("CONTACTS Xa 0\n COIL Ya 0 0 0", ""),
+    ("COIL Ya 0 0 0", "1.1 stores 0: impossible, its rung is always true there"),
+    ("OPEN\n CONTACTS Xa 0\n COIL Ya 0 0 0",
+     "1.2 passes: impossible, its rung is never true there; 1.2 blocks: impossible, its rung is never true there; \
+      1.3 stores 1: impossible, its rung is never true there"),
+    ("LES 3 5\n COIL Ya 0 0 0",
+     "1.1 is false: impossible, it passes whenever its rung is true; \
+      1.2 stores 0: impossible, its rung is always true there"),
+    ("GRT n 32767\n COIL Ya 0 0 0",
+     "1.1 is true: impossible, it blocks whenever its rung is true; \
+      1.2 stores 1: impossible, its rung is never true there"),
+    ("CONTACTS Xa 0\n TON Ta 9000\n COIL Ya 0 0 0", ""),
+    ("TON Ta 9000\n COIL Ya 0 0 0", "1.1 is reset: impossible, its rung is always true there"),
+    ("CTU Cn -32768\n COIL Ya 0 0 0",
+     "1.1 is below its limit: impossible, its limit leaves no other case; \
+      1.2 stores 0: impossible, its rung is always true there"),
+    // What correlates without an input is not found out, and not called impossible.
+    ("CONTACTS Ra 0\n CONTACTS Ra 0\n COIL Ya 0 0 0", "1.2 blocks: not seen"),
+    ("CONTACTS Xa 0\n CONTACTS Xa 0\n COIL Ya 0 0 0", "1.2 blocks: impossible, it passes whenever its rung is true"),
+    ("PARALLEL\n SERIES\n MOVE n 4\n END\n RTO Ta 9000\n END\n END\nRUNG\n EQU n 4\n COIL Ya 0 0 0",
+     "1.1 rests: impossible, its rung is always true there; 1.2 holds: impossible, its rung is always true there; \
+      2.1 is false: impossible, it passes whenever its rung is true; \
+      2.2 stores 0: impossible, its rung is always true there"),
+];
+
+#[test]
+fn exceptions_have_a_name_and_a_reason() {
+    for (rungs, wanted) in IMPOSSIBLE {
+        let program = program(&format!("RUNG\n {rungs}\nEND"));
+        let (_, goals) = drawn(&program, 1, 2_000);
+        let coverage = goals.coverage(&program);
+        let line = |m: &crate::Missing| {
+            let why = m.impossible.as_ref().map_or("not seen".to_owned(), |why| format!("impossible, {why}"));
+            format!("{}.{} {}: {why}", m.rung, m.element, m.what)
+        };
+        let found: Vec<String> = coverage.missing.iter().map(line).collect();
+        assert_eq!(found.join("; "), *wanted, "{rungs}");
+        assert_eq!(coverage.full, !wanted.contains("not seen"), "{rungs}");
+    }
+}
+
+#[test]
+fn nothing_called_impossible_ever_happens() {
+    for folder in ["tests/programs", "../examples"] {
+        let Ok(entries) = fs::read_dir(format!("{}/{folder}", env!("CARGO_MANIFEST_DIR"))) else { continue };
+        for path in entries.map(|entry| entry.expect("an entry").path()) {
+            let text = fs::read_to_string(&path).expect("a program");
+            let program = ladder::parse("test.ld", &text).unwrap_or_else(|faults| panic!("{faults:?}")).program;
+            for seed in 0..4 {
+                let (_, goals) = drawn(&program, seed, 2_000);
+                assert_eq!(goals.contradictions(), 0, "{}, seed {seed}", path.display());
+                assert!(!goals.open(), "{}, seed {seed}: {:?}", path.display(), goals.coverage(&program).missing);
+            }
+        }
+    }
+}
