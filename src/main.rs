@@ -38,7 +38,9 @@ use report::Terminal;
 fn main() -> ExitCode {
     panic::set_hook(Box::new(|what| {
         let place = what.location().map_or(String::new(), |l| format!(" at {}:{}", l.file(), l.line()));
-        let text = what.payload_as_str().unwrap_or("no message");
+        let payload = what.payload();
+        let text = payload.downcast_ref::<&str>().copied().or(payload.downcast_ref::<String>().map(String::as_str));
+        let text = text.unwrap_or("no message");
         output::tell(&format!(
             "internal error{place}: {text}\nThis is a fault of emu, not of your files; please report it.\n"
         ));

@@ -40,8 +40,11 @@ impl Terminal {
 /// Draws complaints on standard error. `text` is the file that they are about.
 pub fn report(terminal: &Terminal, diagnostics: &[Diagnostic], text: &[u8]) {
     let mut drawn = Vec::new();
-    let lines = (!diagnostics.is_empty()).then(|| String::from_utf8_lossy(text)).unwrap_or_default();
-    let lines: Vec<&str> = lines.split('\n').collect();
+    if diagnostics.is_empty() {
+        return;
+    }
+    let text = String::from_utf8_lossy(text);
+    let lines: Vec<&str> = text.split('\n').collect();
     for diagnostic in diagnostics {
         let line = (diagnostic.pos.line as usize).checked_sub(1).and_then(|n| lines.get(n));
         match line.filter(|line| line.len() <= MAX_LENGTH && diagnostic.pos.line <= MAX_NUMBER) {

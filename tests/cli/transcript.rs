@@ -10,6 +10,8 @@ pub struct Replayed {
     pub text: String,
     /// What differs, one entry a command.
     pub differs: Vec<String>,
+    /// One of them has `...`, so it must be mended by hand.
+    pub by_hand: bool,
 }
 
 /// One command of a transcript.
@@ -23,7 +25,7 @@ struct Block<'a> {
 
 /// Replays a transcript; `emu` runs the binary with arguments and standard input.
 pub fn replay(text: &str, emu: &mut dyn FnMut(&[String], &[u8]) -> Output, folder: &Path) -> Replayed {
-    let mut out = Replayed { text: String::new(), differs: Vec::new() };
+    let mut out = Replayed { text: String::new(), differs: Vec::new(), by_hand: false };
     let mut block: Option<Block<'_>> = None;
     for (number, line) in text.lines().enumerate() {
         if let Some(command) = line.strip_prefix("$ ") {
@@ -83,6 +85,7 @@ fn finish(
         out.text += &format!("{line}\n");
     }
     if !same {
+        out.by_hand |= open;
         let (wanted, found) = (block.wanted.join("\n"), found.join("\n"));
         let (line, command) = (block.line, block.command);
         out.differs.push(format!("line {line}: {command}\n--- wanted\n{wanted}\n--- found\n{found}\n"));
