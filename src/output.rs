@@ -114,12 +114,17 @@ pub fn owners(outputs: &[(&str, &str)]) -> Result<(), Failure> {
 /// Refuses an output that would replace the input.
 pub fn spares(input: &str, outputs: &[(&str, &str)]) -> Result<(), Failure> {
     match outputs.iter().find(|(_, file)| input != "-" && same_place(input, file)) {
-        Some((flag, file)) => Err(Failure::Usage(format!("{flag} {file} would replace the program itself"))),
+        Some((flag, file)) => Err(Failure::Usage(format!("{flag} {file} would replace the input"))),
         None => Ok(()),
     }
 }
 
 fn same_place(a: &str, b: &str) -> bool {
-    let whole = |file: &str| fs::canonicalize(file).unwrap_or_else(|_| Path::new(file).to_owned());
+    let whole = |file: &str| {
+        let path = Path::new(file);
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let beside = || Some(fs::canonicalize(folder).ok()?.join(path.file_name()?));
+        fs::canonicalize(path).ok().or_else(beside).unwrap_or_else(|| path.to_owned())
+    };
     a == b || a != "-" && b != "-" && whole(a) == whole(b)
 }

@@ -44,10 +44,10 @@ pub fn report(terminal: &Terminal, diagnostics: &[Diagnostic], text: &[u8]) {
         return;
     }
     let text = String::from_utf8_lossy(text);
-    let lines: Vec<&str> = text.split('\n').collect();
+    let lines: Vec<&str> = text.split('\n').take(MAX_NUMBER as usize).collect();
     for diagnostic in diagnostics {
         let line = (diagnostic.pos.line as usize).checked_sub(1).and_then(|n| lines.get(n));
-        match line.filter(|line| line.len() <= MAX_LENGTH && diagnostic.pos.line <= MAX_NUMBER) {
+        match line.filter(|line| line.len() <= MAX_LENGTH) {
             Some(line) => draw(terminal, diagnostic, line, &mut drawn),
             None => plain(terminal, diagnostic, &mut drawn),
         }

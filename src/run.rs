@@ -127,6 +127,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         [stdout, ("--uart", args.uart.as_deref().unwrap_or("")), ("--vcd", args.vcd.as_deref().unwrap_or(""))];
     let used: Vec<_> = outputs.into_iter().filter(|(_, file)| !file.is_empty()).collect();
     output::owners(&used)?;
+    output::spares(&args.image, &used)?;
     let image = input::image(&args.image, chip, terminal)?;
     let names = Names { chip, symbols: &image.symbols };
     let init = match args.ram {

@@ -42,6 +42,9 @@ pub struct SimArgs {
     pub json: bool,
 }
 
+/// Most values of a trace, which is held in memory as a whole.
+const MAX_VALUES: u64 = 20_000_000;
+
 /// A symbol is given a value before a scan.
 struct Change {
     scan: u64,
@@ -58,6 +61,11 @@ pub fn sim(args: &SimArgs, terminal: &Terminal) -> Result<u8, Failure> {
     };
     let changes = changes(args, &evaluator)?;
     let count = evaluator.symbols().len();
+    let most = MAX_VALUES / (count as u64).max(1);
+    if args.scans > most {
+        let why = format!("with {count} symbols at most {most} scans are traced at once");
+        return Err(Failure::value("--scans <N>", &args.scans.to_string(), &why));
+    }
     let mut rows: Vec<Vec<i32>> = Vec::new();
     for scan in 1..=args.scans {
         for change in changes.iter().filter(|c| c.scan == scan) {

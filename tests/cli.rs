@@ -144,6 +144,21 @@ fn every_flag_is_documented() {
     }
 }
 
+/// When nobody reads the result any more, that is no failure. The verb waits for its input until the pipe is closed.
+#[test]
+fn a_closed_pipe_is_no_failure() {
+    for verb in [&["draw", "-"][..], &["sim", "-", "--json"], &["compile", "-", "--mcu", "atmega328p"]] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_emu"));
+        let piped = command.args(verb).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = piped.spawn().expect("emu starts");
+        drop(child.stdout.take());
+        let program = include_bytes!("cli/in/blinker.ld");
+        std::io::Write::write_all(&mut child.stdin.take().expect("standard input"), program).expect("it is read");
+        let out = child.wait_with_output().expect("emu ends");
+        assert_eq!((out.status.code(), String::from_utf8_lossy(&out.stderr).as_ref()), (Some(0), ""), "{verb:?}");
+    }
+}
+
 /// Damaged files are run or refused; nothing else ever happens.
 #[test]
 fn damaged_files_never_break_emu() {

@@ -116,6 +116,7 @@ impl Scale {
     /// The coarsest of 1 ns, 100 ps, 10 ps and 1 ps in which a clock is a whole number of ticks; 1 ps where it is in
     /// none, and then times are rounded down.
     fn of(clock: Clock) -> Scale {
+        let clock = Clock { hz: clock.hz.max(1), ..clock };
         let scales = [
             (1, TimescaleUnit::NS, 1_000_000_000),
             (100, TimescaleUnit::PS, 10_000_000_000),
