@@ -31,8 +31,8 @@ Exit codes:
 #[derive(Debug, Parser)]
 #[command(name = "emu", version, after_help = TOUR, max_term_width = 100, arg_required_else_help = true)]
 pub struct Cli {
-    /// Colours in messages; NO_COLOR and CLICOLOR_FORCE are honoured with `auto`.
-    #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
+    /// Colours in messages: auto, always or never; auto looks at the terminal, NO_COLOR and CLICOLOR_FORCE.
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto", hide_possible_values = true)]
     pub color: Color,
     /// What to do.
     #[command(subcommand)]
