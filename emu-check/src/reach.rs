@@ -238,7 +238,8 @@ fn math(op: MathOp, a: &[i16], b: &[i16]) -> Values {
     few(a.iter().flat_map(|a| b.iter().map(move |b| one(*a, *b))).collect())
 }
 
-fn holds(op: CompareOp, a: i16, b: i16) -> bool {
+/// The truth of a comparison.
+pub(crate) fn holds(op: CompareOp, a: i16, b: i16) -> bool {
     match op {
         CompareOp::Equ => a == b,
         CompareOp::Neq => a != b,

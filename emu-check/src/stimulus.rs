@@ -79,6 +79,9 @@ pub(crate) const SWEEP: usize = 8;
 /// Steps drawn per scan while something is not covered; the one that covers most is taken.
 const DRAWS: usize = 10;
 
+/// Steps drawn per scan for a wish.
+const TRIES: usize = 24;
+
 /// How one input moves for a while.
 #[derive(Debug, Clone, Copy)]
 enum Mode {
@@ -153,7 +156,7 @@ impl Stimulus {
         let writes = self.kind.1 != Writes::Nothing && (self.first || self.kind.1 != Writes::First);
         let step = match (writes, self.rng.below(4)) {
             (true, 0 | 1) if goals.open() => self.covering(hints, eval, goals, drawn),
-            (true, 2 | 3) if self.kind.1 == Writes::Every => self.wished(hints, eval, drawn),
+            (true, 1..) if self.kind.1 == Writes::Every => self.wished(hints, eval, drawn),
             _ => drawn,
         };
         self.inputs.clone_from(&step.inputs);
@@ -179,7 +182,7 @@ impl Stimulus {
     fn wished(&mut self, hints: &Hints, eval: &Evaluator, step: Step) -> Step {
         let Some(wish) = self.wishes.choose() else { return step };
         let mut candidate = step.clone();
-        for _ in 0..DRAWS {
+        for _ in 0..TRIES {
             if self.wishes.grant(wish, eval, hints, &mut candidate) {
                 return candidate;
             }

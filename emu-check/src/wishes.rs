@@ -4,15 +4,16 @@
 //! Random values rarely bring an integer to its limit while all contacts beside the comparison pass, so a limit that
 //! is off by one would hide. Each wish is tried with several states; one that cannot be granted is dropped.
 
-use ladder::{Element, Operand, Program, SymbolKind};
+use ladder::{CompareOp, Element, Operand, Program, SymbolKind};
 use ladder_eval::Evaluator;
 
 use crate::goals::Seen;
 use crate::hints::{Hints, constants};
+use crate::reach::holds;
 use crate::stimulus::Step;
 
 /// A wish that failed so often is dropped.
-const PATIENCE: u32 = 400;
+const PATIENCE: u32 = 1_000;
 
 /// An integer at one value.
 #[derive(Debug, Clone)]
@@ -53,25 +54,27 @@ impl Wishes {
         for (at, (_, element, _)) in elements.enumerate() {
             let plain = matches!(element, Element::Contacts { .. } | Element::Compare { .. } | Element::Short);
             stores.push(!plain);
-            let mut wish = |symbol: Option<usize>, target: &dyn Fn(i32) -> Target| {
-                let around = [0, -1, 1].into_iter().map(target);
-                wishes.extend(symbol.into_iter().flat_map(|symbol| {
-                    around.clone().map(move |target| Wish { at, symbol, target, failed: 0, granted: false })
-                }));
+            let mut wish = |symbol: Option<usize>, targets: Vec<Target>| {
+                let wish = |symbol| move |target| Wish { at, symbol, target, failed: 0, granted: false };
+                wishes.extend(symbol.into_iter().flat_map(|symbol| targets.iter().copied().map(wish(symbol))));
             };
             match element {
                 Element::Timer { name, .. } | Element::Counter { name, .. } => {
-                    let limits = constants(program, element);
-                    limits.iter().for_each(|&limit| wish(integer(name), &|d| Target::Value(limit + d)));
+                    let around = |limit: i32| [limit - 1, limit].map(Target::Value);
+                    wish(integer(name), constants(program, element).into_iter().flat_map(around).collect());
                 }
-                Element::Compare { op1, op2, .. } => match (op1, op2) {
-                    (Operand::Var(name), Operand::Const { value, .. })
-                    | (Operand::Const { value, .. }, Operand::Var(name)) => {
-                        wish(integer(name), &|d| Target::Value(*value as i32 + d));
+                Element::Compare { op, op1, op2 } => match (op1, op2) {
+                    (Operand::Var(name), Operand::Const { value, .. }) => {
+                        let values = turns(*op).map(|d| Target::Value(*value as i32 + d));
+                        wish(integer(name), values.collect());
+                    }
+                    (Operand::Const { value, .. }, Operand::Var(name)) => {
+                        let values = turns(*op).map(|d| Target::Value(*value as i32 - d));
+                        wish(integer(name), values.collect());
                     }
                     (Operand::Var(a), Operand::Var(b)) if a != b => {
                         if let Some(other) = integer(b) {
-                            wish(integer(a), &|d| Target::Near(other, d));
+                            wish(integer(a), turns(*op).map(|d| Target::Near(other, d)).collect());
                         }
                     }
                     _ => {}
@@ -117,6 +120,12 @@ impl Wishes {
         wish.failed += u32::from(!wish.granted);
         wish.granted
     }
+}
+
+/// The distances of the left operand from the right one at which one more or less changes the outcome.
+fn turns(op: CompareOp) -> impl Iterator<Item = i32> {
+    let turns = move |d: i16| holds(op, d, 0) != holds(op, d - 1, 0) || holds(op, d, 0) != holds(op, d + 1, 0);
+    (-1..=1).filter(move |d| turns(*d)).map(i32::from)
 }
 
 /// True when the two scans, which differ by one in the wished integer, differ in what the element does and in what is
