@@ -42,6 +42,12 @@ impl Hints {
                     constants.iter().for_each(|&c| own.extend([c - 1, c, c + 1]));
                 }
             });
+            // A counter turns over at the ends of 16 bits, too.
+            if let Element::Counter { name, .. } = element
+                && let Some(own) = eval.index(name).and_then(|i| own.get_mut(i))
+            {
+                own.extend([i32::from(i16::MIN), i32::from(i16::MAX)]);
+            }
             constants.iter().for_each(|&c| all.extend([c - 1, c, c + 1, -c]));
         }
         for values in own.iter_mut().chain([&mut all]) {

@@ -2,7 +2,7 @@
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::cpu::Cpu;
-use ladder::Program;
+use ladder::{Dialect, Format, Program};
 use ladder_compile::Compiled;
 
 use crate::Options;
@@ -109,7 +109,8 @@ pub(crate) fn run<'a, C: Cpu, F: Fn(u64) -> C>(
                 den => format!("{}/{den}", map.cycle.num),
             },
             scan_cycles_max: sums.longest,
-            scan_cycles_mean: sums.cycles as f64 / sums.scans.max(1) as f64,
+            // Hundredths are plenty.
+            scan_cycles_mean: (sums.cycles as f64 / sums.scans.max(1) as f64 * 100.0).round() / 100.0,
         },
         notes,
     }
@@ -169,6 +170,12 @@ fn replay(program: &Program, compiled: &Compiled, options: &Options, scans: u64)
         options.seed
     );
     options.pins.iter().for_each(|(symbol, pin)| command += &format!(" --pin {}", quoted(&format!("{symbol}={pin}"))));
+    match (program.format, program.dialect) {
+        (Format::V01, Dialect::Ldmicro5) => command += " --dialect ldmicro-5",
+        (Format::V02, Dialect::Ldmicro23) => command += " --dialect ldmicro-2.3",
+        // The header's own dialect.
+        (Format::V01, Dialect::Ldmicro23) | (Format::V02, Dialect::Ldmicro5) => {}
+    }
     options.clock_hz.iter().for_each(|hz| command += &format!(" --clock {hz}"));
     command
 }

@@ -62,7 +62,8 @@ const OPENING: [Kind; 2] = [
     (Inputs::Sweep, Writes::Nothing, 32),
 ];
 
-/// The runs after those, again and again.
+/// The runs after those, again and again. The one without writes grows from round to round, so that a long check also
+/// sees what adds up slowly, such as a drift of the period.
 #[rustfmt::skip]
 const ROUND: [Kind; 6] = [
     (Inputs::Modes, Writes::First,    40),
@@ -77,7 +78,7 @@ const ROUND: [Kind; 6] = [
 pub(crate) const SWEEP: usize = 8;
 
 /// Steps drawn per scan while something is not covered; the one that covers most is taken.
-const DRAWS: usize = 10;
+const DRAWS: usize = 16;
 
 /// Steps drawn per scan for a wish.
 const TRIES: usize = 24;
@@ -132,6 +133,11 @@ impl Stimulus {
             None => OPENING[self.runs],
             Some(n) => ROUND[n % ROUND.len()],
         };
+        if let Some(n) = self.runs.checked_sub(OPENING.len())
+            && self.kind.1 == Writes::Nothing
+        {
+            self.kind.2 *= 1 + n / ROUND.len();
+        }
         self.runs += 1;
         self.first = true;
         let inputs = hints.inputs.len();

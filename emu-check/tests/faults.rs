@@ -89,6 +89,22 @@ fn replays(name: &str, program: &Program, image: &Compiled, report: &Report) {
     }
 }
 
+#[test]
+fn replay_repeats_the_options() {
+    let mut program = common::rungs("my program's.ld", RUNGS);
+    program.format = ladder::Format::V02;
+    let pins = vec![("Xa".to_owned(), "PD2".to_owned())];
+    let options = Options { pins, clock_hz: Some(1_000_000), seed: 9, ..Options::default() };
+    let mut image = compiled(&program);
+    let at = place(&image, "2.1");
+    patch(&mut image, at, "CFFF");
+    let report = checked(&program, &image, &options);
+    assert_eq!(
+        report.difference.expect("a difference").replay,
+        r"emu check 'my program'\''s.ld' --mcu atmega328p --seed 9 --scans 1 --pin Xa=PD2 --dialect ldmicro-2.3 --clock 1000000"
+    );
+}
+
 /// The cycle times, in microseconds at 1 MHz, of images that are checked as one of 1,000 us, and what is found.
 #[test]
 fn periods_may_not_drift() {

@@ -39,9 +39,15 @@ fn faults_of_the_compiler_are_found() {
     assert!(unlisted.is_empty() && stale.is_empty(), "not found: {unlisted:#?}\nlisted, but found: {stale:#?}");
 }
 
+/// The defaults; EMU_MUTANTS_SEED sets another seed, to see that the outcome does not hang on one.
+fn options() -> Options {
+    let seed = std::env::var("EMU_MUTANTS_SEED").ok().and_then(|text| text.parse().ok());
+    Options { seed: seed.unwrap_or(Options::default().seed), ..Options::default() }
+}
+
 /// True when a check of the faulty image finds nothing. An image that the compiler itself refuses counts as found.
 fn agrees(program: &Program, mutant: &Mutant) -> bool {
-    let options = Options::default();
+    let options = options();
     let target = ladder_compile::Options { mcu: options.mcu.clone(), ..Default::default() };
     let Ok(compiled) = compile_mutant(program, &target, mutant.id) else { return false };
     let report = check_compiled(program, &compiled, &options, &mut |_, _| {}).expect("a report");
