@@ -61,7 +61,7 @@ fn few_inputs_see_every_combination_without_a_write() {
 fn all_boundaries_are_written_in_a_default_check() {
     let (steps, _) = drawn(&program(THREE), 1, 2_000);
     let written: BTreeSet<i32> = steps.iter().flat_map(|(_, s)| s.writes.iter().map(|w| w.1)).collect();
-    // The values, and preset 8 and limit 7 with their neighbours.
+    // The boundaries of DESIGN section 8, and preset 8 and limit 7 with their neighbours.
     for value in [0, 1, -1, 100, 0x7FFF, -0x8000, 255, 256, 6, 7, 8, 9] {
         assert!(written.contains(&value), "{value} is never written");
     }
