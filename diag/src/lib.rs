@@ -4,6 +4,8 @@
 //! code that `emu explain CODE` expands. Crates that read files declare their codes in a [`Code`] table, so the code,
 //! its title and its explanation stand in one row.
 
+#![forbid(unsafe_code)]
+
 use std::fmt;
 
 use serde::Serialize;

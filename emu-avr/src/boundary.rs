@@ -38,8 +38,7 @@ impl Avr {
                     return Some(Stop::Halted);
                 }
                 // The deadline of this cycle has been served; the interrupt, if any, was not enabled.
-                self.hot.set_deadline(next.min(until));
-                self.hot.left = 0;
+                self.hot.pass(next.min(until) - now);
                 continue;
             }
             // Hold-off lasts for one instruction: look again right after it.
@@ -61,7 +60,7 @@ impl Avr {
             return false;
         }
         if std::mem::take(&mut self.hot.sleeping) {
-            self.hot.left -= 4;
+            self.hot.charge(4);
             now += 4;
             self.soc.fire(now);
         }
@@ -128,7 +127,7 @@ impl Avr {
             io.map(|&r| avr.soc.steady_until(r, at)).min().unwrap_or(NEVER)
         };
         let registers = |avr: &Avr| -> Vec<u8> { avr.data[..32].to_vec() };
-        let (start, counted, before) = (self.hot.now(), self.hot.instructions, (registers(self), self.hot.flags));
+        let (start, counted, before) = (self.hot.now(), self.hot.instructions(), (registers(self), self.hot.flags));
         let promised = steady(self, start);
         loop {
             let pc = self.hot.pc & PC_MASK;
@@ -149,8 +148,8 @@ impl Avr {
         if same && now <= promised {
             let limit = steady(self, now).min(deadline);
             let turns = limit.saturating_sub(now) / (now - start);
-            self.hot.left -= (turns * (now - start)) as i64;
-            self.hot.instructions += turns * (self.hot.instructions - counted);
+            self.hot.counted += turns * (self.hot.instructions() - counted);
+            self.hot.pass(turns * (now - start));
         }
     }
 }

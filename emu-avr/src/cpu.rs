@@ -46,22 +46,11 @@ impl Avr {
             rng.fill(&mut data[..32]);
             rng.fill(&mut data[usize::from(RAM_START)..usize::from(RAM_START + RAM_LEN)]);
         }
-        let mut code = Code::new(chip.flash, &flash);
+        let mut code = Code::new(&flash);
         code.predecode(true);
         let mut avr = Avr {
             chip,
-            hot: Hot {
-                pc: 0,
-                sp: 0,
-                flags: Flags::default(),
-                end: 0,
-                left: 0,
-                instructions: 0,
-                hold_at: u64::MAX,
-                sleeping: false,
-                escape: false,
-                stop: false,
-            },
+            hot: Hot::START,
             data,
             code: Arc::new(code),
             soc: Soc::new(chip),
@@ -124,14 +113,11 @@ impl Cpu for Avr {
         self.hot.force();
         let now = self.hot.now();
         self.hot = Hot {
-            pc: 0,
             sp: self.chip.ram_start + self.chip.ram_len - 1,
-            flags: Flags::unpack(0),
-            hold_at: u64::MAX,
-            sleeping: false,
-            escape: false,
-            stop: false,
-            ..self.hot
+            end: self.hot.end,
+            budget: self.hot.budget,
+            counted: self.hot.counted,
+            ..Hot::START
         };
         self.passing = None;
         self.soc.reset(why, now);
@@ -142,7 +128,7 @@ impl Cpu for Avr {
     }
 
     fn instructions(&self) -> u64 {
-        self.hot.instructions
+        self.hot.instructions()
     }
 
     fn pc(&self) -> u32 {

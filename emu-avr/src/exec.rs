@@ -32,9 +32,9 @@ pub trait AvrMachine: Machine {
     /// A word that is zero exactly when Z is set.
     fn not_zero(&self) -> Self::Word;
     /// C := bit 7.
-    fn set_c(&mut self, carries: Self::Word);
-    /// H := bit 3.
-    fn set_h(&mut self, carries: Self::Word);
+    fn set_c(&mut self, carry: Self::Word);
+    /// C := bit 7, H := bit 3.
+    fn set_carries(&mut self, carries: Self::Word);
     /// Z := word is zero.
     fn set_z(&mut self, word: Self::Word);
     /// N := bit 7 of `n`, Z := `z` is zero, V := bit 7 of `v`, S := N xor V.
@@ -88,8 +88,7 @@ fn set_pair<M: AvrMachine>(m: &mut M, low: u8, value: M::Wide) {
 fn sum<M: AvrMachine>(m: &mut M, a: M::Word, b: M::Word, carry: M::Word) -> M::Word {
     let s = a + b + carry;
     let carries = (a & b) | (!s & (a | b));
-    m.set_c(carries);
-    m.set_h(carries);
+    m.set_carries(carries);
     m.set_nzv(s, s, (a ^ s) & (b ^ s));
     s
 }
@@ -99,8 +98,7 @@ fn sum<M: AvrMachine>(m: &mut M, a: M::Word, b: M::Word, carry: M::Word) -> M::W
 fn difference<M: AvrMachine>(m: &mut M, a: M::Word, b: M::Word, borrow: M::Word, z: M::Word) -> M::Word {
     let s = a - b - borrow;
     let borrows = (!a & b) | (s & (!a | b));
-    m.set_c(borrows);
-    m.set_h(borrows);
+    m.set_carries(borrows);
     m.set_nzv(s, s | z, (a ^ b) & (a ^ s));
     s
 }

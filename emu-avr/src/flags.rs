@@ -1,6 +1,6 @@
 //! The status register, kept as raw results and packed only when read.
 //!
-//! Each flag is the byte that decides it: bit 7 of `c`, `n` and `v`, bit 3 of `h`, a zero byte for Z. So an instruction
+//! Each flag is the byte that decides it: bit 7 of `carries`, `n` and `v`, bit 3 of `carries` for H, a zero byte for Z. So an instruction
 //! writes whole results and nobody normalises what nobody reads.
 
 /// The flags of SREG by their data-sheet letters, numbered as its bits.
@@ -17,63 +17,78 @@ pub enum Flag {
     I,
 }
 
+/// A byte that decides a flag, in a word of its own: bytes side by side would be kept packed in one host register, and every
+/// write would have to mask and shift.
+type Raw = u32;
+
 /// SREG taken apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Flags {
-    /// Carry: bit 7.
-    pub c: u8,
-    /// Half carry: bit 3.
-    pub h: u8,
+    /// Carry: bit 7. Half carry: bit 3.
+    pub carries: Raw,
     /// Negative: bit 7.
-    pub n: u8,
+    pub n: Raw,
     /// Zero: set when this byte is 0.
-    pub z: u8,
+    pub z: Raw,
     /// Overflow: bit 7.
-    pub v: u8,
+    pub v: Raw,
     /// Sign, unlike N xor V only after an instruction wrote it alone: bit 7 is xored in.
-    pub s: u8,
+    pub s: Raw,
     /// Bit copy: bit 7.
-    pub t: u8,
+    pub t: Raw,
     /// Interrupts enabled: bit 7.
-    pub i: u8,
+    pub i: Raw,
 }
 
-const fn bit(condition: bool) -> u8 {
-    if condition { 0x80 } else { 0 }
+const fn bit(condition: bool) -> Raw {
+    (condition as Raw) << 7
 }
 
 impl Flags {
     /// From the bits of SREG.
     #[inline]
     pub const fn unpack(sreg: u8) -> Flags {
-        let n = sreg << 5;
-        let v = sreg << 4;
-        Flags { c: sreg << 7, z: !sreg & 2, n, v, s: (n ^ v ^ (sreg << 3)) & 0x80, h: sreg >> 2, t: sreg << 1, i: sreg }
+        let (n, v) = (bit(sreg & 1 << 2 != 0), bit(sreg & 1 << 3 != 0));
+        Flags {
+            carries: bit(sreg & 1 != 0) | bit(sreg & 1 << 5 != 0) >> 4,
+            z: (sreg & 1 << 1 == 0) as Raw,
+            n,
+            v,
+            s: n ^ v ^ bit(sreg & 1 << 4 != 0),
+            t: bit(sreg & 1 << 6 != 0),
+            i: bit(sreg & 1 << 7 != 0),
+        }
     }
 
     /// The bits of SREG.
     #[inline]
     pub const fn pack(self) -> u8 {
-        (self.c >> 7)
-            | ((self.z == 0) as u8) << 1
-            | (self.n >> 7) << 2
-            | (self.v >> 7) << 3
-            | ((self.n ^ self.v ^ self.s) >> 7) << 4
-            | ((self.h >> 3) & 1) << 5
-            | (self.t >> 7) << 6
-            | (self.i & 0x80)
+        (self.get(Flag::C) as u8)
+            | (self.get(Flag::Z) as u8) << 1
+            | (self.get(Flag::N) as u8) << 2
+            | (self.get(Flag::V) as u8) << 3
+            | (self.get(Flag::S) as u8) << 4
+            | (self.get(Flag::H) as u8) << 5
+            | (self.get(Flag::T) as u8) << 6
+            | (self.get(Flag::I) as u8) << 7
+    }
+
+    /// C := bit 7 of `carry`, H stays.
+    #[inline(always)]
+    pub const fn set_c(&mut self, carry: Raw) {
+        self.carries = (self.carries & 0x08) | (carry & 0x80);
     }
 
     /// One flag.
     #[inline(always)]
     pub const fn get(&self, flag: Flag) -> bool {
         match flag {
-            Flag::C => self.c & 0x80 != 0,
+            Flag::C => self.carries & 0x80 != 0,
             Flag::Z => self.z == 0,
             Flag::N => self.n & 0x80 != 0,
             Flag::V => self.v & 0x80 != 0,
             Flag::S => (self.n ^ self.v ^ self.s) & 0x80 != 0,
-            Flag::H => self.h & 0x08 != 0,
+            Flag::H => self.carries & 0x08 != 0,
             Flag::T => self.t & 0x80 != 0,
             Flag::I => self.i & 0x80 != 0,
         }
@@ -82,19 +97,17 @@ impl Flags {
     /// Writes one flag and no other: S keeps its value when N or V alone change.
     #[inline(always)]
     pub const fn set(&mut self, flag: Flag, on: bool) {
-        let s = self.n ^ self.v ^ self.s;
+        let changed = bit(on != self.get(flag));
         match flag {
-            Flag::C => self.c = bit(on),
-            Flag::Z => self.z = !on as u8,
-            Flag::N => self.n = bit(on),
-            Flag::V => self.v = bit(on),
-            Flag::H => self.h = (on as u8) << 3,
+            Flag::C => self.carries ^= changed,
+            Flag::Z => self.z = !on as Raw,
+            Flag::N => (self.n, self.s) = (self.n ^ changed, self.s ^ changed),
+            Flag::V => (self.v, self.s) = (self.v ^ changed, self.s ^ changed),
+            Flag::S => self.s ^= changed,
+            Flag::H => self.carries ^= changed >> 4,
             Flag::T => self.t = bit(on),
             Flag::I => self.i = bit(on),
-            Flag::S => {}
         }
-        let s = if matches!(flag, Flag::S) { bit(on) } else { s };
-        self.s = (self.n ^ self.v ^ s) & 0x80;
     }
 }
 

@@ -12,21 +12,19 @@ pub const WORDS: usize = PC_MASK as usize + 1;
 #[derive(Debug, Clone)]
 pub struct Code {
     /// Bytes, erased ones FFh.
-    pub bytes: Vec<u8>,
+    pub bytes: Box<[u8; WORDS * 2]>,
     /// One op per program word, poll marks and traps in place.
     pub ops: Box<[AvrOp; WORDS]>,
 }
 
 impl Code {
-    /// Erased program memory of `size` bytes (at most 32 KiB, even), filled from address 0 with `image`.
-    pub fn new(size: u32, image: &[u8]) -> Code {
-        let size = (size as usize).min(WORDS * 2);
-        let mut bytes = vec![0xFF; size];
-        let n = image.len().min(size);
+    /// Program memory filled from address 0 with `image`, erased behind it.
+    pub fn new(image: &[u8]) -> Code {
+        let mut bytes = Box::new([0xFF; WORDS * 2]);
+        let n = image.len().min(bytes.len());
         bytes[..n].copy_from_slice(&image[..n]);
         let illegal = Op { kind: Kind::Illegal, arg: [0; 3] };
-        let ops = Box::new([illegal; WORDS]);
-        Code { bytes, ops }
+        Code { bytes, ops: Box::new([illegal; WORDS]) }
     }
 
     /// The word at `pc`, which wraps at the end of memory.

@@ -37,7 +37,7 @@ pub struct Record {
 /// Runs the body of `op` without values; conditions hold if `taken`. A kind without a row reaches out.
 pub fn record(op: AvrOp, taken: bool) -> Record {
     let mut recorder = Recorder { record: Record::default(), reads: Cell::new(0), taken };
-    let m = &mut recorder;
+    let (m, op) = (&mut recorder, &op);
     avr_table!(dispatch { (m, op, op.kind, m.record.reaches_out = true) });
     Record { reads: recorder.reads.get(), ..recorder.record }
 }
@@ -202,8 +202,8 @@ impl AvrMachine for Recorder {
     fn set_c(&mut self, _: Unit) {
         self.write_flags(&[Flag::C]);
     }
-    fn set_h(&mut self, _: Unit) {
-        self.write_flags(&[Flag::H]);
+    fn set_carries(&mut self, _: Unit) {
+        self.write_flags(&[Flag::C, Flag::H]);
     }
     fn set_z(&mut self, _: Unit) {
         self.write_flags(&[Flag::Z]);

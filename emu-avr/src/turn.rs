@@ -28,7 +28,7 @@ const SPH: u16 = 0x5E;
 const SREG: u16 = 0x5F;
 
 /// The state of the core that every instruction touches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Hot {
     /// Program word address; may stand behind the end of memory until it is masked.
     pub pc: u32,
@@ -38,10 +38,11 @@ pub struct Hot {
     pub flags: Flags,
     /// Cycle of the deadline.
     pub end: u64,
-    /// Cycles left to it; negative when an instruction ran over it.
-    pub left: i64,
-    /// Instructions executed.
-    pub instructions: u64,
+    /// Cycles left to the deadline (above; negative when an instruction ran over it) and instructions executed since it was
+    /// set (the lower [`COUNT_BITS`] bits): one sum per instruction keeps both.
+    pub budget: i64,
+    /// Instructions executed before the deadline was set.
+    pub counted: u64,
     /// The boundary at this cycle takes no interrupt: the instruction before it set I.
     pub hold_at: u64,
     /// SLEEP was executed.
@@ -52,27 +53,68 @@ pub struct Hot {
     pub stop: bool,
 }
 
+/// Bits of [`Hot::budget`] that count instructions. A deadline is never further away than a count fits.
+pub const COUNT_BITS: u32 = 24;
+
 impl Hot {
+    /// At cycle 0, everything 0 or off.
+    pub const START: Hot = Hot {
+        pc: 0,
+        sp: 0,
+        flags: Flags::unpack(0),
+        end: 0,
+        budget: 0,
+        counted: 0,
+        hold_at: u64::MAX,
+        sleeping: false,
+        escape: false,
+        stop: false,
+    };
+
     /// The machine cycle.
     #[inline(always)]
     pub const fn now(&self) -> u64 {
-        self.end.wrapping_sub(self.left as u64)
+        self.end.wrapping_sub((self.budget >> COUNT_BITS) as u64)
+    }
+
+    /// Instructions executed.
+    #[inline(always)]
+    pub const fn instructions(&self) -> u64 {
+        self.counted + (self.budget & ((1 << COUNT_BITS) - 1)) as u64
+    }
+
+    /// Spends cycles.
+    #[inline(always)]
+    pub const fn charge(&mut self, cycles: u32) {
+        self.budget -= (cycles as i64) << COUNT_BITS;
+    }
+
+    /// True while there is a cycle left to the deadline.
+    #[inline(always)]
+    const fn goes_on(&self) -> bool {
+        self.budget >= 1 << COUNT_BITS
     }
 
     /// Ends the burst before the next instruction.
     #[inline(always)]
     pub const fn force(&mut self) {
         self.end = self.now();
-        self.left = 0;
+        self.budget &= (1 << COUNT_BITS) - 1;
     }
 
-    /// Sets the next deadline, a cycle not before now.
+    /// Lets time pass without instructions.
+    pub const fn pass(&mut self, cycles: u64) {
+        self.end += cycles;
+    }
+
+    /// Sets the next deadline, or as much of the way there as the budget holds; `deadline` is not before now.
     pub const fn set_deadline(&mut self, deadline: u64) {
         let now = self.now();
-        let left = deadline - now;
-        let left = if left > i64::MAX as u64 { i64::MAX as u64 } else { left };
+        let most = (1 << (COUNT_BITS - 1)) as u64;
+        let left = if deadline - now > most { most } else { deadline - now };
+        self.counted = self.instructions();
         self.end = now + left;
-        self.left = left as i64;
+        self.budget = (left as i64) << COUNT_BITS;
     }
 }
 
@@ -80,7 +122,7 @@ impl Hot {
 pub struct Turn<'a, P: Probe> {
     pub hot: Hot,
     pub data: &'a mut [u8; DATA],
-    pub flash: &'a [u8],
+    pub flash: &'a [u8; WORDS * 2],
     pub bus: &'a mut Soc,
     pub probe: &'a mut P,
 }
@@ -95,7 +137,7 @@ impl<P: Probe> Turn<'_, P> {
     #[inline(always)]
     fn wake(&mut self, wake: Wake) {
         if wake != Wake::NONE {
-            self.hot.left -= i64::from(wake.stalled());
+            self.hot.charge(wake.stalled());
             if wake.has(Wake::HOLD) {
                 self.hot.hold_at = self.hot.now();
             }
@@ -174,10 +216,11 @@ impl<P: Probe> Machine for Turn<'_, P> {
     #[inline(always)]
     fn advance(&mut self, words: u32) {
         self.hot.pc += words;
+        self.hot.budget += 1;
     }
     #[inline(always)]
     fn charge(&mut self, cycles: u32) {
-        self.hot.left -= i64::from(cycles);
+        self.hot.charge(cycles);
     }
     #[inline(always)]
     fn jump(&mut self, target: u32) {
@@ -190,14 +233,14 @@ impl<P: Probe> Machine for Turn<'_, P> {
     #[inline(always)]
     fn branch_if(&mut self, condition: bool, target: u32) {
         if condition {
-            self.hot.left -= 1;
+            self.hot.charge(1);
             self.hot.pc = target;
         }
     }
     #[inline(always)]
     fn skip_if(&mut self, condition: bool, words: u32) {
         if condition {
-            self.hot.left -= i64::from(words);
+            self.hot.charge(words);
             self.hot.pc += words;
         }
     }
@@ -206,11 +249,11 @@ impl<P: Probe> Machine for Turn<'_, P> {
 impl<P: Probe> AvrMachine for Turn<'_, P> {
     #[inline(always)]
     fn reg(&self, r: u8) -> Byte {
-        Byte(self.data[r as usize & 31])
+        Byte(self.data[usize::from(r)])
     }
     #[inline(always)]
     fn set_reg(&mut self, r: u8, value: Byte) {
-        self.data[r as usize & 31] = value.0;
+        self.data[usize::from(r)] = value.0;
     }
     #[inline(always)]
     fn flag(&self, flag: Flag) -> bool {
@@ -229,28 +272,28 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     }
     #[inline(always)]
     fn carry(&self) -> Byte {
-        Byte(self.hot.flags.c >> 7)
+        Byte(self.hot.flags.carries as u8 >> 7)
     }
     #[inline(always)]
     fn not_zero(&self) -> Byte {
-        Byte(self.hot.flags.z)
+        Byte(self.hot.flags.z as u8)
     }
     #[inline(always)]
-    fn set_c(&mut self, carries: Byte) {
-        self.hot.flags.c = carries.0;
+    fn set_c(&mut self, carry: Byte) {
+        self.hot.flags.set_c(carry.0.into());
     }
     #[inline(always)]
-    fn set_h(&mut self, carries: Byte) {
-        self.hot.flags.h = carries.0;
+    fn set_carries(&mut self, carries: Byte) {
+        self.hot.flags.carries = carries.0.into();
     }
     #[inline(always)]
     fn set_z(&mut self, word: Byte) {
-        self.hot.flags.z = word.0;
+        self.hot.flags.z = word.0.into();
     }
     #[inline(always)]
     fn set_nzv(&mut self, n: Byte, z: Byte, v: Byte) {
         let flags = &mut self.hot.flags;
-        (flags.n, flags.z, flags.v, flags.s) = (n.0, z.0, v.0, 0);
+        (flags.n, flags.z, flags.v, flags.s) = (n.0.into(), z.0.into(), v.0.into(), 0);
     }
     #[inline(always)]
     fn load(&mut self, addr: Pair) -> Byte {
@@ -268,15 +311,15 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     }
     #[inline(always)]
     fn store(&mut self, addr: Pair, value: Byte) {
-        let addr = addr.0;
+        let (addr, value) = (addr.0, value.0);
         if P::DATA {
-            let stop = self.probe.data(self.access(), addr, value.0, true);
+            let stop = self.probe.data(self.access(), addr, value, true);
             self.looked(stop);
         }
         if addr.wrapping_sub(RAM_START) < RAM_LEN {
-            self.data[addr as usize & (DATA - 1)] = value.0;
+            self.data[addr as usize & (DATA - 1)] = value;
         } else {
-            self.write_special(addr, value.0);
+            self.write_special(addr, value);
         }
     }
     #[inline(always)]
@@ -291,12 +334,13 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     }
     #[inline(always)]
     fn io_write(&mut self, a: u8, value: Byte) {
+        let value = value.0;
         let addr = u16::from(a & 0x3F) + 0x20;
         if P::DATA {
-            let stop = self.probe.data(self.access(), addr, value.0, true);
+            let stop = self.probe.data(self.access(), addr, value, true);
             self.looked(stop);
         }
-        self.write_special(addr, value.0);
+        self.write_special(addr, value);
     }
     #[inline(always)]
     fn io_write_bit(&mut self, a: u8, b: u8, on: bool) {
@@ -312,7 +356,7 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     }
     #[inline(always)]
     fn code_byte(&mut self, addr: Pair) -> Byte {
-        Byte(self.flash[usize::from(addr.0) % self.flash.len()])
+        Byte(self.flash[usize::from(addr.0) & (self.flash.len() - 1)])
     }
     #[inline(always)]
     fn sp(&self) -> Pair {
@@ -350,15 +394,13 @@ macro_rules! execute {
 macro_rules! turn {
     ($turn:ident, $ops:ident) => {{
         let m = &mut $turn;
-        let op: AvrOp = $ops[m.hot.pc as usize & (WORDS - 1)];
+        let op: &AvrOp = &$ops[m.hot.pc as usize & (WORDS - 1)];
         if P::INSN && op.kind as u8 != Kind::Trap as u8 && m.probe.insn(m.hot.now(), m.hot.pc & PC_MASK) {
             m.hot.stop = true;
             m.hot.force();
             break;
         }
-        m.hot.instructions += 1;
         execute!(m, op, {
-            m.hot.instructions -= 1;
             m.hot.escape = true;
             m.hot.force();
         });
@@ -370,9 +412,9 @@ impl<P: Probe> Turn<'_, P> {
     #[inline(never)]
     pub fn burst(self, ops: &[AvrOp; WORDS]) -> Hot {
         let mut turn = self;
-        while turn.hot.left > 0 {
+        while turn.hot.goes_on() {
             turn!(turn, ops);
-            if turn.hot.left <= 0 {
+            if !turn.hot.goes_on() {
                 break;
             }
             turn!(turn, ops);
@@ -385,8 +427,8 @@ impl<P: Probe> Turn<'_, P> {
     pub fn single(self, op: Op<Kind>) -> Hot {
         let mut turn = self;
         let m = &mut turn;
-        m.hot.instructions += 1;
-        execute!(m, op, m.hot.instructions -= 1);
+        let op = &op;
+        execute!(m, op, ());
         turn.hot
     }
 

@@ -40,6 +40,8 @@ pub struct Timer {
     icr: u16,
     flags: u8,
     enabled: u8,
+    /// Before this cycle no flag is set: what a polling program asks again and again.
+    calm: u64,
 }
 
 impl Timer {
@@ -56,6 +58,7 @@ impl Timer {
             icr: 0,
             flags: 0,
             enabled: 0,
+            calm: 0,
         }
     }
 
@@ -77,6 +80,21 @@ impl Timer {
             self.counter().after(steps)
         };
         self.blocked = false;
+    }
+
+    /// Counts the edges up to `at`, before something of the timer is changed there.
+    fn change(&mut self, at: u64) {
+        self.sync(at);
+        self.calm = 0;
+    }
+
+    /// TIFRn in the cycle `now`.
+    pub fn flags_at(&mut self, now: u64) -> u8 {
+        if now >= self.calm {
+            self.sync(now);
+            self.calm = self.next(TOV | OCFA | OCFB | ICF);
+        }
+        self.flags
     }
 
     /// This timer as it stands in the cycle `now`.
@@ -119,7 +137,7 @@ impl Timer {
 
     /// Clears flags. A flag that is set at the very edge of the write stays set.
     pub fn clear_flags(&mut self, bits: u8, now: u64) {
-        self.sync(now);
+        self.change(now);
         self.flags &= !bits;
     }
 
@@ -131,33 +149,33 @@ impl Timer {
     /// Selects other clock edges from those after the cycle `at` on.
     pub fn set_ticks(&mut self, ticks: Ticks, at: u64) {
         if ticks != self.ticks {
-            self.sync(at);
+            self.change(at);
             self.ticks = ticks;
         }
     }
 
     /// Selects what ends a round, for the edges after the cycle `at`.
     pub fn set_top(&mut self, top: Top, at: u64) {
-        self.sync(at);
+        self.change(at);
         self.top = top;
     }
 
     /// Writes TCNTn: the count is `value` in the cycle `at`, whatever edge falls there.
     pub fn set_count(&mut self, value: u16, at: u64) {
-        self.sync(at);
+        self.change(at);
         self.value = value & self.max;
         self.blocked = true;
     }
 
     /// Writes OCRnA (0) or OCRnB (1).
     pub fn set_ocr(&mut self, channel: usize, value: u16, at: u64) {
-        self.sync(at);
+        self.change(at);
         self.ocr[channel & 1] = value & self.max;
     }
 
     /// Writes ICR1.
     pub fn set_icr(&mut self, value: u16, at: u64) {
-        self.sync(at);
+        self.change(at);
         self.icr = value;
     }
 

@@ -33,6 +33,9 @@ impl Soc {
                 self.latch(self.timers[1].count())
             }
             at::ICR1L => self.latch(self.timers[1].icr()),
+            at::TIFR0 => self.timers[0].flags_at(now),
+            at::TIFR1 => self.timers[1].flags_at(now),
+            at::TIFR2 => self.timers[2].flags_at(now),
             _ => self.show(reg, now),
         }
     }

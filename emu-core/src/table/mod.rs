@@ -56,7 +56,7 @@ pub trait Operand: Copy + Sized {
     fn from_value(value: u16) -> Self;
     /// Takes this operand from an op whose next free operand byte is `at`, and moves `at` on.
     #[inline(always)]
-    fn take<K: Copy>(op: Op<K>, at: &mut usize) -> Self {
+    fn take<K>(op: &Op<K>, at: &mut usize) -> Self {
         if Self::KIND.wide {
             let value = u16::from_le_bytes([op.arg[*at], op.arg[*at + 1]]);
             *at += 2;
@@ -253,7 +253,7 @@ macro_rules! dispatch {
                 if CYCLES != 0 { $m.charge(CYCLES); }
                 $body($m $(, $arg)*);
             } )*
-            _ => $other,
+            $( Kind::$extra )|* => $other,
         }
     };
 }
