@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Bus, Cpu, Probe, RamInit, Reset, Stop};
+use emu_core::cpu::{Bus, Cpu, NEVER, Probe, RamInit, Reset, Stop};
 use emu_core::image::Image;
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
 
-use crate::flags::Flags;
+use crate::flags::{Flag, Flags};
 use crate::isa::{Kind, PC_MASK};
 use crate::predecode::Code;
 use crate::soc::Soc;
@@ -250,8 +250,11 @@ impl Cpu for Avr {
     }
 
     fn step<P: Probe>(&mut self, probe: &mut P) -> Stop {
-        let until =
-            if self.hot.sleeping { self.soc.fire(self.cycle()).max(self.cycle() + 1) } else { self.cycle() + 1 };
+        let now = self.cycle();
+        let next = self.soc.fire(now);
+        let wakes = self.hot.flags.get(Flag::I) && self.soc.pending(now).is_some();
+        // Asleep, on to what is due next; where an interrupt is there already, or nothing is ever due, one cycle.
+        let until = if self.hot.sleeping && !wakes && next != NEVER { next.max(now + 1) } else { now + 1 };
         self.run(until, probe)
     }
 }
