@@ -1,6 +1,8 @@
 //! The columns of the table against what the machine does: every cycle count of a row shows up and no other, the flags named
 //! are exactly those that change; and time is exact however a run is cut.
 
+#[path = "isa/interrupts.rs"]
+mod interrupts;
 #[path = "isa/slices.rs"]
 mod slices;
 #[allow(dead_code)]

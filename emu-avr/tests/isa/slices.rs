@@ -18,7 +18,7 @@ fn look(avr: &Avr) -> (Vec<Option<u8>>, [u32; 3], u64, u64) {
     (data, [reg("SREG"), reg("SP"), reg("PC")], avr.cycle(), avr.instructions())
 }
 
-fn machine(words: &[u16], seed: u64) -> Avr {
+pub fn machine(words: &[u16], seed: u64) -> Avr {
     let bytes = words.iter().flat_map(|w| w.to_le_bytes()).collect();
     let image = Image { segments: vec![Segment { space: "flash", addr: 0, bytes }], ..Image::default() };
     Avr::new(&ATMEGA328P, &image, RamInit::Random(seed))
@@ -44,15 +44,21 @@ fn program(rng: &mut Rng) -> Vec<u16> {
 /// Runs to `until` in pieces given by `piece`; the last stop.
 fn pieces(avr: &mut Avr, until: u64, mut piece: impl FnMut() -> u64) -> Stop {
     loop {
+        let before = (avr.cycle(), avr.instructions());
         let to = (avr.cycle() + piece()).min(until);
         let stop = avr.run(to, &mut ());
+        assert!(
+            stop != Stop::Limit || (avr.cycle(), avr.instructions()) != before,
+            "stands still at {before:?}, {:04x}",
+            avr.pc()
+        );
         if stop != Stop::Limit || avr.cycle() >= until {
             return stop;
         }
     }
 }
 
-fn same_however_cut(what: &str, start: &Avr, until: u64, rng: &mut Rng) {
+pub fn same_however_cut(what: &str, start: &Avr, until: u64, rng: &mut Rng) {
     let mut whole = start.clone();
     let stop = whole.run(until, &mut ());
     let wanted = (stop, look(&whole));
@@ -63,12 +69,21 @@ fn same_however_cut(what: &str, start: &Avr, until: u64, rng: &mut Rng) {
 
     let mut stepped = start.clone();
     let stop = loop {
+        let before = stepped.cycle();
         let stop = stepped.step(&mut ());
+        assert!(stop != Stop::Limit || stepped.cycle() != before, "{what}: a step from {before} stands still");
         if stop != Stop::Limit || stepped.cycle() >= until {
             break stop;
         }
     };
-    assert!((stop, look(&stepped)) == wanted, "{what}: step by step");
+    // A step out of sleep may end behind `until`.
+    let mut whole = start.clone();
+    let wanted_there = (whole.run(stepped.cycle().max(until), &mut ()), look(&whole));
+    assert!((stop, look(&stepped)) == wanted_there, "{what}: step by step");
+
+    let mut cycles = start.clone();
+    let stop = pieces(&mut cycles, until, || 1);
+    assert!((stop, look(&cycles)) == wanted, "{what}: in slices of one cycle");
 
     let mut half = start.clone();
     // A run that has ended by itself is over.
