@@ -177,7 +177,7 @@ fn the_gnu_disassembler_reads_every_word_as_we_do() {
         seen += 1;
         let word = (addr / 4) as u16;
         let theirs = normal(mnemonic.trim(), columns.next().filter(|c| !c.starts_with(';')).unwrap_or(""), 0, false);
-        let pc = addr / 2 & PC_MASK;
+        let pc = (addr / 2) & PC_MASK;
         let text = disassemble(&[word, SECOND], pc);
         let text = text.text.split(';').next().unwrap_or("").trim().to_owned();
         let (ours, operands) = text.split_once(' ').unwrap_or((&text, ""));

@@ -44,7 +44,7 @@ const ROWS_LEFT_OUT: &[(Kind, &str)] = &[
 /// States that are not compared, with the reason. Each has a line in avr.txt.
 fn left_out(kind: Kind, d: &Draw) -> Option<&'static str> {
     let (low, before) = match kind {
-        Kind::LpmZi if d.words[0] >> 4 & 0x1F >= 30 => return Some(LPM),
+        Kind::LpmZi if (d.words[0] >> 4) & 0x1F >= 30 => return Some(LPM),
         Kind::StX | Kind::StXi => (26, 0),
         Kind::StXd => (26, 1),
         Kind::StYi => (28, 0),
