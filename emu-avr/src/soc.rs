@@ -275,11 +275,12 @@ impl Soc {
 
 impl Bus for Soc {
     fn read(&mut self, reg: u16, now: u64) -> (u8, Wake) {
-        let before = self.deadline;
-        self.run(now);
+        let due = self.deadline <= now;
+        if due {
+            self.run(now);
+        }
         let value = self.load(reg, now);
-        let moved = self.deadline != before || reg == at::UDR0;
-        (value, if moved { Wake::DEADLINE } else { Wake::NONE })
+        (value, if due || reg == at::UDR0 { Wake::DEADLINE } else { Wake::NONE })
     }
 
     fn peek(&self, reg: u16, now: u64) -> u8 {

@@ -16,8 +16,8 @@ use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 use crate::predecode::WORDS;
 use crate::soc::Soc;
 
-/// Data memory as an array: a power of two, so that an address needs a mask and no check.
-pub const DATA: usize = 0x1000;
+/// Bytes of data memory: the registers of the core, room for those of the chip, which lie elsewhere, and RAM.
+pub const DATA: usize = (RAM_START + RAM_LEN) as usize;
 /// First data address of RAM.
 pub const RAM_START: u16 = 0x100;
 /// RAM in bytes.
@@ -299,7 +299,7 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     fn load(&mut self, addr: Pair) -> Byte {
         let addr = addr.0;
         let value = if addr.wrapping_sub(RAM_START) < RAM_LEN {
-            self.data[addr as usize & (DATA - 1)]
+            self.data[addr as usize ]
         } else {
             self.read_special(addr)
         };
@@ -317,7 +317,7 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
             self.looked(stop);
         }
         if addr.wrapping_sub(RAM_START) < RAM_LEN {
-            self.data[addr as usize & (DATA - 1)] = value;
+            self.data[addr as usize ] = value;
         } else {
             self.write_special(addr, value);
         }
