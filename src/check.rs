@@ -72,7 +72,9 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
     if args.json {
         output::json(&checked)?;
     } else {
-        report(terminal, &checked.notes, &read.text);
+        // Fuses are for those who burn the image.
+        let notes: Vec<_> = checked.notes.iter().filter(|n| n.code != ladder_compile::FUSES_NOTE).cloned().collect();
+        report(terminal, &notes, &read.text);
         output::print(checked.text())?;
     }
     Ok(if checked.agreed { exit::OK } else { exit::FAILED })

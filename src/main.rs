@@ -25,6 +25,7 @@ mod run;
 mod shell;
 mod sim;
 mod summary;
+mod wave;
 
 use std::panic;
 use std::process::ExitCode;

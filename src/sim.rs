@@ -9,11 +9,12 @@ use crate::args::Ladder;
 use crate::codes::NO_MEANING;
 use crate::fail::{Failure, exit};
 use crate::report::Terminal;
-use crate::{input, output};
+use crate::{input, output, wave};
 
 const EXAMPLES: &str = "\
 Examples:
-  emu sim examples/welder.ld --scans 10 --set Xstart=1
+  emu sim examples/welder.ld --scans 10 --set Xtrigger=1
+  emu sim examples/welder.ld --scans 320 --at 21:Xtrigger=1 --at 181:Xtrigger=0 --wave
   emu sim examples/modulo5.ld --scans 30 --at 3:Xpulse=1 --at 4:Xpulse=0 --csv > trace.csv";
 
 /// Most scans.
@@ -37,6 +38,9 @@ pub struct SimArgs {
     /// Comma-separated values: a head line, then a line for each scan.
     #[arg(long, conflicts_with = "json")]
     csv: bool,
+    /// A waveform in text: a line for each input, output and relay.
+    #[arg(long, conflicts_with_all = ["json", "csv"])]
+    wave: bool,
     /// One JSON document.
     #[arg(long)]
     pub json: bool,
@@ -81,6 +85,9 @@ pub fn sim(args: &SimArgs, terminal: &Terminal) -> Result<u8, Failure> {
         output::json(&json!({
             "schema": 1, "program": file, "cycle_us": read.program.settings.cycle_us, "symbols": list, "scans": rows,
         }))?;
+    } else if args.wave {
+        let bits = symbols.iter().enumerate().filter(|(_, s)| s.kind.is_bit());
+        output::print(wave::draw(&bits.map(|(i, s)| (s.name.as_str(), i)).collect::<Vec<_>>(), &rows))?;
     } else {
         let names: Vec<&str> = symbols.iter().map(|s| s.name.as_str()).collect();
         output::print(if args.csv { csv(&names, &rows) } else { table(&names, &rows) })?;

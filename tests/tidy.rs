@@ -19,7 +19,8 @@ emu:            ladder diag emu-core emu-avr emu-debug ladder-eval ladder-compil
 ";
 
 /// The wall: what the compiler may name of the emulators. Tables, chip data and images, never a machine.
-const COMPILER_MAY_NAME: &[&str] = &["emu_avr::isa", "emu_avr::chips", "emu_core::table", "emu_core::chip", "emu_core::image", "emu_core::Chip"];
+const COMPILER_MAY_NAME: &[&str] =
+    &["emu_avr::isa", "emu_avr::chips", "emu_core::table", "emu_core::chip", "emu_core::image", "emu_core::Chip"];
 
 /// Lines per file.
 const LONGEST: usize = 500;
@@ -116,7 +117,8 @@ fn files_fit_in_the_head() {
 #[test]
 fn unsafe_code_is_forbidden() {
     for (name, dir) in crates() {
-        let main = [dir.join("src/lib.rs"), dir.join("src/main.rs")].into_iter().find(|p| p.exists()).expect("a root file");
+        let main =
+            [dir.join("src/lib.rs"), dir.join("src/main.rs")].into_iter().find(|p| p.exists()).expect("a root file");
         let text = fs::read_to_string(main).expect("source");
         assert!(text.contains("#![forbid(unsafe_code)]"), "{name} does not forbid unsafe code");
     }

@@ -30,7 +30,7 @@ use avr::{Image, NoImage};
 use ir::Ir;
 use pins::Pin;
 
-pub use codes::CODES;
+pub use codes::{CODES, FUSES_NOTE};
 pub use map::{ElementMap, Map, PinMap, Place, Ratio, RungMap, SCHEMA, SymbolMap};
 #[cfg(feature = "mutants")]
 pub use mutants::{Mutant, compile_mutant, mutants};
