@@ -24,7 +24,6 @@ pub const ATMEGA328P: Chip = Chip {
     ram_start: 0x100,
     ram_len: 0x800,
     eeprom: 0x400,
-    addr_bytes: 2,
     word_bytes: 2,
     max_hz: 20_000_000,
     default_hz: 16_000_000,

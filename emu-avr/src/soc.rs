@@ -11,16 +11,14 @@ use emu_core::parts::prescaler::Prescaler;
 use emu_core::parts::uart::Step;
 use emu_core::pins::{Event, Level, Pin, PinId, Time};
 
-#[path = "periph/mod.rs"]
-mod periph;
 mod regs;
 
-use periph::map::{RXD, TXD, at, irq};
-use periph::plain::Plain;
-use periph::ports::{PINS, Ports};
-use periph::timer::{ICF, OCFA, OCFB, TOV, Timer};
-use periph::usart::{RXC, TXC, UDRE, Usart};
-use periph::watchdog::Watchdog;
+use crate::periph::map::{RXD, TXD, at, irq};
+use crate::periph::plain::Plain;
+use crate::periph::ports::{PINS, Ports};
+use crate::periph::timer::{ICF, OCFA, OCFB, TOV, Timer};
+use crate::periph::usart::{RXC, TXC, UDRE, Usart};
+use crate::periph::watchdog::Watchdog;
 
 /// The chip without its core and RAM.
 #[derive(Debug, Clone)]

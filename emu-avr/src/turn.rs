@@ -152,9 +152,10 @@ impl<P: Probe> Turn<'_, P> {
         self.hot.force();
     }
 
+    /// Tells the probe of an access to data memory.
     #[inline(always)]
-    fn looked(&mut self, stop: bool) {
-        if stop {
+    fn saw(&mut self, addr: u16, value: u8, write: bool) {
+        if P::DATA && self.probe.data(self.access(), addr, value, write) {
             self.hot.stop = true;
             self.hot.force();
         }
@@ -298,26 +299,17 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     #[inline(always)]
     fn load(&mut self, addr: Pair) -> Byte {
         let addr = addr.0;
-        let value = if addr.wrapping_sub(RAM_START) < RAM_LEN {
-            self.data[addr as usize ]
-        } else {
-            self.read_special(addr)
-        };
-        if P::DATA {
-            let stop = self.probe.data(self.access(), addr, value, false);
-            self.looked(stop);
-        }
+        let value =
+            if addr.wrapping_sub(RAM_START) < RAM_LEN { self.data[addr as usize] } else { self.read_special(addr) };
+        self.saw(addr, value, false);
         Byte(value)
     }
     #[inline(always)]
     fn store(&mut self, addr: Pair, value: Byte) {
         let (addr, value) = (addr.0, value.0);
-        if P::DATA {
-            let stop = self.probe.data(self.access(), addr, value, true);
-            self.looked(stop);
-        }
+        self.saw(addr, value, true);
         if addr.wrapping_sub(RAM_START) < RAM_LEN {
-            self.data[addr as usize ] = value;
+            self.data[addr as usize] = value;
         } else {
             self.write_special(addr, value);
         }
@@ -326,20 +318,14 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     fn io_read(&mut self, a: u8) -> Byte {
         let addr = u16::from(a & 0x3F) + 0x20;
         let value = self.read_special(addr);
-        if P::DATA {
-            let stop = self.probe.data(self.access(), addr, value, false);
-            self.looked(stop);
-        }
+        self.saw(addr, value, false);
         Byte(value)
     }
     #[inline(always)]
     fn io_write(&mut self, a: u8, value: Byte) {
         let value = value.0;
         let addr = u16::from(a & 0x3F) + 0x20;
-        if P::DATA {
-            let stop = self.probe.data(self.access(), addr, value, true);
-            self.looked(stop);
-        }
+        self.saw(addr, value, true);
         self.write_special(addr, value);
     }
     #[inline(always)]
@@ -347,10 +333,7 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
         let addr = u16::from(a & 0x1F) + 0x20;
         let mask = 1u8 << (b & 7);
         let value = if on { mask } else { 0 };
-        if P::DATA {
-            let stop = self.probe.data(self.access(), addr, value, true);
-            self.looked(stop);
-        }
+        self.saw(addr, value, true);
         let wake = self.bus.write_bits(addr, mask, value, self.access());
         self.wake(wake);
     }

@@ -20,8 +20,6 @@ pub struct Chip {
     pub ram_len: u16,
     /// EEPROM in bytes.
     pub eeprom: u16,
-    /// Bytes per program address step as users write addresses: 1 where they are byte addresses.
-    pub addr_bytes: u32,
     /// Bytes per program word.
     pub word_bytes: u32,
     /// Highest clock, in Hz.

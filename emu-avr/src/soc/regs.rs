@@ -3,8 +3,8 @@
 use emu_core::cpu::NEVER;
 
 use super::Soc;
-use super::periph::map::{RXD, TXD, at};
-use super::periph::timer::{ICF, OCFA, OCFB, TOV, Timer, Top};
+use crate::periph::map::{RXD, TXD, at};
+use crate::periph::timer::{ICF, OCFA, OCFB, TOV, Timer, Top};
 
 /// GTCCR bits.
 const TSM: u8 = 1 << 7;
