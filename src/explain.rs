@@ -27,7 +27,14 @@ pub struct ExplainArgs {
 
 /// Every code that `emu` prints, in order.
 pub fn all() -> Vec<&'static Code> {
-    let tables = [codes::CODES, emu_core::image::CODES, emu_core::table::CODES, ladder::CODES, ladder_compile::CODES, emu_check::CODES];
+    let tables = [
+        codes::CODES,
+        emu_core::image::CODES,
+        emu_core::table::CODES,
+        ladder::CODES,
+        ladder_compile::CODES,
+        emu_check::CODES,
+    ];
     let mut all: Vec<&Code> = tables.into_iter().flatten().collect();
     all.sort_by_key(|c| c.code);
     all
