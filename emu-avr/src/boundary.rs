@@ -145,7 +145,8 @@ impl Avr {
         }
         let now = self.hot.now();
         let same = self.hot.pc & PC_MASK == head && (registers(self), self.hot.flags) == before;
-        if same && now <= promised {
+        // A promise that ends now was good for this turn and says nothing of the next.
+        if same && now < promised {
             let limit = steady(self, now).min(deadline);
             let turns = limit.saturating_sub(now) / (now - start);
             self.hot.counted += turns * (self.hot.instructions() - counted);

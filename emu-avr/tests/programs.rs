@@ -196,3 +196,27 @@ fn any_way_of_running_gives_the_same_machine() {
         }
     }
 }
+
+/// A loop that polls a timer flag is entered at every distance from the match, with every short period: it is left at the
+/// cycle at which the program without jumping over leaves it, and again in the next round.
+#[test]
+fn polls_are_left_at_every_distance_from_the_match() {
+    for nops in 0..12 {
+        for ocr in 8..30 {
+            let text = format!(
+                "\n== {nops} nops, OCR0A {ocr}\n0x00: ldi r16,{ocr}\n out 0x27,r16\n ldi r16,2\n out 0x24,r16\n ldi r17,1\n \
+                 out 0x25,r17\n nop*{nops}\n0x80: sbis 0x15,1\n rjmp .-4\n sbi 0x15,1\n inc r20\n rjmp .-10\n-- stop 0x86\n"
+            );
+            // Between the NOPs and the loop lies erased memory: fill it with a jump over it.
+            let text = text.replace("\n0x80:", "\n rjmp 0x80\n0x80:");
+            let program = &parse(&text)[0];
+            let (mut jumping, mut plain) = (chip(program), chip(program));
+            plain.set_skip(false);
+            for round in 0..4 {
+                let wanted = plain.run(10_000, &mut ());
+                assert_eq!(jumping.run(10_000, &mut ()), wanted, "{}", program.name);
+                assert_eq!(state(&jumping), state(&plain), "{}, round {round}", program.name);
+            }
+        }
+    }
+}
