@@ -61,7 +61,8 @@ pub fn program(file: &str, dialect: Option<Dialect>, checked: bool, terminal: &T
         Ok(parsed) => parsed,
         Err(faults) => return Err(Failure::Refused(faults, text)),
     };
-    let mut told = parsed.warnings;
+    // No verb writes a program back, so what writing would change is of no interest.
+    let mut told: Vec<_> = parsed.warnings.into_iter().filter(|d| d.code != ladder::REWRITTEN).collect();
     if checked {
         told.extend(ladder::check(&parsed.program));
         told.sort_by_key(|d| d.pos);

@@ -21,7 +21,7 @@ mod write;
 
 pub use check::check;
 pub use chips::{chip_of, knows_pins, package_pin};
-pub use codes::CODES;
+pub use codes::{CODES, REWRITTEN};
 pub use draw::{Cell, Drawing, draw, draw_rung};
 pub use model::*;
 pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_RUNGS, Options, Parsed, parse, parse_bytes, parse_with};
