@@ -312,9 +312,7 @@ fn impossible(goal: &Goal, item: &Item, worlds: &[Vec<u8>]) -> Option<&'static s
         };
     }
     let pairs = item.at.iter().flat_map(|p| worlds.iter().map(move |w| at(w, p))).fold(0, |set, one| set | one);
-    // A falling edge needs a true rung in the scan before.
-    let falls = item.class == Class::OneShots && goal.pairs == P01 && pairs & (P10 | P11) == 0;
-    if pairs & goal.pairs != 0 && !falls {
+    if pairs & goal.pairs != 0 {
         return None;
     }
     Some(if pairs & (P10 | P11) == 0 {

@@ -5,7 +5,7 @@
 //! (a contact behind OPEN, a comparison of what a MOVE above has just set); it serves to name exceptions of coverage,
 //! never to judge an image.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use ladder::{CompareOp, CounterKind, Element, MathOp, Node, Operand, Program, SymbolKind, TimerKind};
 
@@ -47,27 +47,38 @@ pub(crate) fn possible(program: &Program) -> Vec<Vec<u8>> {
     let inputs: Vec<&str> = symbols.iter().filter(|s| s.kind == SymbolKind::Input).map(|s| s.name.as_str()).collect();
     let split = inputs.len() <= SWEEP && program.elements().count() << inputs.len() <= LARGE << SWEEP;
     let worlds = if split { 1u32 << inputs.len() } else { 1 };
-    (0..worlds)
-        .map(|world| {
-            let mut pass = Pass::default();
+    // A falling edge needs a true rung in an earlier scan, under any inputs. So the first OSF of all to fire has had one
+    // while no OSF fired, the next one while only that did, and so on: starting from none, this ends with all that can.
+    let mut falls = BTreeSet::new();
+    loop {
+        let pass = |world: u32| {
+            let mut pass = Pass::new(&falls);
             if split {
                 let levels = inputs.iter().zip(0..).map(|(name, n)| ((*name).to_owned(), only(world >> n & 1 == 1)));
                 pass.bits = levels.collect();
             }
-            pass.master = ONE;
             for rung in &program.rungs {
                 pass.series(&rung.series, pass.master);
             }
-            pass.pairs
-        })
-        .collect()
+            (pass.pairs, pass.risen)
+        };
+        let (pairs, risen): (Vec<_>, Vec<_>) = (0..worlds).map(pass).unzip();
+        let before = falls.len();
+        falls.extend(risen.into_iter().flatten());
+        if falls.len() == before {
+            return pairs;
+        }
+    }
 }
 
 /// Values that an integer can hold; `None` is any.
 type Values = Option<Vec<i16>>;
 
-#[derive(Default)]
-struct Pass {
+struct Pass<'a> {
+    /// Positions of the OSFs whose rung can have been true before.
+    falls: &'a BTreeSet<usize>,
+    /// Positions of the OSFs whose rung can be true in this scan.
+    risen: Vec<usize>,
     master: u8,
     /// What is known of bits; those not named can be both.
     bits: HashMap<String, u8>,
@@ -76,7 +87,12 @@ struct Pass {
     pairs: Vec<u8>,
 }
 
-impl Pass {
+impl<'a> Pass<'a> {
+    fn new(falls: &'a BTreeSet<usize>) -> Self {
+        let (bits, integers) = (HashMap::new(), HashMap::new());
+        Pass { falls, risen: Vec::new(), master: ONE, bits, integers, pairs: Vec::new() }
+    }
+
     fn series(&mut self, nodes: &[Node], mut rung: u8) -> u8 {
         for node in nodes {
             rung = match node {
@@ -121,7 +137,13 @@ impl Pass {
                 same
             }
             Element::Osr => when(P00, P10 | P11),
-            Element::Osf => when(P00 | P01, P10),
+            Element::Osf => {
+                let position = self.pairs.len();
+                if rung & ONE != 0 {
+                    self.risen.push(position);
+                }
+                when(if self.falls.contains(&position) { P00 | P01 } else { P00 }, P10)
+            }
             Element::Timer { kind, name, .. } => {
                 self.integers.remove(name);
                 match kind {

@@ -83,6 +83,12 @@ const IMPOSSIBLE: &[(&str, &str)] = &[
       1.2 stores 1: impossible, its rung is never true there"),
     ("CONTACTS Xa 0\n TON Ta 9000\n COIL Ya 0 0 0", ""),
     ("TON Ta 9000\n COIL Ya 0 0 0", "1.1 is reset: impossible, its rung is always true there"),
+    ("OPEN\n OSF\n COIL Ya 0 0 0",
+     "1.2 fires: impossible, its rung is never true there; 1.3 stores 1: impossible, its rung is never true there"),
+    ("OPEN\n OSF\n OSF\n COIL Ya 0 0 0",
+     "1.2 fires: impossible, its rung is never true there; 1.3 fires: impossible, its rung is never true there; \
+      1.4 stores 1: impossible, its rung is never true there"),
+    ("CONTACTS Xa 0\n OSF\n OSF\n COIL Ya 0 0 0", ""),
     ("CTU Cn -32768\n COIL Ya 0 0 0",
      "1.1 is below its limit: impossible, its limit leaves no other case; \
       1.2 stores 0: impossible, its rung is always true there"),
