@@ -12,7 +12,7 @@ macro_rules! codes {
 
 codes! {
     NOTHING "EC001" "a check of no scans"
-        "--scans 0 compares nothing, and agreement over nothing would say nothing. Leave the option out for 2,000 scans, or give at least 1.";
+        "--scans 0 compares nothing, and agreement over nothing would say nothing. Leave the option out for 2,000 scans, or give at least 1. A cycle time or a clock of zero makes no scans either.";
     NO_MEANING "EC002" "the reference evaluator does not know an element"
         "Check compares the chip with a reference evaluator, and that refuses programs with an element (or an argument of one) that it has no meaning for. The message names the element. docs/semantics.md lists what has a meaning.";
     NO_CHIP "EC003" "the chip cannot be emulated"
@@ -20,7 +20,7 @@ codes! {
     BAD_IMAGE "EC004" "the image does not fit the emulated chip"
         "The HEX text of the compiled program was refused by the loader. The faults follow; they point at the compiler, not at the program.";
     BAD_MAP "EC005" "the map does not describe the image"
-        "Check finds every symbol, pin and moment of a scan through the map that the compiler wrote. A symbol of the program without a place, a pin that the chip does not have, or a cycle time of zero makes comparing impossible.";
+        "Check finds every symbol, pin and moment of a scan through the map that the compiler wrote. A symbol of the program without a place, or a pin that the chip does not have, makes comparing impossible.";
     NOT_COVERED "EC006" "something of the program was never exercised"
         "The stimulus did not bring an element into one of the states that count (a contact that passes and blocks, a timer that expires and is reset, a counter that wraps). The report names it. More scans (--scans) or another seed (--seed) may reach it; if not, look whether the program can ever get there. States that provably cannot occur are listed with the reason and are not counted.";
     DIFFERS_SYMBOL "EC010" "a relay, output, timer, counter or variable differs"
@@ -35,4 +35,6 @@ codes! {
         "At the start of every scan the stack must be as deep as at the first. A stack that grows or shrinks by a byte each scan ends in the data after some minutes.";
     DIFFERS_RESET "EC015" "a value is not zero after reset"
         "RAM and registers hold random bytes at power-up. Before the first scan every relay, output, timer, counter and variable must have been cleared.";
+    DIFFERS_MAP "EC016" "the compiler's map says otherwise than the program"
+        "Check works out from the program and the command line which chip it is, its clock, the machine cycles of a scan, the tick of the pacing timer, how long noticing a match may take, and the pins that --pin and the IO LIST give; each input and output must have one pin of its own in its direction. The map was compared with that, before anything ran. A compiler that gets one of these wrong and tells it in its map would otherwise agree with itself. The message gives what was asked for and what the map says.";
 }

@@ -12,6 +12,7 @@
 #![forbid(unsafe_code)]
 
 mod codes;
+mod contract;
 mod coverage;
 mod goals;
 mod hints;
@@ -36,6 +37,7 @@ use ladder::Program;
 use ladder_compile::Compiled;
 use ladder_eval::Evaluator;
 
+use contract::Pace;
 use hints::Hints;
 use lockstep::Bench;
 use places::Places;
@@ -102,9 +104,13 @@ pub fn check_compiled(
     }
     let eval = Evaluator::new(program).map_err(|refusal| vec![run::no_meaning(program, &refusal)])?;
     let map = &compiled.map;
-    let Some(chip) = emu_avr::chips::chip(&map.mcu) else {
-        let cause = format!("there is no emulator for `{}`", map.mcu);
+    let Some(chip) = emu_avr::chips::chip(&options.mcu) else {
+        let cause = format!("there is no emulator for `{}`", options.mcu);
         return Err(error(codes::NO_CHIP, cause, "see `emu chips`"));
+    };
+    let Some(pace) = Pace::new(program, options) else {
+        let cause = "the program's cycle time or its clock is 0, so there are no scans to compare".to_owned();
+        return Err(error(codes::NOTHING, cause, "give the program a CYCLE= and a CRYSTAL= above 0"));
     };
     let loaded = image::load_hex(&program.file, compiled.hex.as_bytes(), chip.hex).map_err(|faults| {
         let cause = format!("the compiler's HEX text is refused with {} faults", faults.len());
@@ -112,13 +118,14 @@ pub fn check_compiled(
         told.extend(faults);
         told
     })?;
-    let places = Places::new(program, map, chip, &eval)?;
+    let places = Places::new(program, map, chip, &eval, pace)?;
     let hints = Hints::new(program, &eval);
     let power_up = |ram_seed| {
         let mut avr = Avr::new(chip, &loaded.image, RamInit::Random(ram_seed));
-        avr.set_clock_hz(map.clock_hz);
+        avr.set_clock_hz(pace.clock_hz);
         avr
     };
     let bench = Bench { power_up, places: &places, hints: &hints, eval: &eval };
-    Ok(run::run(program, compiled, options, &bench, progress))
+    let disagreements = contract::disagreements(program, options, &pace, (map, chip));
+    Ok(run::run(program, compiled, options, &bench, disagreements, progress))
 }

@@ -49,7 +49,7 @@ impl Mismatch {
         Mismatch { what, cycle, differing, expected: String::new(), found: String::new(), pc: None }
     }
 
-    fn words(what: What, cycle: u64, expected: String, found: String) -> Mismatch {
+    pub fn words(what: What, cycle: u64, expected: String, found: String) -> Mismatch {
         Mismatch { what, cycle, differing: Vec::new(), expected, found, pc: None }
     }
 

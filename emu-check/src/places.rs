@@ -9,6 +9,7 @@ use ladder_compile::{Map, Place};
 use ladder_eval::Evaluator;
 
 use crate::codes;
+use crate::contract::{self, Pace};
 
 /// A moment of a scan, at which the chip is stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,13 +32,8 @@ pub(crate) struct Places {
     /// Nothing where the rungs have no address of their own.
     first_rung: Option<u32>,
     scan_end: u32,
-    /// Cycle time in machine cycles, a fraction.
-    num: u128,
-    den: u128,
-    /// How early a match may come.
-    early: u64,
-    /// How much later than the match a scan may start.
-    poll: u64,
+    /// Time of a scan, by the program's own figures.
+    pub pace: Pace,
     /// Places of the symbols, in the evaluator's order.
     symbols: Vec<Place>,
     /// Outputs: index of the symbol, and pin.
@@ -49,7 +45,13 @@ pub(crate) struct Places {
 }
 
 impl Places {
-    pub fn new(program: &Program, map: &Map, chip: &Chip, eval: &Evaluator) -> Result<Places, Vec<Diagnostic>> {
+    pub fn new(
+        program: &Program,
+        map: &Map,
+        chip: &Chip,
+        eval: &Evaluator,
+        pace: Pace,
+    ) -> Result<Places, Vec<Diagnostic>> {
         let mut faults = Vec::new();
         let mut fault = |cause: String| {
             let hint = "compile the program anew; map and image must come from one compilation";
@@ -77,9 +79,6 @@ impl Places {
                 None => fault(format!("the map has no pin of {} for `{}`", chip.name, symbol.name)),
             }
         }
-        if map.cycle.num == 0 || map.cycle.den == 0 {
-            fault(format!("the map's cycle time is {}/{}", map.cycle.num, map.cycle.den));
-        }
         if !faults.is_empty() {
             return Err(faults);
         }
@@ -91,11 +90,7 @@ impl Places {
             scan_start,
             first_rung: map.rungs.first().map(|r| word(r.start)).filter(|pc| !points.contains(pc)),
             scan_end,
-            num: map.cycle.num.into(),
-            den: map.cycle.den.into(),
-            // An exact period has exact matches; where a tick is coarse or the period broken, one tick may be missing.
-            early: if map.tick == 1 && map.cycle.den == 1 { 0 } else { map.tick.into() },
-            poll: map.poll_cycles.into(),
+            pace,
             symbols,
             outputs,
             inputs,
@@ -115,13 +110,16 @@ impl Places {
 
     /// Machine cycles in a period, rounded up.
     pub fn period(&self) -> u64 {
-        u64::try_from(self.num.div_ceil(self.den)).unwrap_or(u64::MAX)
+        u64::try_from(self.pace.num.div_ceil(self.pace.den)).unwrap_or(u64::MAX)
     }
 
     /// The machine cycles in which scan `scan` (from 1) may start, counted from the start of the timer.
     pub fn window(&self, scan: u64) -> (u64, u64) {
-        let exact = u64::try_from(u128::from(scan) * self.num / self.den).unwrap_or(u64::MAX);
-        (exact.saturating_sub(self.early), exact.saturating_add(self.poll))
+        let Pace { num, den, tick, .. } = self.pace;
+        let exact = u64::try_from(u128::from(scan).saturating_mul(num) / den).unwrap_or(u64::MAX);
+        // An exact period has exact matches; where a tick is coarse or the period broken, one tick may be missing.
+        let early = if tick == 1 && den == 1 { 0 } else { tick };
+        (exact.saturating_sub(early), exact.saturating_add(contract::POLL))
     }
 
     /// Reads a symbol on the chip; places outside of its memories read as 0.

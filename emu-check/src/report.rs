@@ -71,6 +71,8 @@ pub enum What {
     Stack,
     /// A value before the first scan.
     Reset,
+    /// What the compiler's map says of chip, time and pins.
+    Map,
 }
 
 impl What {
@@ -84,6 +86,7 @@ impl What {
             What::Stop => codes::DIFFERS_STOP,
             What::Stack => codes::DIFFERS_STACK,
             What::Reset => codes::DIFFERS_RESET,
+            What::Map => codes::DIFFERS_MAP,
         }
     }
 }
@@ -119,7 +122,8 @@ pub struct Difference {
     pub differing: Vec<String>,
     /// The command that replays the check up to this scan.
     pub replay: String,
-    /// The smallest stimulus found that shows the same difference, one line a scan, from reset.
+    /// The smallest stimulus found that shows the same difference, one line a scan, from reset; none where it shows without
+    /// a scan.
     pub smallest: Vec<String>,
 }
 
@@ -161,6 +165,7 @@ impl Difference {
             (What::Pin, Some(symbol)) => format!("the pin of {symbol}"),
             (_, Some(symbol)) => symbol.clone(),
             (What::Period, None) => "the start of the scan".to_owned(),
+            (What::Map, None) => "the compiler's map".to_owned(),
             (What::Stack, None) => "the stack pointer".to_owned(),
             (_, None) => "the course of the program".to_owned(),
         };
@@ -171,12 +176,17 @@ impl Difference {
             _ = writeln!(text, "  element   rung {rung}, element {element} `{of}`");
         }
         let Difference { run, scan_of_run, cycle, .. } = self;
-        _ = writeln!(text, "  when      cycle {cycle} of run {run}, in its scan {scan_of_run}");
+        _ = match self.what {
+            What::Map => writeln!(text, "  when      before anything has run"),
+            _ => writeln!(text, "  when      cycle {cycle} of run {run}, in its scan {scan_of_run}"),
+        };
         if self.differing.len() > 1 {
             _ = writeln!(text, "  all       {}", self.differing.join("; "));
         }
         _ = writeln!(text, "  replay    {}", self.replay);
-        _ = writeln!(text, "  smallest  from reset, {}:", counted(self.smallest.len() as u64, "scan"));
+        if !self.smallest.is_empty() {
+            _ = writeln!(text, "  smallest  from reset, {}:", counted(self.smallest.len() as u64, "scan"));
+        }
         self.smallest.iter().for_each(|line| _ = writeln!(text, "    {line}"));
         text
     }

@@ -35,12 +35,13 @@ struct Run {
     steps: Vec<Step>,
 }
 
-/// Checks `compiled` on a bench.
+/// Checks `compiled` on a bench. `disagreements` are what was asked for and what the map says instead.
 pub(crate) fn run<'a, C: Cpu, F: Fn(u64) -> C>(
     program: &Program,
     compiled: &Compiled,
     options: &Options,
     bench: &Bench<'a, C, F>,
+    disagreements: Vec<(String, String)>,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Report {
     let mut goals = Goals::new(program, bench.eval);
@@ -49,6 +50,13 @@ pub(crate) fn run<'a, C: Cpu, F: Fn(u64) -> C>(
     let mut run = Run::default();
     let mut pair: Option<Pair<'a, C>> = None;
     let mut mismatch = None;
+    if !disagreements.is_empty() {
+        // A map that says otherwise than the program is a difference before anything has run; it stands as scan 1.
+        (sums.scans, sums.runs) = (1, 1);
+        run.steps.push(Step::default());
+        let (wanted, found): (Vec<_>, Vec<_>) = disagreements.into_iter().unzip();
+        mismatch = Some(Mismatch::words(What::Map, 0, wanted.join("; "), found.join("; ")));
+    }
     while sums.scans < options.scans && mismatch.is_none() {
         if sums.scans % PROGRESS == 0 {
             progress(sums.scans, options.scans);
@@ -93,7 +101,7 @@ pub(crate) fn run<'a, C: Cpu, F: Fn(u64) -> C>(
     Report {
         schema: SCHEMA,
         program: program.file.clone(),
-        mcu: map.mcu.clone(),
+        mcu: options.mcu.to_ascii_lowercase(),
         seed: options.seed,
         scans: sums.scans,
         runs: sums.runs,
@@ -104,10 +112,7 @@ pub(crate) fn run<'a, C: Cpu, F: Fn(u64) -> C>(
         figures: Figures {
             code_bytes: map.code_bytes,
             ram_bytes: map.ram_bytes,
-            period_cycles: match map.cycle.den {
-                1 => map.cycle.num.to_string(),
-                den => format!("{}/{den}", map.cycle.num),
-            },
+            period_cycles: bench.places.pace.period(),
             scan_cycles_max: sums.longest,
             // Hundredths are plenty.
             scan_cycles_mean: (sums.cycles as f64 / sums.scans.max(1) as f64 * 100.0).round() / 100.0,
@@ -141,7 +146,10 @@ fn difference<C: Cpu, F: Fn(u64) -> C>(
     let texts = element
         .and_then(|id| program.elements().find(|(other, _, _)| *other == id))
         .map(|(_, element, _)| ladder::element_text(element));
-    let smallest = shrink(bench, run.ram_seed, run.steps, mismatch);
+    let smallest = match mismatch.what {
+        What::Map => Vec::new(),
+        _ => shrink(bench, run.ram_seed, run.steps, mismatch),
+    };
     Difference {
         code: mismatch.what.code(),
         scan: sums.scans,
@@ -156,17 +164,17 @@ fn difference<C: Cpu, F: Fn(u64) -> C>(
         element: element.map(|id| id.index + 1),
         element_text: texts,
         differing,
-        replay: replay(program, compiled, options, sums.scans),
+        replay: replay(program, options, sums.scans),
         smallest: smallest.iter().zip(1..).map(|(step, scan)| line(bench, step, scan)).collect(),
     }
 }
 
 /// The command that repeats a check up to scan `scans`.
-fn replay(program: &Program, compiled: &Compiled, options: &Options, scans: u64) -> String {
+fn replay(program: &Program, options: &Options, scans: u64) -> String {
     let mut command = format!(
         "emu check {} --mcu {} --seed {} --scans {scans}",
         quoted(&program.file),
-        compiled.map.mcu,
+        options.mcu.to_ascii_lowercase(),
         options.seed
     );
     options.pins.iter().for_each(|(symbol, pin)| command += &format!(" --pin {}", quoted(&format!("{symbol}={pin}"))));
