@@ -1,5 +1,7 @@
 //! Between two instructions: what is due, interrupts, sleep, stops, and loops that only wait.
 
+use std::sync::Arc;
+
 use emu_core::cpu::{Bus, Cpu, Fault, NEVER, Probe, Reset, Stop};
 
 use crate::cpu::Avr;
@@ -83,13 +85,13 @@ impl Avr {
     /// The op at the program counter has no body of its own. `deadline` is the next cycle at which anything is due.
     fn escape<P: Probe>(&mut self, deadline: u64, probe: &mut P) -> Option<Stop> {
         let pc = self.hot.pc & PC_MASK;
-        let op = self.code.ops[pc as usize];
-        if op.kind == Kind::Trap && self.passing != Some(pc) {
+        let trap = self.code.has_trap(pc);
+        if trap && self.passing != Some(pc) {
             self.passing = Some(pc);
             return Some(Stop::Trap { pc });
         }
-        let passed = self.passing.take().is_some();
-        if P::INSN && passed && probe.insn(self.hot.now(), pc) {
+        self.passing = None;
+        if P::INSN && trap && probe.insn(self.hot.now(), pc) {
             self.passing = Some(pc);
             return Some(Stop::Probe);
         }
@@ -103,54 +105,64 @@ impl Avr {
                 Stop::Illegal { pc, word }
             });
         }
-        let closes_loop = self.code.ops[pc as usize].kind == Kind::Poll;
+        let (start, counted) = (self.hot.now(), self.hot.instructions());
         self.hot = self.turn(probe).0.single(op);
-        let head = self.hot.pc & PC_MASK;
-        if closes_loop && head <= pc {
-            if head == pc && self.halted() {
+        if self.hot.pc & PC_MASK == pc && self.code.ops[0][pc as usize].kind == Kind::Poll {
+            // A jump to itself has changed nothing and looked at nothing: every turn is like this one.
+            if self.halted() {
                 return Some(Stop::Halted);
             }
-            if self.skip && !P::INSN && !P::DATA {
-                self.jump_over_turns(head, pc, deadline, probe);
+            if self.skip && !P::INSN {
+                self.repeat(deadline, start, counted);
             }
+        } else if !trap && self.jumps_over::<P>() {
+            self.jump_over_turns(pc, deadline, probe);
         }
         self.hot.force();
         None
     }
 
-    /// At the head of a loop that only looks: runs one turn, and if it leaves the machine as it was, jumps over as many
-    /// whole turns as nothing can change in. Stops early at the deadline, at a trap, or where the loop is left.
-    fn jump_over_turns<P: Probe>(&mut self, head: u32, end: u32, deadline: u64, probe: &mut P) {
-        let Some(looks) = self.code.only_looks(head, end) else { return };
+    /// True when loops that only look may be jumped over: the probe wants to see every turn of none.
+    pub(crate) const fn jumps_over<P: Probe>(&self) -> bool {
+        self.skip && !P::INSN && !P::DATA
+    }
+
+    /// Adds whole turns like the one that began at the cycle `start`, up to `limit`.
+    fn repeat(&mut self, limit: u64, start: u64, counted: u64) {
+        let now = self.hot.now();
+        let turns = limit.saturating_sub(now) / (now - start);
+        self.hot.counted += turns * (self.hot.instructions() - counted);
+        self.hot.pass(turns * (now - start));
+    }
+
+    /// At the head of the loop that only looks and is closed by the branch at `end`, if the branch was taken: runs one turn,
+    /// and if it leaves the machine as it was, jumps over as many whole turns as nothing can change in. Stops early at the
+    /// deadline, at a trap, or where the loop is left.
+    fn jump_over_turns<P: Probe>(&mut self, end: u32, deadline: u64, probe: &mut P) {
+        let code = Arc::clone(&self.code);
+        let Some((head, looks)) = code.look(end).filter(|found| found.0 == self.hot.pc & PC_MASK) else { return };
         let steady = |avr: &Avr, at: u64| {
             let io = looks.iter().filter(|&&r| (0x20..RAM_START).contains(&r) && !matches!(r, 0x5D..=0x5F));
             io.map(|&r| avr.soc.steady_until(r, at)).min().unwrap_or(NEVER)
         };
-        let registers = |avr: &Avr| -> Vec<u8> { avr.data[..32].to_vec() };
+        let registers = |avr: &Avr| -> [u8; 32] { std::array::from_fn(|r| avr.data[r]) };
         let (start, counted, before) = (self.hot.now(), self.hot.instructions(), (registers(self), self.hot.flags));
         let promised = steady(self, start);
         loop {
             let pc = self.hot.pc & PC_MASK;
-            if self.hot.now() >= deadline
-                || self.code.ops[pc as usize].kind == Kind::Trap
-                || !(head..=end).contains(&pc)
-            {
+            if self.hot.now() >= deadline || code.has_trap(pc) || !(*head..=end).contains(&pc) {
                 return;
             }
-            let op = self.code.decode(pc);
-            self.hot = self.turn(probe).0.single(op);
+            self.hot = self.turn(probe).0.single(code.decode(pc));
             if pc == end {
                 break;
             }
         }
         let now = self.hot.now();
-        let same = self.hot.pc & PC_MASK == head && (registers(self), self.hot.flags) == before;
+        let same = self.hot.pc & PC_MASK == *head && (registers(self), self.hot.flags) == before;
         // A promise that ends now was good for this turn and says nothing of the next.
         if same && now < promised {
-            let limit = steady(self, now).min(deadline);
-            let turns = limit.saturating_sub(now) / (now - start);
-            self.hot.counted += turns * (self.hot.instructions() - counted);
-            self.hot.pass(turns * (now - start));
+            self.repeat(steady(self, now).min(deadline), start, counted);
         }
     }
 }

@@ -1,6 +1,5 @@
 //! The machine as a value: [`Avr`].
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
@@ -10,7 +9,7 @@ use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
 
 use crate::flags::{Flag, Flags};
-use crate::isa::{Kind, PC_MASK};
+use crate::isa::PC_MASK;
 use crate::predecode::Code;
 use crate::soc::Soc;
 use crate::turn::{DATA, Hot, RAM_LEN, RAM_START, Turn};
@@ -24,7 +23,6 @@ pub struct Avr {
     pub(crate) code: Arc<Code>,
     pub(crate) soc: Soc,
     pub(crate) eeprom: Arc<Vec<u8>>,
-    pub(crate) traps: Arc<BTreeSet<u32>>,
     /// The trap that stopped the last run, to be stepped over by the next.
     pub(crate) passing: Option<u32>,
     /// Loops that only look are jumped over.
@@ -46,8 +44,7 @@ impl Avr {
             rng.fill(&mut data[..32]);
             rng.fill(&mut data[usize::from(RAM_START)..usize::from(RAM_START + RAM_LEN)]);
         }
-        let mut code = Code::new(&flash);
-        code.predecode(true);
+        let code = Code::new(&flash);
         let mut avr = Avr {
             chip,
             hot: Hot::START,
@@ -55,7 +52,6 @@ impl Avr {
             code: Arc::new(code),
             soc: Soc::new(chip),
             eeprom: Arc::new(eeprom),
-            traps: Arc::default(),
             passing: None,
             skip: true,
         };
@@ -71,14 +67,7 @@ impl Avr {
 
     /// Turns the jumping over of polling loops on (as it is at first) or off. Results do not change, only the time taken.
     pub fn set_skip(&mut self, on: bool) {
-        if self.skip != on {
-            self.skip = on;
-            let code = Arc::make_mut(&mut self.code);
-            code.predecode(on);
-            for &pc in self.traps.iter() {
-                code.ops[pc as usize].kind = Kind::Trap;
-            }
-        }
+        self.skip = on;
     }
 
     /// The chip around the core.
@@ -193,20 +182,7 @@ impl Cpu for Avr {
                 _ if at < usize::from(RAM_START + RAM_LEN) => self.data[at] = value,
                 _ => return false,
             },
-            "flash" if at < self.code.bytes.len() => {
-                let (skip, traps) = (self.skip, self.traps.clone());
-                let code = Arc::make_mut(&mut self.code);
-                code.bytes[at] = value;
-                // The byte may belong to an instruction up to two words back, or be skipped over by one before that; a
-                // polling loop that holds it may end up to eight words ahead.
-                let pc = (at / 2) as u32;
-                for pc in pc.saturating_sub(3)..(pc + 12).min(PC_MASK + 1) {
-                    code.ops[pc as usize] = code.op_at(pc, skip);
-                    if traps.contains(&pc) {
-                        code.ops[pc as usize].kind = Kind::Trap;
-                    }
-                }
-            }
+            "flash" if at < self.code.bytes.len() => Arc::make_mut(&mut self.code).poke(at, value),
             "eeprom" if at < self.eeprom.len() => Arc::make_mut(&mut self.eeprom)[at] = value,
             _ => return false,
         }
@@ -216,15 +192,8 @@ impl Cpu for Avr {
 
     fn trap(&mut self, pc: u32, on: bool) {
         let pc = pc & PC_MASK;
-        let traps = Arc::make_mut(&mut self.traps);
-        let changed = if on { traps.insert(pc) } else { traps.remove(&pc) };
-        if changed {
+        if self.code.has_trap(pc) != on && Arc::make_mut(&mut self.code).trap(pc, on) {
             self.passing = self.passing.filter(|&p| on || p != pc);
-            let code = Arc::make_mut(&mut self.code);
-            code.ops[pc as usize] = code.op_at(pc, self.skip);
-            if on {
-                code.ops[pc as usize].kind = Kind::Trap;
-            }
         }
     }
 
@@ -240,12 +209,13 @@ impl Cpu for Avr {
 
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
         self.soc.log(P::EVENTS);
+        let jumps = self.jumps_over::<P>();
         loop {
             if let Some(stop) = self.boundary(until, probe) {
                 return stop;
             }
             let (turn, code) = self.turn(probe);
-            self.hot = turn.burst(&code.ops);
+            self.hot = turn.burst(&code.ops[usize::from(jumps)]);
         }
     }
 

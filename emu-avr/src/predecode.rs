@@ -1,9 +1,12 @@
 //! Flash as predecoded ops: four bytes per program word.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use emu_core::table::{Op, Site};
 
 use crate::isa::{AvrOp, Kind, PC_MASK, row_of};
 use crate::record::record;
+use crate::soc::restless;
 
 /// Program words that the op array holds; a power of two, so that an address needs a mask and no check.
 pub const WORDS: usize = PC_MASK as usize + 1;
@@ -13,8 +16,12 @@ pub const WORDS: usize = PC_MASK as usize + 1;
 pub struct Code {
     /// Bytes, erased ones FFh.
     pub bytes: Box<[u8; WORDS * 2]>,
-    /// One op per program word, poll marks and traps in place.
-    pub ops: Box<[AvrOp; WORDS]>,
+    /// One op per program word, traps in place: `ops[0]` marks jumps to themselves as [`Kind::Poll`], since that is how
+    /// programs end; `ops[1]` marks all loops that only look.
+    pub ops: [Box<[AvrOp; WORDS]>; 2],
+    /// The loops that only look, by the branch that closes them: head, and the data addresses that they read.
+    loops: BTreeMap<u32, (u32, Vec<u16>)>,
+    traps: BTreeSet<u32>,
 }
 
 impl Code {
@@ -23,8 +30,63 @@ impl Code {
         let mut bytes = Box::new([0xFF; WORDS * 2]);
         let n = image.len().min(bytes.len());
         bytes[..n].copy_from_slice(&image[..n]);
-        let illegal = Op { kind: Kind::Illegal, arg: [0; 3] };
-        Code { bytes, ops: Box::new([illegal; WORDS]) }
+        let illegal = Box::new([Op { kind: Kind::Illegal, arg: [0; 3] }; WORDS]);
+        let ops = [illegal.clone(), illegal];
+        let mut code = Code { bytes, ops, loops: BTreeMap::new(), traps: BTreeSet::new() };
+        // Erased words stay what they are: no instruction.
+        let used = code.bytes.iter().rposition(|&b| b != 0xFF).map_or(0, |at| at as u32 / 2 + 1);
+        code.predecode(0, used);
+        code
+    }
+
+    /// Writes a byte of program memory.
+    pub fn poke(&mut self, addr: usize, value: u8) {
+        self.bytes[addr] = value;
+        // The byte may belong to an instruction that begins a word before, or be skipped over by one before that; the
+        // branch that closes a loop around it may stand some words ahead.
+        let pc = (addr / 2) as u32;
+        self.predecode(pc.saturating_sub(3), (pc + REACH + 2).min(WORDS as u32));
+    }
+
+    /// Sets or clears a trap; false when it was so already.
+    pub fn trap(&mut self, pc: u32, on: bool) -> bool {
+        let changed = if on { self.traps.insert(pc) } else { self.traps.remove(&pc) };
+        if changed {
+            self.predecode(pc, pc + 1);
+        }
+        changed
+    }
+
+    /// True when a trap stands at `pc`.
+    pub fn has_trap(&self, pc: u32) -> bool {
+        self.traps.contains(&pc)
+    }
+
+    /// The loop that only looks and is closed by the branch at `end`: its head and what it reads.
+    pub fn look(&self, end: u32) -> Option<&(u32, Vec<u16>)> {
+        self.loops.get(&end)
+    }
+
+    /// Fills the ops from `from` up to `to`, which is excluded.
+    fn predecode(&mut self, from: u32, to: u32) {
+        for pc in from..to {
+            let op = self.decode(pc);
+            let head = loop_closed_by(op, pc);
+            let looks = head.and_then(|head| Some((head, self.only_looks(head, pc)?)));
+            let kinds = match (self.traps.contains(&pc), head, &looks) {
+                (true, ..) => [Kind::Trap; 2],
+                (_, Some(head), _) if head == pc => [Kind::Poll; 2],
+                (_, _, Some(_)) => [op.kind, Kind::Poll],
+                _ => [op.kind; 2],
+            };
+            for (ops, kind) in self.ops.iter_mut().zip(kinds) {
+                ops[pc as usize] = Op { kind, arg: op.arg };
+            }
+            match looks {
+                Some(found) => self.loops.insert(pc, found),
+                None => self.loops.remove(&pc),
+            };
+        }
     }
 
     /// The word at `pc`, which wraps at the end of memory.
@@ -51,28 +113,11 @@ impl Code {
         row.op(kind, bits, &Site { pc, len, next_len: self.len_at(pc + len), pc_mask: mask })
     }
 
-    /// Decodes all of it. With `polls`, branches that close a loop which only looks are marked [`Kind::Poll`]; a jump to
-    /// itself is marked always, since that is how programs end.
-    pub fn predecode(&mut self, polls: bool) {
-        // Erased words stay what they are: no instruction.
-        let used = self.bytes.iter().rposition(|&b| b != 0xFF).map_or(0, |at| at as u32 / 2 + 1);
-        for pc in 0..used {
-            self.ops[pc as usize] = self.op_at(pc, polls);
-        }
-    }
-
-    /// The op that stands at `pc` where no trap is set.
-    pub fn op_at(&self, pc: u32, polls: bool) -> AvrOp {
-        let op = self.decode(pc);
-        let closes =
-            loop_closed_by(op, pc).is_some_and(|head| head == pc || polls && self.only_looks(head, pc).is_some());
-        if closes { Op { kind: Kind::Poll, arg: op.arg } } else { op }
-    }
-
     /// The data addresses that the loop from `head` to the branch at `end` reads, when a turn of it depends on nothing
     /// else: it reaches out to nothing, and needs no register or flag that it has written itself a turn before. So its
-    /// turns are all alike until one of those cells changes. `None` for other loops.
-    pub fn only_looks(&self, head: u32, end: u32) -> Option<Vec<u16>> {
+    /// turns are all alike until one of those cells changes. `None` for other loops, and for those that read a cell
+    /// which never rests.
+    fn only_looks(&self, head: u32, end: u32) -> Option<Vec<u16>> {
         let (mut looks, mut needs, mut writes, mut pc) = (Vec::new(), 0u64, 0u64, head);
         while pc <= end {
             let record = record(self.decode(pc), false);
@@ -84,13 +129,16 @@ impl Code {
             looks.extend(record.looks);
             pc += self.len_at(pc);
         }
-        (needs & writes == 0 && (head == end || !looks.is_empty())).then_some(looks)
+        let rests = !looks.is_empty() && !looks.iter().any(|&reg| restless(reg));
+        (needs & writes == 0 && head != end && rests).then_some(looks)
     }
 }
 
+/// Words between the ends of a loop that is looked at.
+const REACH: u32 = 8;
+
 /// The target of a short backward branch (or a jump to itself), the head of the loop that it closes.
 fn loop_closed_by(op: AvrOp, pc: u32) -> Option<u32> {
-    const REACH: u32 = 8;
     let record = record(op, false);
     record.target.filter(|&target| !record.reaches_out && target <= pc && pc - target <= REACH)
 }

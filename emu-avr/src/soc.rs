@@ -73,6 +73,13 @@ const TIMER_IRQS: [[(u8, u8); 4]; 3] = [
 
 const USART_IRQS: [(u8, u8); 3] = [(RXC, irq::USART_RX), (UDRE, irq::USART_UDRE), (TXC, irq::USART_TX)];
 
+/// True for registers that may read otherwise in every cycle, or do something when they are read: a loop over one of them
+/// can never be jumped over.
+#[must_use]
+pub const fn restless(reg: u16) -> bool {
+    matches!(reg, at::TCNT0 | at::TCNT1L | at::TCNT2 | at::ICR1L | at::UDR0)
+}
+
 impl Soc {
     /// The chip at cycle 0 after power-on, at its default clock.
     #[must_use]
@@ -349,7 +356,7 @@ impl Bus for Soc {
     }
 
     fn can_wake(&self, interrupts_enabled: bool) -> bool {
-        let timer = |t: &Timer| t.enabled() & t.flags() != 0 || t.enabled() != 0 && t.running();
+        let timer = |t: &Timer| t.enabled() & t.flags() != 0 || t.next(t.enabled()) != NEVER;
         let interrupt = self.watchdog.running() || self.usart.can_wake() || self.timers.iter().any(timer);
         self.watchdog.resets() || interrupts_enabled && interrupt
     }
