@@ -55,13 +55,12 @@ enum Piece {
 pub fn disasm(args: &DisasmArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let image = input::image(&args.image, args.chip, terminal)?;
     let names = Names { chip: args.chip, symbols: &image.symbols };
-    let address = |flag, text: &Option<String>, default| match text {
-        Some(text) => names.program_word(text).map_err(|why| Failure::value(flag, text, &why)),
-        None => Ok(default),
-    };
-    let end = args.chip.flash / args.chip.word_bytes;
-    let from = address("--from <ADDRESS>", &args.from, 0)?;
-    let to = address("--to <ADDRESS>", &args.to, end)?;
+    let from = args.from.as_ref().map_or(Ok(0), |text| {
+        names.program_word(text).map_err(|why| Failure::value("--from <ADDRESS>", text, &why))
+    })?;
+    let to = args.to.as_ref().map_or(Ok(args.chip.flash / args.chip.word_bytes), |text| {
+        names.program_end(text).map_err(|why| Failure::value("--to <ADDRESS>", text, &why))
+    })?;
     if from >= to {
         return Err(Failure::Usage(format!("--from 0x{:x} is not before --to 0x{:x}", from * 2, to * 2)));
     }

@@ -10,7 +10,7 @@ const ARROWS: &str = "
 diag:
 emu-core:       diag
 emu-avr:        emu-core
-emu-debug:      emu-core diag
+emu-debug:      emu-core
 ladder:         diag
 ladder-eval:    ladder
 ladder-compile: ladder diag emu-core emu-avr

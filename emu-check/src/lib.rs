@@ -27,6 +27,7 @@ mod shrink;
 mod stimulus;
 #[cfg(test)]
 mod tests;
+mod wiring;
 mod wishes;
 
 use diag::{Diagnostic, Pos, Severity};

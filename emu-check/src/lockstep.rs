@@ -10,6 +10,7 @@ use crate::places::{Places, Point};
 use crate::report::What;
 use crate::rig::{Astray, Rig};
 use crate::stimulus::Step;
+use crate::wiring;
 
 /// What both sides are made of.
 pub(crate) struct Bench<'a, C, F: Fn(u64) -> C> {
@@ -56,7 +57,8 @@ impl Mismatch {
     /// True when both are the same complaint about the same things.
     pub fn like(&self, other: &Mismatch) -> bool {
         let symbols = |m: &Mismatch| m.differing.iter().map(|d| d.symbol).collect::<Vec<_>>();
-        self.what == other.what && symbols(self) == symbols(other)
+        let same_pin = self.what != What::Pin || self.expected == other.expected;
+        self.what == other.what && symbols(self) == symbols(other) && same_pin
     }
 }
 
@@ -92,6 +94,7 @@ impl<'a, C: Cpu> Pair<'a, C> {
     /// it, and gives both sides this scan's inputs and writes.
     pub fn begin(&mut self, step: &Step) -> Result<u64, Mismatch> {
         self.rig.drive(step.inputs.iter().copied());
+        self.rig.drive_spare(step.spare);
         self.rig.reach_start().map_err(|a| astray(&a, self.places))?;
         let cycle = self.rig.cpu.cycle();
         let ((from, to), at) = self.rig.punctual();
@@ -104,6 +107,8 @@ impl<'a, C: Cpu> Pair<'a, C> {
             return Err(Mismatch::words(What::Stack, cycle, expected, found));
         }
         let mut compared = 2 + self.pins()?;
+        let wired = wiring::probe(self.rig.cpu.clone(), self.places);
+        compared += wired.map_err(|(expected, found)| Mismatch::words(What::Pin, cycle, expected, found))?;
         if self.first {
             self.first = false;
             let all = self.hints.bits.iter().chain(&self.hints.integers).copied();

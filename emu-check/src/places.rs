@@ -1,7 +1,7 @@
 //! The map, resolved: where on the chip everything is that a check looks at.
 
 use diag::{Diagnostic, Pos, Severity};
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, PinDef};
 use emu_core::cpu::Cpu;
 use emu_core::pins::PinId;
 use ladder::Program;
@@ -10,6 +10,7 @@ use ladder_eval::Evaluator;
 
 use crate::codes;
 use crate::contract::{self, Pace};
+use crate::wiring;
 
 /// A moment of a scan, at which the chip is stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +41,11 @@ pub(crate) struct Places {
     pub outputs: Vec<(usize, PinId)>,
     /// Pins of the inputs, in the order of the evaluator's symbols; nothing for an input without a pin.
     pub inputs: Vec<PinId>,
+    /// Pins that the program does not name, and those of them that a board may drive.
+    pub unnamed: Vec<PinId>,
+    pub spare: Vec<PinId>,
+    /// The chip's pins.
+    pins: &'static [PinDef],
     /// Bytes per program word.
     pub word_bytes: u32,
 }
@@ -82,6 +88,8 @@ impl Places {
         if !faults.is_empty() {
             return Err(faults);
         }
+        let named: Vec<PinId> = inputs.iter().copied().chain(outputs.iter().map(|o: &(usize, PinId)| o.1)).collect();
+        let (unnamed, spare) = wiring::unnamed(chip, &named);
         let word = |byte: u32| byte / chip.word_bytes.max(1);
         let points = [map.timer_start, map.scan_start, map.scan_end].map(word);
         let [timer_start, scan_start, scan_end] = points;
@@ -94,8 +102,16 @@ impl Places {
             symbols,
             outputs,
             inputs,
+            unnamed,
+            spare,
+            pins: chip.pins,
             word_bytes: chip.word_bytes.max(1),
         })
+    }
+
+    /// The chip's name of a pin.
+    pub fn pin_name(&self, pin: PinId) -> &'static str {
+        self.pins.get(usize::from(pin)).map_or("?", |p| p.name)
     }
 
     /// Program word at which `point` is reached.

@@ -164,6 +164,7 @@ impl Difference {
         let what = match (self.what, &self.symbol) {
             (What::Pin, Some(symbol)) => format!("the pin of {symbol}"),
             (_, Some(symbol)) => symbol.clone(),
+            (What::Pin, None) => "a pin by itself".to_owned(),
             (What::Period, None) => "the start of the scan".to_owned(),
             (What::Map, None) => "the compiler's map".to_owned(),
             (What::Stack, None) => "the stack pointer".to_owned(),

@@ -49,6 +49,14 @@ impl<'a, C: Cpu> Rig<'a, C> {
         }
     }
 
+    /// Drives the pins that the program does not name, now: the n-th by bit n.
+    pub fn drive_spare(&mut self, levels: u32) {
+        let now = Time::at(self.cpu.cycle());
+        for (n, &pin) in (0..).zip(&self.places.spare) {
+            self.cpu.drive(now, pin, Level::of(levels.checked_shr(n).unwrap_or(0) & 1 == 1));
+        }
+    }
+
     /// Drives all inputs, now.
     pub fn drive(&mut self, levels: impl Iterator<Item = bool>) {
         let now = Time::at(self.cpu.cycle());

@@ -208,6 +208,9 @@ fn line<C: Cpu, F: Fn(u64) -> C>(bench: &Bench<'_, C, F>, step: &Step, scan: usi
     let mut line = format!("scan {scan}:");
     line += &if levels.is_empty() { String::new() } else { format!(" {}", levels.join(" ")) };
     line += &if flips.is_empty() { String::new() } else { format!(", inverted after latching: {}", flips.join(" ")) };
+    let spare = bench.places.spare.iter().zip(0..).filter(|(_, n)| step.spare.checked_shr(*n).unwrap_or(0) & 1 == 1);
+    let spare: Vec<&str> = spare.map(|(&pin, _)| bench.places.pin_name(pin)).collect();
+    line += &if spare.is_empty() { String::new() } else { format!("; unnamed and high {}", spare.join(" ")) };
     line += &if writes.is_empty() { String::new() } else { format!("; written {}", writes.join(" ")) };
     line
 }

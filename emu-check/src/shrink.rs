@@ -61,9 +61,9 @@ impl Search {
         }
     }
 
-    /// In each scan: fewer writes, no flips, inputs as in the scan before.
+    /// In each scan: pins without a name low, fewer writes, no flips, inputs as in the scan before.
     fn simplify(&mut self, differs: &mut dyn FnMut(&[Step]) -> Option<usize>) {
-        for change in [no_flips, no_writes, drop_write, keep_inputs, keep_input] {
+        for change in [no_spare, no_flips, no_writes, drop_write, keep_inputs, keep_input] {
             let mut at = 0;
             while at < self.steps.len() {
                 let mut part = 0;
@@ -91,6 +91,16 @@ enum Changed {
 }
 
 type Steps = [Step];
+
+fn no_spare(steps: &mut Steps, at: usize, part: usize) -> Changed {
+    match steps.get_mut(at) {
+        Some(step) if part == 0 && step.spare != 0 => {
+            step.spare = 0;
+            Changed::Yes
+        }
+        _ => Changed::Over,
+    }
+}
 
 fn no_flips(steps: &mut Steps, at: usize, part: usize) -> Changed {
     match steps.get_mut(at) {

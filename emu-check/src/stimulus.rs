@@ -17,6 +17,8 @@ pub(crate) struct Step {
     pub inputs: Vec<bool>,
     /// Inputs whose level is inverted once they must have been latched; empty when none is.
     pub flips: Vec<bool>,
+    /// Levels of the pins that the program does not name, a bit each; they must not matter.
+    pub spare: u32,
     /// Symbols (by index) and the values written to them at the scan's start.
     pub writes: Vec<(usize, i32)>,
 }
@@ -97,6 +99,8 @@ enum Mode {
 #[derive(Debug, Clone)]
 pub(crate) struct Stimulus {
     rng: Rng,
+    /// What pins without a name do is drawn apart, for it has no part in the rest.
+    spare: Rng,
     runs: usize,
     /// Scans of the present run that are still to come.
     left: usize,
@@ -113,6 +117,7 @@ impl Stimulus {
     pub fn new(seed: u64, wishes: Wishes) -> Stimulus {
         Stimulus {
             rng: Rng::new(seed),
+            spare: Rng::new(!seed),
             runs: 0,
             left: 0,
             first: true,
@@ -160,11 +165,12 @@ impl Stimulus {
     pub fn step(&mut self, hints: &Hints, eval: &Evaluator, goals: &Goals) -> Step {
         let drawn = self.draw(hints, eval);
         let writes = self.kind.1 != Writes::Nothing && (self.first || self.kind.1 != Writes::First);
-        let step = match (writes, self.rng.below(4)) {
+        let mut step = match (writes, self.rng.below(4)) {
             (true, 0 | 1) if goals.open() => self.covering(hints, eval, goals, drawn),
             (true, 1..) if self.kind.1 == Writes::Every => self.wished(hints, eval, drawn),
             _ => drawn,
         };
+        step.spare = self.spare.next_u64() as u32;
         self.inputs.clone_from(&step.inputs);
         self.first = false;
         self.left = self.left.saturating_sub(1);
@@ -205,14 +211,14 @@ impl Stimulus {
         };
         let flips = if self.rng.one_in(4) { self.coins(inputs.len()) } else { Vec::new() };
         let writes = self.writes(hints, eval);
-        Step { inputs, flips, writes }
+        Step { inputs, flips, spare: 0, writes }
     }
 
     /// Another step for the same scan: other writes, and where no sweep is under way sometimes other inputs.
     fn redraw(&mut self, hints: &Hints, eval: &Evaluator, step: &Step) -> Step {
         let sweeping = self.kind.0 == Inputs::Sweep && !self.inputs.is_empty() && self.inputs.len() <= SWEEP;
         let inputs = if sweeping || self.rng.one_in(2) { step.inputs.clone() } else { self.coins(step.inputs.len()) };
-        Step { inputs, flips: step.flips.clone(), writes: self.writes(hints, eval) }
+        Step { inputs, flips: step.flips.clone(), spare: 0, writes: self.writes(hints, eval) }
     }
 
     fn coins(&mut self, n: usize) -> Vec<bool> {

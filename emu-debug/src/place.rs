@@ -60,11 +60,24 @@ impl Names<'_> {
     /// # Errors
     /// No address, not the start of a word, or beyond program memory.
     pub fn program_word(&self, text: &str) -> Result<u32, String> {
+        self.word_up_to(text, self.chip.flash - 1)
+    }
+
+    /// The end of a stretch of program memory, which is excluded, so that the address behind the last word will do; else
+    /// as [`Names::program_word`].
+    ///
+    /// # Errors
+    /// No address, not the start of a word, or beyond the end of program memory.
+    pub fn program_end(&self, text: &str) -> Result<u32, String> {
+        self.word_up_to(text, self.chip.flash)
+    }
+
+    fn word_up_to(&self, text: &str, most: u32) -> Result<u32, String> {
         let byte = self.address("flash", text)?;
         if byte % self.chip.word_bytes != 0 {
             return Err(format!("0x{byte:x} is not the start of a word; program addresses are even byte addresses"));
         }
-        if byte >= self.chip.flash {
+        if byte > most {
             let last = self.chip.flash - 1;
             return Err(format!("0x{byte:x} reaches beyond flash, whose last address is 0x{last:x}"));
         }

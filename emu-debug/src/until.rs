@@ -38,8 +38,11 @@ pub fn until(names: &Names<'_>, text: &str) -> Result<Until, String> {
         "read" => Ok(Until::Read(data(names, rest)?)),
         "write" => Ok(Until::Write(data(names, rest)?)),
         "uart" => {
-            let inner = rest.strip_prefix('"').and_then(|r| r.strip_suffix('"'));
-            Ok(Until::Uart(unescape(inner.unwrap_or(rest))?))
+            let inner = rest.strip_prefix('"').and_then(|r| r.strip_suffix('"')).unwrap_or(rest);
+            if has_bare_quote(inner) {
+                return Err(format!("the quotes of `{rest}` do not pair; write \"text\", and \\\" for one within the text"));
+            }
+            Ok(Until::Uart(unescape(inner)?))
         }
         _ => Err(format!(
             "`{text}` is no condition; write pc=0x1a2, `pin PB5=1`, `write data:0x100`, `read data:0x100` or `uart \"text\"`"
@@ -66,6 +69,19 @@ impl Until {
             Until::Uart(bytes) => format!("uart {}", escape(bytes)),
         }
     }
+}
+
+/// True when a quote stands in `text` without a backslash that makes it a part of the text.
+fn has_bare_quote(text: &str) -> bool {
+    let mut chars = text.chars();
+    while let Some(c) = chars.next() {
+        match c {
+            '"' => return true,
+            '\\' => _ = chars.next(),
+            _ => {}
+        }
+    }
+    false
 }
 
 fn data(names: &Names<'_>, text: &str) -> Result<Range, String> {
