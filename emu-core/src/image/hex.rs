@@ -11,6 +11,9 @@ use super::{Image, Loaded, Space};
 /// Offsets within a segment end here: an offset has 16 bits.
 const SEGMENT: usize = 0x1_0000;
 
+/// Where an AVR ELF file has EEPROM, fuses, lock bits and signature, which a plain objcopy carries over.
+const ELF_SECTIONS: std::ops::Range<u64> = 0x81_0000..0x85_0000;
+
 /// Loads Intel HEX. `file` is the name for messages, `spaces` are the memories of the chip.
 ///
 /// # Errors
@@ -202,12 +205,13 @@ impl Reader<'_> {
             let lines = if last_line > first.line { format!(" (to line {last_line})") } else { String::new() };
             format!("{bytes} outside the memories of the chip{lines}: {}", describe(self.spaces))
         };
-        self.faults.error(
-            "HEX016",
-            first,
-            cause,
-            "build the program for this chip, or choose the chip it was built for",
-        );
+        let hint = if ELF_SECTIONS.contains(&addr.start) {
+            "from here on an ELF file has the EEPROM, fuses and lock bits: load the ELF file itself, or leave them out \
+             (objcopy -R .eeprom -R .fuse -R .lock)"
+        } else {
+            "build the program for this chip, or choose the chip it was built for"
+        };
+        self.faults.error("HEX016", first, cause, hint);
     }
 
     /// What can be said only at the end of the file; `last` is its last line with text.

@@ -145,6 +145,18 @@ fn a_record_across_memories() {
     assert_eq!(lines(&found, " "), wanted);
 }
 
+/// What a plain objcopy brings over from an ELF file's EEPROM and fuses is told from a program that is too large.
+#[test]
+fn the_hint_fits_the_address() {
+    for (base, wanted) in [("0080", "this chip"), ("0081", "-R .eeprom"), ("0082", "-R .fuse"), ("0085", "this chip")] {
+        let sum = 6u8.wrapping_add(u8::from_str_radix(&base[2..], 16).unwrap()).wrapping_neg();
+        let text = format!(":02000004{base}{sum:02X}\n:0100000005FA\n:00000001FF");
+        let found = load_hex("a.hex", text.as_bytes(), MEMORIES).unwrap_err();
+        assert_eq!(found.iter().map(|d| d.code).collect::<Vec<_>>(), ["HEX016"], "{base}");
+        assert!(found[0].hint.contains(wanted), "{base}: {}", found[0].hint);
+    }
+}
+
 /// The examples of the page on the format have the fault that they stand for.
 #[test]
 fn examples_in_the_docs() {
