@@ -25,8 +25,8 @@ codes! {
         "The stimulus did not bring an element into one of the states that count (a contact that passes and blocks, a timer that expires and is reset, a counter that wraps). The report names it. More scans (--scans) or another seed (--seed) may reach it; if not, look whether the program can ever get there. States that provably cannot occur are listed with the reason and are not counted.";
     DIFFERS_SYMBOL "EC010" "a relay, output, timer, counter or variable differs"
         "At the end of a scan the chip holds another value than the language gives it. The report names the first element in order of execution whose result differs, both values, and a command that replays the run up to that scan.";
-    DIFFERS_PIN "EC011" "the level of an output pin differs"
-        "The pin does not show what the program's output is: at the end of a scan its new value, until then its last one, and low from reset to the end of the first scan.";
+    DIFFERS_PIN "EC011" "the level of a pin differs"
+        "An output pin does not show what the program's output is: at the end of a scan its new value, until then its last one, and low from reset to the end of the first scan. Or a pin does not do by itself what it should: an input reads low when pulled low and high by its pull-up when left alone, an output holds against the outside, a pin that the program does not name floats.";
     DIFFERS_PERIOD "EC012" "a scan starts too early or too late"
         "The k-th scan must start between the k-th match of the pacing timer, floor(k P) cycles after the timer was started (one tick of the timer early at most), and one turn of the loop that waits for it. Both bounds are absolute, so a drift of a single cycle per scan is found as soon as it has added up.";
     DIFFERS_STOP "EC013" "the chip stopped, hung or left the course of a scan"

@@ -107,12 +107,10 @@ impl<'a, C: Cpu> Pair<'a, C> {
             return Err(Mismatch::words(What::Stack, cycle, expected, found));
         }
         let mut compared = 2 + self.pins()?;
-        let wired = wiring::probe(self.rig.cpu.clone(), self.places);
-        compared += wired.map_err(|(expected, found)| Mismatch::words(What::Pin, cycle, expected, found))?;
         if self.first {
             self.first = false;
             let all = self.hints.bits.iter().chain(&self.hints.integers).copied();
-            compared += self.symbols(What::Reset, all)?;
+            compared += self.symbols(What::Reset, all)? + self.wiring()?;
         }
         step.apply(self.hints, &mut self.eval);
         for &(symbol, value) in &step.writes {
@@ -131,7 +129,7 @@ impl<'a, C: Cpu> Pair<'a, C> {
             self.flip(step);
         }
         self.rig.reach_end().map_err(lost)?;
-        compared += self.symbols(What::Symbol, 0..self.eval.symbols().len())? + self.pins()?;
+        compared += self.symbols(What::Symbol, 0..self.eval.symbols().len())? + self.pins()? + self.wiring()?;
         Ok(Agreed { compared, cycles: self.rig.cpu.cycle() - start, seen })
     }
 
@@ -153,6 +151,12 @@ impl<'a, C: Cpu> Pair<'a, C> {
             }
         }
         if differing.is_empty() { Ok(compared) } else { Err(Mismatch::values(what, self.rig.cpu.cycle(), differing)) }
+    }
+
+    /// What the chip does with its pins when nothing outside drives them.
+    fn wiring(&self) -> Result<u64, Mismatch> {
+        wiring::probe(self.rig.cpu.clone(), self.places)
+            .map_err(|(expected, found)| Mismatch::words(What::Pin, self.rig.cpu.cycle(), expected, found))
     }
 
     /// Output pins against the outputs as the evaluator has them now.

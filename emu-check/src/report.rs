@@ -61,7 +61,7 @@ pub struct Figures {
 pub enum What {
     /// A relay, output, timer, counter or variable at the end of a scan.
     Symbol,
-    /// The level of an output pin.
+    /// The level of an output pin, or what a pin does when nothing outside drives it.
     Pin,
     /// The moment at which a scan starts.
     Period,
