@@ -9,6 +9,9 @@ use crate::flags::Flag;
 use crate::isa::{Kind, PC_MASK, row_of};
 use crate::turn::RAM_START;
 
+/// Cycles of peace from which on it is worth to look for turns to jump over.
+const WORTH: u64 = 32;
+
 impl Avr {
     /// Runs everything due at this instruction boundary and sets the next deadline. Returns why to stop, if so.
     ///
@@ -23,7 +26,9 @@ impl Avr {
                 }
             }
             if self.soc.reset_requested(now) {
+                let stop = self.hot.stop;
                 self.reset(Reset::Watchdog);
+                self.hot.stop = stop;
                 continue;
             }
             if std::mem::take(&mut self.hot.stop) {
@@ -148,9 +153,14 @@ impl Avr {
         let registers = |avr: &Avr| -> [u8; 32] { std::array::from_fn(|r| avr.data[r]) };
         let (start, counted, before) = (self.hot.now(), self.hot.instructions(), (registers(self), self.hot.flags));
         let promised = steady(self, start);
+        if promised.min(deadline) - start < WORTH {
+            return;
+        }
         loop {
             let pc = self.hot.pc & PC_MASK;
-            if self.hot.now() >= deadline || code.has_trap(pc) || !(*head..=end).contains(&pc) {
+            // A loop within the loop is looked at for itself.
+            let inner = pc != end && code.ops[1][pc as usize].kind == Kind::Poll;
+            if self.hot.now() >= deadline || code.has_trap(pc) || inner || !(*head..=end).contains(&pc) {
                 return;
             }
             self.hot = self.turn(probe).0.single(code.decode(pc));

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Bus, Cpu, NEVER, Probe, RamInit, Reset, Stop};
+use emu_core::cpu::{Bus, Cpu, END_OF_TIME, NEVER, Probe, RamInit, Reset, Stop};
 use emu_core::image::Image;
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
@@ -30,8 +30,8 @@ pub struct Avr {
 }
 
 impl Avr {
-    /// A chip after power-up with the memories of `image`; what the image does not fill is erased (FFh) or, in RAM and
-    /// the core's registers, as `ram` says.
+    /// A chip after power-up with flash, EEPROM and RAM of `image`; what the image does not fill is erased (FFh) or, in RAM
+    /// and the core's registers, as `ram` says.
     #[must_use]
     pub fn new(chip: &'static Chip, image: &Image, ram: RamInit) -> Avr {
         let mut flash = vec![0xFF; chip.flash as usize];
@@ -43,6 +43,12 @@ impl Avr {
             let mut rng = Rng::new(seed);
             rng.fill(&mut data[..32]);
             rng.fill(&mut data[usize::from(RAM_START)..usize::from(RAM_START + RAM_LEN)]);
+        }
+        for (addr, byte) in image.bytes_in("data") {
+            // What lies at the registers of the chip is theirs to say.
+            if !(0x20..u32::from(RAM_START)).contains(&addr) && (addr as usize) < DATA {
+                data[addr as usize] = byte;
+            }
         }
         let code = Code::new(&flash);
         let mut avr = Avr {
@@ -208,6 +214,7 @@ impl Cpu for Avr {
     }
 
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
+        let until = until.min(END_OF_TIME);
         self.soc.log(P::EVENTS);
         let jumps = self.jumps_over::<P>();
         loop {
@@ -242,8 +249,8 @@ fn register(name: &str) -> Option<Register> {
         "sp" => Some(Register::Sp),
         "pc" => Some(Register::Pc),
         other => {
-            let number: usize = other.strip_prefix('r')?.parse().ok()?;
-            (number < 32 && !other.starts_with("r0") | (other == "r0")).then_some(Register::General(number))
+            let number = (0..32).find(|n| other.strip_prefix('r').is_some_and(|digits| digits == n.to_string()))?;
+            Some(Register::General(number))
         }
     }
 }

@@ -44,8 +44,11 @@ impl Code {
         self.bytes[addr] = value;
         // The byte may belong to an instruction that begins a word before, or be skipped over by one before that; the
         // branch that closes a loop around it may stand some words ahead.
-        let pc = (addr / 2) as u32;
-        self.predecode(pc.saturating_sub(3), (pc + REACH + 2).min(WORDS as u32));
+        let pc = (addr / 2) as u32 + WORDS as u32;
+        for pc in pc - 3..pc + REACH + 2 {
+            let pc = pc % WORDS as u32;
+            self.predecode(pc, pc + 1);
+        }
     }
 
     /// Sets or clears a trap; false when it was so already.

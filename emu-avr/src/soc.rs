@@ -203,7 +203,7 @@ impl Soc {
 
     /// Runs everything due up to `now`, in order of time.
     fn run(&mut self, now: u64) {
-        while self.deadline <= now {
+        while self.deadline <= now && self.deadline != NEVER {
             let due = self.deadline;
             self.run_cycle(due);
             self.schedule();

@@ -216,7 +216,7 @@ impl<P: Probe> Machine for Turn<'_, P> {
 
     #[inline(always)]
     fn advance(&mut self, words: u32) {
-        self.hot.pc += words;
+        self.hot.pc = self.hot.pc.wrapping_add(words);
         self.hot.budget += 1;
     }
     #[inline(always)]
@@ -242,7 +242,7 @@ impl<P: Probe> Machine for Turn<'_, P> {
     fn skip_if(&mut self, condition: bool, words: u32) {
         if condition {
             self.hot.charge(words);
-            self.hot.pc += words;
+            self.hot.pc = self.hot.pc.wrapping_add(words);
         }
     }
 }

@@ -220,3 +220,38 @@ fn polls_are_left_at_every_distance_from_the_match() {
         }
     }
 }
+
+/// Waits with no limit end at the end of time, and a watched write is not lost to a watchdog reset at the same boundary.
+#[test]
+fn the_end_of_time_and_a_stop_beside_a_reset() {
+    let waits = "\n== sleep for a byte\n0x00: ldi r16,0x90\n sts 0xC1,r16\n ldi r16,1\n out 0x33,r16\n sei\n sleep\n-- x\n\
+                 \n== poll a pin\n0x00: sbis 0x03,0\n rjmp .-4\n-- x\n";
+    for program in parse(waits) {
+        let mut avr = chip(&program);
+        for _ in 0..2 {
+            assert_eq!(avr.run(u64::MAX, &mut ()), Stop::Limit, "{}", program.name);
+            assert_eq!(avr.step(&mut ()), Stop::Limit, "{}", program.name);
+        }
+    }
+    /// Stops at every write of data:0x100.
+    #[derive(Default)]
+    struct Watch(u32);
+    impl Probe for Watch {
+        const DATA: bool = true;
+        fn data(&mut self, _: u64, addr: u16, _: u8, write: bool) -> bool {
+            self.0 += u32::from(write && addr == 0x100);
+            write && addr == 0x100
+        }
+    }
+    let program = &parse(
+        "\n== dog\n0x00: ldi r16,0x18\n sts 0x60,r16\n ldi r16,8\n sts 0x60,r16\n sts 0x100,r16\n nop*3\n rjmp .-12\n-- x\n",
+    )[0];
+    let mut avr = chip(program);
+    avr.set_clock_hz(1000);
+    let (mut watch, mut stops) = (Watch::default(), 0);
+    while avr.run(4000, &mut watch) == Stop::Probe {
+        stops += 1;
+    }
+    assert!(stops > 100);
+    assert_eq!(stops, watch.0, "every write stops the run");
+}

@@ -98,15 +98,18 @@ pub trait Cpu: Clone {
     fn set_reg(&mut self, name: &str, value: u32) -> bool;
     /// Reads one byte of a memory space without any side effect; `None` outside of it.
     fn peek(&self, space: &str, addr: u32) -> Option<u8>;
-    /// Writes one byte of a memory space as a debugger does (no timing); false outside of it.
+    /// Writes one byte of a memory space at once; false outside of it. A register of the chip does what it does when a program
+    /// writes it (a one in a flag register clears the flag, PINx toggles).
     fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool;
-    /// Sets or clears a breakpoint at the program word `pc`. Traps are no part of the machine's state.
+    /// Sets or clears a breakpoint at the program word `pc`. It changes nothing that a program could see; a clone has the
+    /// traps that were set when it was made.
     fn trap(&mut self, pc: u32, on: bool);
     /// Level of a pin now.
     fn level(&self, pin: PinId) -> Level;
     /// Drives a pin from outside at `at` (at once when that has passed).
     fn drive(&mut self, at: Time, pin: PinId, level: Level);
-    /// Runs until machine cycle `until` is reached or something stops it; always to an instruction boundary.
+    /// Runs until machine cycle `until` (at most [`END_OF_TIME`]) is reached or something stops it; always to an instruction
+    /// boundary.
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop;
     /// Executes one instruction, or one interrupt entry, or sleeps to the next deadline.
     fn step<P: Probe>(&mut self, probe: &mut P) -> Stop;
@@ -145,6 +148,9 @@ impl Wake {
 
 /// A moment that never comes.
 pub const NEVER: u64 = u64::MAX;
+
+/// The last cycle to which a machine runs: 2^62, some 9,000 years at 16 MHz.
+pub const END_OF_TIME: u64 = 1 << 62;
 
 /// What a core sees of its chip. Plain RAM is not behind it. `now` is the machine cycle in which the access falls; a
 /// write takes effect at the edge that ends that cycle. Every access first runs what is due at its own cycle.

@@ -13,5 +13,5 @@ pub mod rng;
 pub mod table;
 
 pub use chip::{Chip, PinDef, Reg};
-pub use cpu::{Bus, Cpu, Fault, NEVER, Probe, RamInit, Reset, Stop, Wake};
+pub use cpu::{Bus, Cpu, END_OF_TIME, Fault, NEVER, Probe, RamInit, Reset, Stop, Wake};
 pub use pins::{Event, Level, PinId, Time};
