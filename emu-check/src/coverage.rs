@@ -35,7 +35,7 @@ impl Class {
         (Class::Coils,        "coils",         "both values"),
         (Class::Compares,     "compares",      "both ways"),
         (Class::Timers,       "timers",        "expired and reset"),
-        (Class::Counters,     "counters",      "wrapped"),
+        (Class::Counters,     "counters",      "in all states"),
         (Class::OneShots,     "one-shots",     "fired"),
         (Class::MasterRelays, "master relays", "both ways"),
         (Class::Actions,      "actions",       "both ways"),
@@ -47,11 +47,12 @@ impl Class {
 pub struct ClassCoverage {
     /// Which class.
     pub class: Class,
-    /// How many did everything that they can do.
+    /// How many of `total` did everything that counts.
     pub covered: u32,
-    /// How many there are, those left out that can do nothing that counts.
+    /// How many can do everything that counts, as far as is known.
     pub total: u32,
-    /// How many can do nothing that counts, such as a contact behind OPEN.
+    /// How many more there are, that cannot do everything that counts: a contact behind OPEN, a coil on a rung that is
+    /// always true. What they can do is not counted here; [`Coverage::missing`] names what of it was not seen.
     pub impossible: u32,
 }
 
@@ -84,7 +85,7 @@ pub struct Coverage {
 }
 
 impl Coverage {
-    /// `items` are the things of the program, each with true for all seen, false for not, nothing for "can do nothing".
+    /// `items` are the things of the program, each with true for all seen, false for not, nothing for "cannot do all".
     pub(crate) fn new(items: impl Iterator<Item = (Class, Option<bool>)>, mut missing: Vec<Missing>) -> Coverage {
         let items: Vec<_> = items.collect();
         let classes = Class::ALL.iter().filter_map(|&(class, _, _)| {
@@ -110,9 +111,10 @@ impl Coverage {
         let class = |row: &ClassCoverage| {
             let (name, how) =
                 Class::ALL.iter().find(|(class, ..)| *class == row.class).map_or(("", ""), |&(_, n, h)| (n, h));
-            format!("{name} {}/{} {how}", row.covered, row.total)
+            let more = if row.impossible > 0 { format!(" ({} more cannot)", row.impossible) } else { String::new() };
+            format!("{name} {}/{} {how}{more}", row.covered, row.total)
         };
-        let rows: Vec<String> = self.classes.iter().filter(|row| row.total > 0).map(class).collect();
+        let rows: Vec<String> = self.classes.iter().map(class).collect();
         let all = if rows.is_empty() { "nothing to cover".to_owned() } else { rows.join(", ") };
         format!("coverage: {all}\n")
     }

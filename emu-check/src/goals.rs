@@ -206,11 +206,11 @@ impl Goals {
     pub fn coverage(&self, program: &Program) -> Coverage {
         let elements: HashMap<ElementId, &Element> = program.elements().map(|(id, element, _)| (id, element)).collect();
         let text = |id| elements.get(&id).map_or_else(String::new, |element| ladder::element_text(element));
-        // Per item: nothing while no goal of it is possible, then whether all that are have been reached.
-        let mut states = vec![None; self.items.len()];
-        for goal in self.goals.iter().filter(|goal| goal.impossible.is_none()) {
+        // Per item: whether all of its goals have been reached; nothing where one of them is impossible.
+        let mut states = vec![Some(true); self.items.len()];
+        for goal in &self.goals {
             if let Some(state) = states.get_mut(goal.item) {
-                *state = Some(state.unwrap_or(true) && goal.reached);
+                *state = state.filter(|_| goal.impossible.is_none()).map(|all| all && goal.reached);
             }
         }
         let items = self.items.iter().map(|item| item.class).zip(states);

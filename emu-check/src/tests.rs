@@ -57,6 +57,16 @@ fn few_inputs_see_every_combination_without_a_write() {
     assert!(steps.iter().take(56).all(|(_, step)| step.writes.is_empty()));
 }
 
+/// Inputs, and scans of the longest run of a default check: what a drift of the period can add up over.
+#[test]
+fn the_longest_run_is_as_long_as_the_manual_says() {
+    for (inputs, longest) in [(1, 320), (7, 320), (8, 256), (9, 320)] {
+        let contacts: String = (0..inputs).map(|n| format!(" CONTACTS Xi{n} 0\n")).collect();
+        let (steps, _) = drawn(&program(&format!("RUNG\n{contacts} COIL Ya 0 0 0\nEND")), 1, 2_000);
+        assert_eq!(steps.chunk_by(|a, b| a.0 == b.0).map(<[_]>::len).max(), Some(longest), "{inputs} inputs");
+    }
+}
+
 #[test]
 fn all_boundaries_are_written_in_a_default_check() {
     let (steps, _) = drawn(&program(THREE), 1, 2_000);
@@ -114,6 +124,31 @@ fn exceptions_have_a_name_and_a_reason() {
         let found: Vec<String> = coverage.missing.iter().map(line).collect();
         assert_eq!(found.join("; "), *wanted, "{rungs}");
         assert_eq!(coverage.full, !wanted.contains("not seen"), "{rungs}");
+    }
+}
+
+/// `rungs | the coverage line`: what cannot do all that counts stands apart.
+#[rustfmt::skip]
+const LINES: &[(&str, &str)] = &[
+    ("CONTACTS Xa 0\n COIL Ya 0 0 0", "contacts 1/1 both ways, coils 1/1 both values"),
+    ("COIL Ya 0 0 0", "coils 0/0 both values (1 more cannot)"),
+    ("PARALLEL\n COIL Ya 0 0 0\n MOVE n 4\n END\n END\nRUNG\n CONTACTS Xa 0\n COIL Yb 0 0 0",
+     "contacts 1/1 both ways, coils 1/1 both values (1 more cannot), actions 0/0 both ways (1 more cannot)"),
+    ("OPEN\n OSF\n COIL Ya 0 0 0\n END\nRUNG\n CONTACTS Xa 0\n OSF\n COIL Yb 0 0 0",
+     "contacts 1/1 both ways, coils 1/1 both values (1 more cannot), one-shots 1/1 fired (1 more cannot)"),
+    ("CTU Cn -32768\n COIL Ya 0 0 0",
+     "coils 0/0 both values (1 more cannot), counters 0/0 in all states (1 more cannot)"),
+    ("TON Ta 9000\n COIL Ya 0 0 0", "coils 1/1 both values, timers 0/0 expired and reset (1 more cannot)"),
+    ("CONTACTS Ra 0\n CONTACTS Ra 0\n COIL Ya 0 0 0", "contacts 1/2 both ways, coils 1/1 both values"),
+    ("SHORT", "nothing to cover"),
+];
+
+#[test]
+fn the_coverage_line_is_true() {
+    for (rungs, wanted) in LINES {
+        let program = program(&format!("RUNG\n {rungs}\nEND"));
+        let (_, goals) = drawn(&program, 1, 2_000);
+        assert_eq!(goals.coverage(&program).line(), format!("coverage: {wanted}\n"), "{rungs}");
     }
 }
 
