@@ -55,9 +55,10 @@ enum Piece {
 pub fn disasm(args: &DisasmArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let image = input::image(&args.image, args.chip, terminal)?;
     let names = Names { chip: args.chip, symbols: &image.symbols };
-    let from = args.from.as_ref().map_or(Ok(0), |text| {
-        names.program_word(text).map_err(|why| Failure::value("--from <ADDRESS>", text, &why))
-    })?;
+    let from = args
+        .from
+        .as_ref()
+        .map_or(Ok(0), |text| names.program_word(text).map_err(|why| Failure::value("--from <ADDRESS>", text, &why)))?;
     let to = args.to.as_ref().map_or(Ok(args.chip.flash / args.chip.word_bytes), |text| {
         names.program_end(text).map_err(|why| Failure::value("--to <ADDRESS>", text, &why))
     })?;

@@ -63,10 +63,13 @@ pub fn finish(result: Result<u8, Failure>, verb: &str, json: bool, terminal: &Te
             exit::USAGE
         }
         Err(Failure::Refused(diagnostics, text)) => {
-            if json {
-                _ = output::json(&json!({ "schema": 1, "errors": diagnostics }));
-            } else {
+            let lost = diagnostics.iter().any(|d| d.code == UNWRITABLE && d.file == "-");
+            if !json || lost {
                 report(terminal, &diagnostics, &text);
+            } else if let Err(Failure::Refused(why, _)) = output::json(&json!({ "schema": 1, "errors": diagnostics })) {
+                // Standard output takes nothing, so the document is told here, and why it is.
+                report(terminal, &diagnostics, &text);
+                report(terminal, &why, &[]);
             }
             exit::REFUSED
         }
