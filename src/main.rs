@@ -4,6 +4,7 @@
 //!   args.rs    verbs and their flags          input.rs   files, images, programs in
 //!   report.rs  complaints drawn for people    output.rs  results out, whole or not at all
 //!   fail.rs    exit codes, ways to fail       codes.rs   the codes CLI0xx
+//!                                             sink.rs    what the name of a result stands for
 //! ```
 
 #![forbid(unsafe_code)]
@@ -24,6 +25,7 @@ mod report;
 mod run;
 mod shell;
 mod sim;
+mod sink;
 mod summary;
 mod wave;
 

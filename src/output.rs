@@ -3,10 +3,12 @@
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use serde::Serialize;
 
 use crate::fail::Failure;
+use crate::sink::{Sink, sink};
 
 /// Writes to standard output.
 pub fn print(text: impl AsRef<[u8]>) -> Result<(), Failure> {
@@ -30,7 +32,7 @@ pub fn json(document: &impl Serialize) -> Result<(), Failure> {
 pub struct Pending {
     /// The open file.
     file: Option<File>,
-    /// Where it lies now; `None` for what is no regular file (a device, a pipe), which is written in place.
+    /// Where it lies now; `None` for what is no regular file (a device, a pipe, standard error), which is written in place.
     beside: Option<PathBuf>,
     place: PathBuf,
     name: String,
@@ -39,20 +41,35 @@ pub struct Pending {
 impl Pending {
     /// Begins the file `name`.
     pub fn new(name: &str) -> Result<Pending, Failure> {
+        let fail = |error: io::Error| Failure::writing(name, &error);
+        let in_place = match sink(name) {
+            Sink::File => None,
+            Sink::Stderr => Some(stderr(name).map_err(fail)?),
+            Sink::Open | Sink::Stdout => Some(File::options().append(true).open(name).map_err(fail)?),
+        };
         // Through a link its target is written, and the link stays.
         let place = fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name));
-        let fail = |error: io::Error| Failure::writing(name, &error);
-        let special = fs::metadata(&place).is_ok_and(|m| !m.is_file() && !m.is_dir());
-        if special {
-            let file = File::options().write(true).open(&place).map_err(fail)?;
-            return Ok(Pending { file: Some(file), beside: None, place, name: name.to_owned() });
+        if in_place.is_some() {
+            return Ok(Pending { file: in_place, beside: None, place, name: name.to_owned() });
         }
-        let Some(last) = place.file_name().filter(|_| !place.is_dir()) else {
+        if place.file_name().is_none() || place.is_dir() {
             return Err(fail(io::Error::from(io::ErrorKind::IsADirectory)));
-        };
-        let beside = place.with_file_name(format!(".{}.{}.tmp", last.to_string_lossy(), std::process::id()));
-        let file = File::create(&beside).map_err(fail)?;
-        Ok(Pending { file: Some(file), beside: Some(beside), place, name: name.to_owned() })
+        }
+        let (beside, file) = temporary(&place).map_err(fail)?;
+        // From here on it disappears when anything fails.
+        let pending = Pending { file: Some(file), beside: Some(beside), place, name: name.to_owned() };
+        pending.keep_permissions().map_err(fail)?;
+        Ok(pending)
+    }
+
+    /// Gives it the permissions of the file that it will replace.
+    fn keep_permissions(&self) -> io::Result<()> {
+        let (Ok(old), Some(file)) = (fs::metadata(&self.place), &self.file) else { return Ok(()) };
+        if file.metadata()?.permissions() == old.permissions() {
+            Ok(())
+        } else {
+            file.set_permissions(old.permissions())
+        }
     }
 
     /// Another handle to write through.
@@ -82,10 +99,37 @@ impl Drop for Pending {
     }
 }
 
-/// Writes several files, all of them or none; `-` is standard output and comes last.
+/// A new file in the folder of `place`. Its name does not grow with that of `place`, which may be as long as names can be.
+fn temporary(place: &Path) -> io::Result<(PathBuf, File)> {
+    static NUMBER: AtomicU32 = AtomicU32::new(0);
+    loop {
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let beside = place.with_file_name(format!(".emu-{}-{number}.tmp", std::process::id()));
+        match File::options().write(true).create_new(true).open(&beside) {
+            // Left behind by a process that had this number before.
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists && number < u32::MAX => {}
+            result => return result.map(|file| (beside, file)),
+        }
+    }
+}
+
+/// Standard error as a file. It shares the place of the messages, so that neither writes over the other.
+#[cfg(unix)]
+fn stderr(_: &str) -> io::Result<File> {
+    use std::os::fd::AsFd;
+    io::stderr().as_fd().try_clone_to_owned().map(File::from)
+}
+
+#[cfg(not(unix))]
+fn stderr(name: &str) -> io::Result<File> {
+    File::options().append(true).open(name)
+}
+
+/// Writes several files, all of them or none; standard output comes last.
 pub fn files(files: &[(&str, &[u8])]) -> Result<(), Failure> {
+    let (printed, filed): (Vec<_>, Vec<_>) = files.iter().partition(|(name, _)| is_stdout(name));
     let mut pending = Vec::new();
-    for (name, bytes) in files.iter().filter(|(name, _)| *name != "-") {
+    for (name, bytes) in filed {
         let file = Pending::new(name)?;
         let mut writer = file.writer()?;
         writer.write_all(bytes).and_then(|()| writer.flush()).map_err(|error| Failure::writing(name, &error))?;
@@ -94,15 +138,20 @@ pub fn files(files: &[(&str, &[u8])]) -> Result<(), Failure> {
     for file in pending {
         file.complete()?;
     }
-    files.iter().filter(|(name, _)| *name == "-").try_for_each(|(_, bytes)| print(bytes))
+    printed.iter().try_for_each(|(_, bytes)| print(bytes))
+}
+
+/// True for `-` and for the other names of standard output.
+pub fn is_stdout(name: &str) -> bool {
+    sink(name) == Sink::Stdout
 }
 
 /// Refuses outputs of which two would go to one place, standard output included: pairs of flag and file.
 pub fn owners(outputs: &[(&str, &str)]) -> Result<(), Failure> {
     for (i, (flag, file)) in outputs.iter().enumerate() {
-        let same = |other: &&(&str, &str)| same_place(file, other.1);
+        let same = |other: &&(&str, &str)| same_place(file, other.1) || is_stdout(file) && is_stdout(other.1);
         if let Some((other, _)) = outputs[..i].iter().find(same) {
-            let place = if *file == "-" { "standard output" } else { file };
+            let place = if is_stdout(file) { "standard output" } else { file };
             return Err(Failure::Usage(format!(
                 "{other} and {flag} both write to {place}; give one of them another file"
             )));

@@ -128,6 +128,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let used: Vec<_> = outputs.into_iter().filter(|(_, file)| !file.is_empty()).collect();
     output::owners(&used)?;
     output::spares(&args.image, &used)?;
+    let to_stdout = used.iter().any(|(_, file)| output::is_stdout(file));
     let image = input::image(&args.image, chip, terminal)?;
     let names = Names { chip, symbols: &image.symbols };
     let init = match args.ram {
@@ -139,8 +140,8 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
     cpu.set_clock_hz(job.clock.hz);
     queue(&mut cpu, &job.drives);
 
-    let uart_file = args.uart.as_deref().filter(|f| *f != "-").map(Pending::new).transpose()?;
-    let vcd_file = args.vcd.as_deref().filter(|f| *f != "-").map(Pending::new).transpose()?;
+    let uart_file = args.uart.as_deref().filter(|f| !output::is_stdout(f)).map(Pending::new).transpose()?;
+    let vcd_file = args.vcd.as_deref().filter(|f| !output::is_stdout(f)).map(Pending::new).transpose()?;
     let vcd_name = args.vcd.as_deref().unwrap_or_default();
     let vcd_error = |error: std::io::Error| Failure::writing(vcd_name, &error);
     let wave = match (&args.vcd, &vcd_file) {
@@ -150,7 +151,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
     };
     let wave = wave.map(|out| Wave::new(out, chip, job.clock, &levels(&cpu, chip))).transpose().map_err(vcd_error)?;
 
-    let raw = args.uart.as_deref() == Some("-");
+    let raw = args.uart.as_deref().is_some_and(output::is_stdout);
     let (start, mut printed, mut broken) = (Instant::now(), 0, None);
     let ended = emu_debug::run(&mut cpu, &job.plan, wave, &mut |sent| {
         if raw && broken.is_none() {
@@ -176,7 +177,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
     summary::complain(&story);
     if args.json {
         output::json(&summary::document(&story))?;
-    } else if used.iter().any(|(_, file)| *file == "-") {
+    } else if to_stdout {
         output::tell(&summary::text(&story));
     } else {
         output::print(summary::text(&story))?;

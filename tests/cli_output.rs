@@ -1,0 +1,93 @@
+//! Results of the command line at unusual places: standard output by its other names, devices, long names.
+#![cfg(target_os = "linux")]
+
+use std::fs::{self, File};
+use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cli-output-{name}"));
+    _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder for the test");
+    let input = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/in/hello.hex");
+    fs::copy(input, folder.join("hello.hex")).expect("a copy");
+    folder
+}
+
+/// Runs `emu run hello.hex` with its streams in the files `so` (/dev/full for FULL) and `se`; exit code, and what the two hold then.
+fn run(folder: &Path, flags: &str) -> (Option<i32>, String, String) {
+    let (so, se) = (folder.join("so"), folder.join("se"));
+    let out = if flags.contains("FULL") { Path::new("/dev/full") } else { &so };
+    fs::write(&so, "").expect("so");
+    let mut emu = Command::new(env!("CARGO_BIN_EXE_emu"));
+    emu.current_dir(folder)
+        .args(["run", "hello.hex", "--mcu", "atmega328p"])
+        .args(flags.replace("FULL", "").split_whitespace());
+    emu.stdin(Stdio::null()).stdout(File::options().write(true).open(out).expect("standard output"));
+    let status = emu.stderr(File::create(&se).expect("se")).status().expect("emu starts");
+    let text = |path: &Path| String::from_utf8_lossy(&fs::read(path).expect("a stream")).into_owned();
+    (status.code(), text(&so), text(&se))
+}
+
+/// Flags | exit code | standard output begins with | standard error has.
+#[test]
+fn streams_by_their_other_names() {
+    let folder = folder("names");
+    symlink("/dev/stdout", folder.join("link")).expect("a link");
+    let table = "
+        --json --uart /dev/stdout             | 2 |        | --json and --uart both write to standard output
+        --json --uart /dev/fd/1               | 2 |        | both write to standard output
+        --json --uart /proc/self/fd/1         | 2 |        | both write to standard output
+        --json --uart link                    | 2 |        | both write to standard output
+        --json --uart so                      | 2 |        | both write to standard output
+        --uart /dev/stdout --vcd -            | 2 |        | both write to standard output
+        --uart /dev/stdout                    | 0 | Hi     | stop       halted
+        --uart so                             | 0 | Hi     | stop       halted
+        --vcd /dev/stdout                     | 0 | $      | stop       halted
+        --json --uart /dev/stderr             | 0 | {      | Hi
+        --json --uart se                      | 0 | {      | Hi
+        --uart - --vcd /dev/stderr            | 0 | Hi     | stop       halted
+        --json --uart /dev/null               | 0 | {      |
+        --json --uart /dev/full               | 3 | {      |
+        --uart /dev/full                      | 3 |        | CLI002
+        FULL --json                           | 3 |        | [CLI002] error: -: cannot be written
+        FULL --json --uart /dev/full          | 3 |        | [CLI002] error: -: cannot be written";
+    for line in table.lines().filter(|l| !l.is_empty()) {
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        let (code, out, err) = run(&folder, cells[0]);
+        assert_eq!(code.map(|c| c.to_string()).as_deref(), Some(cells[1]), "{line}: {out} {err}");
+        assert!(out.starts_with(cells[2]) && out.is_empty() == cells[2].is_empty(), "{line}: {out}");
+        assert!(err.contains(cells[3]) && err.is_empty() == cells[3].is_empty(), "{line}: {err}");
+        if out.starts_with('{') {
+            serde_json::from_str::<serde_json::Value>(&out).unwrap_or_else(|e| panic!("{line}: {e}: {out}"));
+        }
+    }
+}
+
+#[test]
+fn a_name_as_long_as_they_get() {
+    let folder = folder("long");
+    let name = "n".repeat(250);
+    let (code, _, err) = run(&folder, &format!("--uart {name}"));
+    assert_eq!((code, err.as_str()), (Some(0), ""));
+    assert!(folder.join(name).is_file());
+}
+
+#[test]
+fn permissions_of_a_replaced_file_are_kept() {
+    let folder = folder("permissions");
+    let file = folder.join("out");
+    for mode in [0o600, 0o755, 0o440] {
+        fs::write(&file, "old").expect("an old file");
+        fs::set_permissions(&file, fs::Permissions::from_mode(mode)).expect("its permissions");
+        assert_eq!(run(&folder, "--uart out").0, Some(0));
+        assert_eq!(fs::metadata(&file).expect("the file").permissions().mode() & 0o7777, mode);
+        assert_ne!(fs::read(&file).expect("the file"), b"old");
+        fs::remove_file(&file).expect("it goes");
+    }
+    let left = fs::read_dir(&folder)
+        .expect("the folder")
+        .filter(|e| e.as_ref().is_ok_and(|e| e.path().extension().is_some_and(|x| x == "tmp")));
+    assert_eq!(left.count(), 0);
+}
