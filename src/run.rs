@@ -136,7 +136,10 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         Ram::Trap => RamInit::Zero,
     };
     let mut cpu = Avr::new(chip, &image, init);
-    let job = job(args, &names, cpu.clocks_per_cycle())?;
+    let mut job = job(args, &names, cpu.clocks_per_cycle())?;
+    let filled = image.segments.iter().filter(|s| s.space == "data");
+    job.plan.filled =
+        filled.map(|s| Range { space: s.space, start: s.addr, end: s.addr + s.bytes.len() as u32 }).collect();
     cpu.set_clock_hz(job.clock.hz);
     queue(&mut cpu, &job.drives);
 
@@ -222,6 +225,7 @@ fn job(args: &RunArgs, names: &Names<'_>, clocks_per_cycle: u32) -> Result<Job, 
         expect: args.expect_uart.clone().map(|t| t.0),
         fail: args.fail_uart.clone().map(|t| t.0),
         trap_ram: matches!(args.ram, Ram::Trap),
+        filled: Vec::new(),
     };
     Ok(Job { clock, plan, drives, peek: peek.collect::<Result<_, _>>()? })
 }

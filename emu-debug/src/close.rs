@@ -47,12 +47,16 @@ struct Fresh {
 }
 
 impl Close {
-    /// Waits for `watches`; with `trap` also for the first read of a byte of `chip`'s RAM that the program has not
-    /// written.
+    /// Waits for `watches`; with `filled` also for the first read of a byte of `chip`'s RAM that neither the program has
+    /// written nor lies in these stretches of data memory.
     #[must_use]
-    pub fn new(chip: &Chip, watches: Vec<Watch>, trap: bool) -> Close {
-        let fresh = Fresh { start: chip.ram_start, unwritten: vec![true; usize::from(chip.ram_len)] };
-        Close { watches, fresh: trap.then_some(fresh), ..Close::default() }
+    pub fn new(chip: &Chip, watches: Vec<Watch>, filled: Option<&[Range]>) -> Close {
+        let fresh = filled.map(|filled| {
+            let ram = u32::from(chip.ram_start)..u32::from(chip.ram_start) + u32::from(chip.ram_len);
+            let unwritten = ram.map(|addr| !filled.iter().any(|r| (r.start..r.end).contains(&addr))).collect();
+            Fresh { start: chip.ram_start, unwritten }
+        });
+        Close { watches, fresh, ..Close::default() }
     }
 }
 

@@ -5,6 +5,7 @@ use emu_core::cpu::{Cpu, Fault, Probe, Stop};
 use emu_core::pins::Level;
 
 use crate::close::{Access, Close, Watch};
+use crate::place::Range;
 use crate::tools::Tools;
 use crate::uart::Uart;
 use crate::until::Until;
@@ -26,6 +27,8 @@ pub struct Plan {
     pub fail: Option<Vec<u8>>,
     /// A read of RAM that was not written before ends it as a fault.
     pub trap_ram: bool,
+    /// Bytes of data memory that the image filled, which count as written.
+    pub filled: Vec<Range>,
 }
 
 /// Why a run ended. What the program did wrong goes before what was waited for, a text of [`Plan::fail`] before others.
@@ -83,7 +86,11 @@ pub fn run<C: Cpu>(
     if watches.is_empty() && !plan.trap_ram {
         run_with(cpu, plan, wave, (), |()| None, go_on)
     } else {
-        let close = Close::new(cpu.chip(), watches.iter().map(|(_, w)| *w).collect(), plan.trap_ram);
+        let close = Close::new(
+            cpu.chip(),
+            watches.iter().map(|(_, w)| *w).collect(),
+            plan.trap_ram.then_some(&plan.filled[..]),
+        );
         let saw = |close: &Close| {
             let fault = close.fault.map(|(pc, fault)| Reason::Fault { pc, fault });
             let access = || close.seen.and_then(|a| Some(Reason::Until(watches.get(a.watch)?.0, Some(a))));

@@ -40,7 +40,9 @@ pub fn until(names: &Names<'_>, text: &str) -> Result<Until, String> {
         "uart" => {
             let inner = rest.strip_prefix('"').and_then(|r| r.strip_suffix('"')).unwrap_or(rest);
             if has_bare_quote(inner) {
-                return Err(format!("the quotes of `{rest}` do not pair; write \"text\", and \\\" for one within the text"));
+                return Err(format!(
+                    "the quotes of `{rest}` do not pair; write \"text\", and \\\" for one within the text"
+                ));
             }
             Ok(Until::Uart(unescape(inner)?))
         }

@@ -46,7 +46,10 @@ fn run(program: &str, waits: &str) -> String {
             "limit" => plan.limit = text.parse().expect("cycles"),
             "expect" => plan.expect = Some(text.into_bytes()),
             "fail" => plan.fail = Some(text.into_bytes()),
-            "trap" => plan.trap_ram = true,
+            "trap" => {
+                plan.trap_ram = true;
+                plan.filled.extend((!text.is_empty()).then(|| names.range(&text).expect("a range")));
+            }
             _ => host = false,
         }
     }
