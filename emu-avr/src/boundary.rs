@@ -100,7 +100,7 @@ impl Avr {
             self.passing = Some(pc);
             return Some(Stop::Probe);
         }
-        let op = self.code.decode(pc);
+        let op = self.code.plain[pc as usize];
         if op.kind == Kind::Illegal {
             let word = self.code.word(pc);
             let fault = row_of(word, 0).is_some_and(|(_, kind, _)| kind == Kind::Spm);
@@ -163,7 +163,7 @@ impl Avr {
             if self.hot.now() >= deadline || code.has_trap(pc) || inner || !(*head..=end).contains(&pc) {
                 return;
             }
-            self.hot = self.turn(probe).0.single(code.decode(pc));
+            self.hot = self.turn(probe).0.single(code.plain[pc as usize]);
             if pc == end {
                 break;
             }

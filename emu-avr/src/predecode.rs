@@ -19,6 +19,8 @@ pub struct Code {
     /// One op per program word, traps in place: `ops[0]` marks jumps to themselves as [`Kind::Poll`], since that is how
     /// programs end; `ops[1]` marks all loops that only look.
     pub ops: [Box<[AvrOp; WORDS]>; 2],
+    /// The same without any marks or traps.
+    pub plain: Box<[AvrOp; WORDS]>,
     /// The loops that only look, by the branch that closes them: head, and the data addresses that they read.
     loops: BTreeMap<u32, (u32, Vec<u16>)>,
     traps: BTreeSet<u32>,
@@ -31,8 +33,8 @@ impl Code {
         let n = image.len().min(bytes.len());
         bytes[..n].copy_from_slice(&image[..n]);
         let illegal = Box::new([Op { kind: Kind::Illegal, arg: [0; 3] }; WORDS]);
-        let ops = [illegal.clone(), illegal];
-        let mut code = Code { bytes, ops, loops: BTreeMap::new(), traps: BTreeSet::new() };
+        let (ops, plain) = ([illegal.clone(), illegal.clone()], illegal);
+        let mut code = Code { bytes, ops, plain, loops: BTreeMap::new(), traps: BTreeSet::new() };
         // Erased words stay what they are: no instruction.
         let used = code.bytes.iter().rposition(|&b| b != 0xFF).map_or(0, |at| at as u32 / 2 + 1);
         code.predecode(0, used);
@@ -74,6 +76,7 @@ impl Code {
     fn predecode(&mut self, from: u32, to: u32) {
         for pc in from..to {
             let op = self.decode(pc);
+            self.plain[pc as usize] = op;
             let head = loop_closed_by(op, pc);
             let looks = head.and_then(|head| Some((head, self.only_looks(head, pc)?)));
             let kinds = match (self.traps.contains(&pc), head, &looks) {
@@ -104,7 +107,7 @@ impl Code {
     }
 
     /// Decodes the instruction at `pc`, without poll marks or traps. A word without a row, and SPM, come as `Illegal`.
-    pub fn decode(&self, pc: u32) -> AvrOp {
+    fn decode(&self, pc: u32) -> AvrOp {
         let Some((row, kind, bits)) = row_of(self.word(pc), self.word(pc + 1)) else {
             return Op { kind: Kind::Illegal, arg: [0; 3] };
         };
