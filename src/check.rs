@@ -81,6 +81,6 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
 }
 
 fn progress_bar(total: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} scans, {eta} left");
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} scans");
     ProgressBar::new(total).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

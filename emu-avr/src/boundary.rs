@@ -10,7 +10,11 @@ use crate::isa::{Kind, PC_MASK, row_of};
 use crate::turn::RAM_START;
 
 /// Cycles of peace from which on it is worth to look for turns to jump over.
-const WORTH: u64 = 32;
+const WORTH: u64 = 64;
+
+/// Cycles in which loops are not looked at after a look that was not worth it, so that short waits cost no more than they do
+/// without any looking.
+const BLIND: u64 = 1024;
 
 impl Avr {
     /// Runs everything due at this instruction boundary and sets the next deadline. Returns why to stop, if so.
@@ -50,7 +54,8 @@ impl Avr {
             }
             // Hold-off lasts for one instruction: look again right after it.
             let deadline = if self.hot.hold_at == now { now + 1 } else { next.min(until) };
-            self.hot.set_deadline(deadline);
+            let sight = if self.blind_until > now { self.blind_until } else { NEVER };
+            self.hot.set_deadline(deadline.min(sight));
             if std::mem::take(&mut self.hot.escape) {
                 if let Some(stop) = self.escape(deadline, probe) {
                     return Some(stop);
@@ -154,6 +159,7 @@ impl Avr {
         let (start, counted, before) = (self.hot.now(), self.hot.instructions(), (registers(self), self.hot.flags));
         let promised = steady(self, start);
         if promised.min(deadline) - start < WORTH {
+            self.blind_until = start + BLIND;
             return;
         }
         loop {

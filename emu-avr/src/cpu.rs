@@ -25,8 +25,10 @@ pub struct Avr {
     pub(crate) eeprom: Arc<Vec<u8>>,
     /// The trap that stopped the last run, to be stepped over by the next.
     pub(crate) passing: Option<u32>,
-    /// Loops that only look are jumped over.
+    /// Loops that only look are jumped over,
     pub(crate) skip: bool,
+    /// but not before this cycle. Says how to run and nothing of the machine.
+    pub(crate) blind_until: u64,
 }
 
 impl Avr {
@@ -60,6 +62,7 @@ impl Avr {
             eeprom: Arc::new(eeprom),
             passing: None,
             skip: true,
+            blind_until: 0,
         };
         avr.soc.set_clock_hz(chip.default_hz);
         avr.reset(Reset::PowerOn);
@@ -221,8 +224,9 @@ impl Cpu for Avr {
             if let Some(stop) = self.boundary(until, probe) {
                 return stop;
             }
+            let looks = jumps && self.hot.now() >= self.blind_until;
             let (turn, code) = self.turn(probe);
-            self.hot = turn.burst(&code.ops[usize::from(jumps)]);
+            self.hot = turn.burst(&code.ops[usize::from(looks)]);
         }
     }
 

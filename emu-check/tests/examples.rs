@@ -1,5 +1,5 @@
 //! The examples of the project and the programs of this folder agree with their images on the chip, with everything
-//! covered that can be; so do the ladder programs of the corpus, where it is present.
+//! covered that can be. The corpus has a test of its own.
 
 mod common;
 

@@ -1,6 +1,6 @@
 //! Our side of `speed.sh`: assembles the programs of `benches/programs`, and runs a HEX file for a number of cycles.
 //!
-//! `speed hex FOLDER` writes every program as NAME.hex; `speed run FILE.hex CYCLES [skip]` prints the cycles run and the
+//! `speed hex FOLDER` writes every program, and a compiled ladder scan, as NAME.hex; `speed run FILE.hex CYCLES [skip]` prints the cycles run and the
 //! seconds of CPU, with polling loops jumped over only where `skip` is given.
 
 #[path = "../../benches/programs/assemble.rs"]
@@ -40,6 +40,13 @@ fn hex(folder: &Path) -> Result<(), String> {
         std::fs::write(&path, write_hex(&segments)).map_err(|e| format!("{}: {e}", path.display()))?;
         println!("{name}");
     }
+    // A ladder scan that nearly fills its period.
+    let program =
+        ladder::parse("scan.ld", include_str!("../../benches/programs/scan.ld")).map_err(|e| format!("{e:?}"))?.program;
+    let options = ladder_compile::Options { mcu: ATMEGA328P.name.to_owned(), ..Default::default() };
+    let compiled = ladder_compile::compile(&program, &options).map_err(|e| format!("{e:?}"))?;
+    std::fs::write(folder.join("scan.hex"), compiled.hex).map_err(|e| format!("scan.hex: {e}"))?;
+    println!("scan");
     Ok(())
 }
 
