@@ -40,7 +40,7 @@ pub struct Timer {
     icr: u16,
     flags: u8,
     enabled: u8,
-    /// Before this cycle no flag is set: what a polling program asks again and again.
+    /// Before this cycle no further flag is set, unless something is changed: what a polling program asks again and again.
     calm: u64,
 }
 
@@ -69,9 +69,11 @@ impl Timer {
         if steps == 0 {
             return;
         }
-        for flag in [TOV, OCFA, OCFB, ICF] {
-            if self.flags & flag == 0 && self.steps(flag).is_some_and(|n| n <= steps) {
-                self.flags |= flag;
+        if now >= self.calm {
+            for flag in [TOV, OCFA, OCFB, ICF] {
+                if self.flags & flag == 0 && self.steps(flag).is_some_and(|n| n <= steps) {
+                    self.flags |= flag;
+                }
             }
         }
         self.value = if self.blocked {
