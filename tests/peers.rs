@@ -11,7 +11,6 @@ use std::sync::OnceLock;
 mod binutils;
 #[path = "peers/lockstep.rs"]
 mod lockstep;
-#[allow(dead_code)]
 #[path = "../emu-avr/tests/isa/states.rs"]
 mod states;
 #[path = "peers/uart.rs"]

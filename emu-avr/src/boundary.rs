@@ -7,6 +7,7 @@ use emu_core::cpu::{Bus, Cpu, Fault, NEVER, Probe, Reset, Stop};
 use crate::cpu::Avr;
 use crate::flags::Flag;
 use crate::isa::{Kind, PC_MASK, row_of};
+use crate::periph::map::at;
 use crate::turn::RAM_START;
 
 /// Cycles of peace from which on it is worth to look for turns to jump over.
@@ -152,7 +153,7 @@ impl Avr {
         let code = Arc::clone(&self.code);
         let Some((head, looks)) = code.look(end).filter(|found| found.0 == self.hot.pc & PC_MASK) else { return };
         let steady = |avr: &Avr, at: u64| {
-            let io = looks.iter().filter(|&&r| (0x20..RAM_START).contains(&r) && !matches!(r, 0x5D..=0x5F));
+            let io = looks.iter().filter(|&&r| (0x20..RAM_START).contains(&r) && !matches!(r, at::SPL..=at::SREG));
             io.map(|&r| avr.soc.steady_until(r, at)).min().unwrap_or(NEVER)
         };
         let registers = |avr: &Avr| -> [u8; 32] { std::array::from_fn(|r| avr.data[r]) };

@@ -10,6 +10,7 @@ use emu_core::rng::Rng;
 
 use crate::flags::{Flag, Flags};
 use crate::isa::PC_MASK;
+use crate::periph::map::at;
 use crate::predecode::Code;
 use crate::soc::Soc;
 use crate::turn::{DATA, Hot, RAM_LEN, RAM_START, Turn};
@@ -161,38 +162,38 @@ impl Cpu for Avr {
     }
 
     fn peek(&self, space: &str, addr: u32) -> Option<u8> {
-        let at = addr as usize;
+        let index = addr as usize;
         match space {
-            "data" => Some(match addr {
-                0x5D => self.hot.sp as u8,
-                0x5E => (self.hot.sp >> 8) as u8,
-                0x5F => self.hot.flags.pack(),
+            "data" => Some(match u16::try_from(addr).ok()? {
+                at::SPL => self.hot.sp as u8,
+                at::SPH => (self.hot.sp >> 8) as u8,
+                at::SREG => self.hot.flags.pack(),
                 0x20..=0xFF => self.soc.peek(addr as u16, self.cycle()),
-                _ if at < usize::from(RAM_START + RAM_LEN) => self.data[at],
+                _ if index < usize::from(RAM_START + RAM_LEN) => self.data[index],
                 _ => return None,
             }),
-            "flash" => self.code.bytes.get(at).copied(),
-            "eeprom" => self.eeprom.get(at).copied(),
+            "flash" => self.code.bytes.get(index).copied(),
+            "eeprom" => self.eeprom.get(index).copied(),
             _ => None,
         }
     }
 
     fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool {
-        let at = addr as usize;
+        let index = addr as usize;
         match space {
-            "data" => match addr {
-                0x5D => self.hot.sp = self.hot.sp & 0xFF00 | u16::from(value),
-                0x5E => self.hot.sp = self.hot.sp & 0x00FF | u16::from(value) << 8,
-                0x5F => self.hot.flags = Flags::unpack(value),
+            "data" => match u16::try_from(addr).unwrap_or(u16::MAX) {
+                at::SPL => self.hot.sp = self.hot.sp & 0xFF00 | u16::from(value),
+                at::SPH => self.hot.sp = self.hot.sp & 0x00FF | u16::from(value) << 8,
+                at::SREG => self.hot.flags = Flags::unpack(value),
                 0x20..=0xFF => {
                     let now = self.cycle();
                     self.soc.write(addr as u16, value, now);
                 }
-                _ if at < usize::from(RAM_START + RAM_LEN) => self.data[at] = value,
+                _ if index < usize::from(RAM_START + RAM_LEN) => self.data[index] = value,
                 _ => return false,
             },
-            "flash" if at < self.code.bytes.len() => Arc::make_mut(&mut self.code).poke(at, value),
-            "eeprom" if at < self.eeprom.len() => Arc::make_mut(&mut self.eeprom)[at] = value,
+            "flash" if index < self.code.bytes.len() => Arc::make_mut(&mut self.code).poke(index, value),
+            "eeprom" if index < self.eeprom.len() => Arc::make_mut(&mut self.eeprom)[index] = value,
             _ => return false,
         }
         self.hot.force();

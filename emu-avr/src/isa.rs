@@ -6,6 +6,7 @@ use emu_core::table::{
     Alias, AsmError, EncodeError, Line, Op, Row, Site, assemble as assemble_line, disassemble as disassemble_line, find,
 };
 
+use crate::chips::ATMEGA328P;
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 
 /// Hands every row to `callback!`, after the tokens of `{ .. }`. Columns: name, mnemonic, syntax, pattern, operands, cycles
@@ -301,7 +302,7 @@ impl std::ops::Deref for Words {
 }
 
 /// Program words of the largest chip of the family as modelled, minus one: where targets wrap.
-pub const PC_MASK: u32 = 0x3FFF;
+pub const PC_MASK: u32 = ATMEGA328P.flash / 2 - 1;
 
 /// Encodes an instruction that will stand at the word address `pc`. Operands come in row order: registers by number,
 /// targets as absolute word addresses, I/O addresses 0 to 63.

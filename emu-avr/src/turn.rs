@@ -8,24 +8,22 @@ use emu_core::dispatch;
 use emu_core::machine::{Byte, Machine, Pair};
 use emu_core::table::Op;
 
+use crate::chips::ATMEGA328P;
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
 use crate::flags::{Flag, Flags};
 use crate::isa::{AvrOp, Kind, PC_MASK, avr_table};
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
+use crate::periph::map::at;
 use crate::predecode::WORDS;
 use crate::soc::Soc;
 
 /// Bytes of data memory: the registers of the core, room for those of the chip, which lie elsewhere, and RAM.
 pub const DATA: usize = (RAM_START + RAM_LEN) as usize;
 /// First data address of RAM.
-pub const RAM_START: u16 = 0x100;
+pub const RAM_START: u16 = ATMEGA328P.ram_start;
 /// RAM in bytes.
-pub const RAM_LEN: u16 = 0x800;
-
-const SPL: u16 = 0x5D;
-const SPH: u16 = 0x5E;
-const SREG: u16 = 0x5F;
+pub const RAM_LEN: u16 = ATMEGA328P.ram_len;
 
 /// The state of the core that every instruction touches.
 #[derive(Debug, Clone, Copy)]
@@ -166,9 +164,9 @@ impl<P: Probe> Turn<'_, P> {
     fn read_special(&mut self, addr: u16) -> u8 {
         match addr {
             0..=0x1F => self.data[addr as usize],
-            SPL => self.hot.sp as u8,
-            SPH => (self.hot.sp >> 8) as u8,
-            SREG => self.hot.flags.pack(),
+            at::SPL => self.hot.sp as u8,
+            at::SPH => (self.hot.sp >> 8) as u8,
+            at::SREG => self.hot.flags.pack(),
             _ => {
                 let (value, wake) = read_bus(self.bus, addr, self.access());
                 self.wake(wake);
@@ -181,9 +179,9 @@ impl<P: Probe> Turn<'_, P> {
     fn write_special(&mut self, addr: u16, value: u8) {
         match addr {
             0..=0x1F => self.data[addr as usize] = value,
-            SPL => self.hot.sp = self.hot.sp & 0xFF00 | u16::from(value),
-            SPH => self.hot.sp = self.hot.sp & 0x00FF | u16::from(value) << 8,
-            SREG => {
+            at::SPL => self.hot.sp = self.hot.sp & 0xFF00 | u16::from(value),
+            at::SPH => self.hot.sp = self.hot.sp & 0x00FF | u16::from(value) << 8,
+            at::SREG => {
                 self.hot.flags = Flags::unpack(value);
                 if value & 0x80 != 0 {
                     self.hold();

@@ -5,7 +5,6 @@
 mod interrupts;
 #[path = "isa/slices.rs"]
 mod slices;
-#[allow(dead_code)]
 #[path = "isa/states.rs"]
 mod states;
 

@@ -245,9 +245,8 @@ macro_rules! dispatch {
             $( Kind::$name => {
                 const WORDS: u32 = $crate::table::Pattern::parse($pattern, $word_bits).words();
                 const CYCLES: u32 = $crate::table::Cycles::parse($cycles).constant();
-                #[allow(unused_mut, unused_variables)]
-                let mut at = 0usize;
-                $( let $letter = <$operand as $crate::table::Operand>::take($op, &mut at); )*
+                let at = &mut 0usize;
+                $( let $letter = <$operand as $crate::table::Operand>::take($op, at); )*
                 let _ = at;
                 $m.advance(WORDS);
                 if CYCLES != 0 { $m.charge(CYCLES); }
