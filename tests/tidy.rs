@@ -10,6 +10,7 @@ const ARROWS: &str = "
 diag:
 emu-core:       diag
 emu-avr:        emu-core
+emu-8051:       emu-core
 emu-debug:      emu-core
 ladder:         diag
 ladder-eval:    ladder
