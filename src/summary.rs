@@ -57,7 +57,7 @@ impl Story<'_> {
                 Some(match access {
                     Some(a) => {
                         let pc = a.pc * self.names.chip.word_bytes;
-                        format!("{condition}: 0x{:02x} at data:0x{:x}, pc 0x{pc:04x}", a.value, a.addr)
+                        format!("{condition}: 0x{:02x} at {}:0x{:x}, pc 0x{pc:04x}", a.value, a.space, a.addr)
                     }
                     None => condition,
                 })

@@ -3,7 +3,7 @@
 //! Source: ATmega48A/PA/88A/PA/168A/PA/328/P data sheet DS40002061: register summary (36), interrupt vectors (12.4),
 //! memories (8), pin configuration (1).
 
-use emu_core::chip::{Chip, PinDef, Reg};
+use emu_core::chip::{Chip, Family, PinDef, Reg};
 use emu_core::image::Space;
 
 /// All chips of this crate.
@@ -18,9 +18,13 @@ pub fn chip(name: &str) -> Option<&'static Chip> {
 /// ATmega328P.
 pub const ATMEGA328P: Chip = Chip {
     name: "atmega328p",
+    family: Family::Avr,
+    isa: &crate::isa::ISA,
     title: "ATmega328P: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 28 pins",
     source: "DS40002061",
+    code: "flash",
     flash: 0x8000,
+    ram: "data",
     ram_start: 0x100,
     ram_len: 0x800,
     eeprom: 0x400,
@@ -42,6 +46,8 @@ pub const ATMEGA328P: Chip = Chip {
         "r17", "r18", "r19", "r20", "r21", "r22", "r23", "r24", "r25", "r26", "r27", "r28", "r29", "r30", "r31",
         "SREG", "SP", "PC",
     ],
+    reg_space: "data",
+    bits: &[],
     regs: MEGA_X8_REGS,
     pins: MEGA_X8_PINS,
     vectors: MEGA_X8_VECTORS,

@@ -2,6 +2,7 @@
 //!
 //! Order of rows: the instruction set manual's groups (arithmetic and logic, branches, bits, data transfer, control).
 
+use emu_core::chip::Isa;
 use emu_core::table::{
     Alias, AsmError, EncodeError, Line, Op, Row, Site, assemble as assemble_line, disassemble as disassemble_line, find,
 };
@@ -283,6 +284,9 @@ pub const ALIASES: &[Alias] = &[
     ("ldd",  "d, Y", "ld",   "d,Y"),
     ("ldd",  "d, Z", "ld",   "d,Z"),
 ];
+
+/// The table as tools see it.
+pub const ISA: Isa = Isa { disassemble, erased: 0xFFFF };
 
 /// Bits of an AVR program word.
 pub const WORD_BITS: u32 = 16;

@@ -153,7 +153,7 @@ impl<P: Probe> Turn<'_, P> {
     /// Tells the probe of an access to data memory.
     #[inline(always)]
     fn saw(&mut self, addr: u16, value: u8, write: bool) {
-        if P::DATA && self.probe.data(self.access(), addr, value, write) {
+        if P::DATA && self.probe.data(self.access(), 0, addr, value, write) {
             self.hot.stop = true;
             self.hot.force();
         }

@@ -238,7 +238,7 @@ fn the_end_of_time_and_a_stop_beside_a_reset() {
     struct Watch(u32);
     impl Probe for Watch {
         const DATA: bool = true;
-        fn data(&mut self, _: u64, addr: u16, _: u8, write: bool) -> bool {
+        fn data(&mut self, _: u64, _: u8, addr: u16, _: u8, write: bool) -> bool {
             self.0 += u32::from(write && addr == 0x100);
             write && addr == 0x100
         }

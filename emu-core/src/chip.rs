@@ -2,19 +2,46 @@
 
 use crate::image::Space;
 use crate::pins::PinId;
+use crate::table::Line;
+
+/// The families of chips, each a crate with one instruction table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Family {
+    /// Crate `emu-avr`.
+    Avr,
+    /// Crate `emu-8051`.
+    Mcs51,
+}
+
+/// What tools need of a family's instruction table.
+#[derive(Debug)]
+pub struct Isa {
+    /// Disassembles the instruction at the front of some program words, which stands at the given program word address.
+    pub disassemble: fn(words: &[u16], pc: u32) -> Line,
+    /// Program words that read so are erased, and hold no program where several stand in a row.
+    pub erased: u16,
+}
 
 /// A chip.
 #[derive(Debug)]
 pub struct Chip {
     /// Name on the command line, such as `atmega328p`.
     pub name: &'static str,
+    /// Its family.
+    pub family: Family,
+    /// Its instructions.
+    pub isa: &'static Isa,
     /// One line for `emu chips`.
     pub title: &'static str,
     /// Data sheet that the row comes from.
     pub source: &'static str,
+    /// Name of the memory that holds the program: `flash`, `code`.
+    pub code: &'static str,
     /// Program memory in bytes, a power of two.
     pub flash: u32,
-    /// First data address of RAM.
+    /// Name of the memory in which the RAM of the chip lies: `data`, `idata`.
+    pub ram: &'static str,
+    /// First address of RAM in it.
     pub ram_start: u16,
     /// RAM in bytes.
     pub ram_len: u16,
@@ -34,8 +61,12 @@ pub struct Chip {
     pub elf_machine: u16,
     /// Registers of the core, by name, in the order in which they are shown.
     pub cpu_regs: &'static [&'static str],
-    /// Peripheral registers at their data addresses.
+    /// Name of the memory in which the registers of the chip lie: `data`, `sfr`.
+    pub reg_space: &'static str,
+    /// Registers of the chip at their addresses in it.
     pub regs: &'static [Reg],
+    /// Named bits, and their addresses in the memory `bit`; none where single bits have no addresses of their own.
+    pub bits: &'static [Reg],
     /// Pins in the order of their [`PinId`].
     pub pins: &'static [PinDef],
     /// Interrupt vectors by number.
@@ -46,12 +77,12 @@ pub struct Chip {
     pub spaces: &'static [(&'static str, u32)],
 }
 
-/// A peripheral register.
+/// A register of the chip, or a bit of one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reg {
     /// Data-sheet name.
     pub name: &'static str,
-    /// Data address.
+    /// Address.
     pub addr: u16,
 }
 
@@ -60,17 +91,29 @@ pub struct Reg {
 pub struct PinDef {
     /// Port and bit, such as `PB5`.
     pub name: &'static str,
-    /// Pin of the 28-pin package; 0 where it has none.
+    /// Pin of the usual dual in-line package; 0 where it has none.
     pub dip: u8,
     /// What else it does, or why a program should not use it freely.
     pub note: &'static str,
 }
 
 impl Chip {
-    /// Data address of the register `name` (case aside).
+    /// Address of the register `name` (case aside) in [`Chip::reg_space`].
     #[must_use]
     pub fn reg(&self, name: &str) -> Option<u16> {
         self.regs.iter().find(|r| r.name.eq_ignore_ascii_case(name)).map(|r| r.addr)
+    }
+
+    /// Address of the bit `name` (case aside).
+    #[must_use]
+    pub fn bit(&self, name: &str) -> Option<u16> {
+        self.bits.iter().find(|r| r.name.eq_ignore_ascii_case(name)).map(|r| r.addr)
+    }
+
+    /// Position of a memory in [`Chip::spaces`], by which [`crate::cpu::Probe::data`] names it.
+    #[must_use]
+    pub fn space(&self, name: &str) -> Option<u8> {
+        self.spaces.iter().position(|(space, _)| *space == name).map(|i| i as u8)
     }
 
     /// The pin `name` (case aside).

@@ -53,7 +53,9 @@ pub enum Fault {
     SelfProgramming,
     /// A memory cell of RAM was read before it was written (only with `--ram trap`).
     UninitialisedRead {
-        /// Data address.
+        /// The memory, as [`Chip::spaces`] names it.
+        space: &'static str,
+        /// Address in it.
         addr: u16,
     },
 }
@@ -62,7 +64,7 @@ impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Fault::SelfProgramming => f.write_str("SPM: self-programming of flash is not modelled"),
-            Fault::UninitialisedRead { addr } => write!(f, "data:0x{addr:04x} was read before it was written"),
+            Fault::UninitialisedRead { space, addr } => write!(f, "{space}:0x{addr:04x} was read before it was written"),
         }
     }
 }
@@ -192,10 +194,10 @@ pub trait Probe {
         let _ = (at, pc);
         false
     }
-    /// An access to data memory (registers of the chip included) in machine cycle `at`. True stops the run at the end of
-    /// the instruction.
-    fn data(&mut self, at: u64, addr: u16, value: u8, write: bool) -> bool {
-        let _ = (at, addr, value, write);
+    /// An access to data memory (registers of the chip included) in machine cycle `at`; `space` is the position of the
+    /// memory in [`Chip::spaces`]. True stops the run at the end of the instruction.
+    fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        let _ = (at, space, addr, value, write);
         false
     }
     /// An interrupt is entered; `at` is the first cycle of its entry.
@@ -220,8 +222,8 @@ impl<A: Probe, B: Probe> Probe for (A, B) {
     fn insn(&mut self, at: u64, pc: u32) -> bool {
         self.0.insn(at, pc) | self.1.insn(at, pc)
     }
-    fn data(&mut self, at: u64, addr: u16, value: u8, write: bool) -> bool {
-        self.0.data(at, addr, value, write) | self.1.data(at, addr, value, write)
+    fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        self.0.data(at, space, addr, value, write) | self.1.data(at, space, addr, value, write)
     }
     fn irq(&mut self, at: u64, vector: u8) {
         self.0.irq(at, vector);
@@ -240,8 +242,8 @@ impl<P: Probe> Probe for &mut P {
     fn insn(&mut self, at: u64, pc: u32) -> bool {
         (**self).insn(at, pc)
     }
-    fn data(&mut self, at: u64, addr: u16, value: u8, write: bool) -> bool {
-        (**self).data(at, addr, value, write)
+    fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        (**self).data(at, space, addr, value, write)
     }
     fn irq(&mut self, at: u64, vector: u8) {
         (**self).irq(at, vector);

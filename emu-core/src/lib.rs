@@ -12,6 +12,6 @@ pub mod pins;
 pub mod rng;
 pub mod table;
 
-pub use chip::{Chip, PinDef, Reg};
+pub use chip::{Chip, Family, Isa, PinDef, Reg};
 pub use cpu::{Bus, Cpu, END_OF_TIME, Fault, NEVER, Probe, RamInit, Reset, Stop, Wake};
 pub use pins::{Event, Level, PinId, Time};

@@ -12,7 +12,9 @@ pub struct Access {
     pub watch: usize,
     /// Program word of the instruction.
     pub pc: u32,
-    /// Data address.
+    /// The memory, as [`Chip::spaces`] names it.
+    pub space: &'static str,
+    /// Address in it.
     pub addr: u16,
     /// The byte read or written.
     pub value: u8,
@@ -25,6 +27,7 @@ pub struct Close {
     pub seen: Option<Access>,
     /// The first byte of RAM that was read before it was written: program word and fault.
     pub fault: Option<(u32, Fault)>,
+    spaces: &'static [(&'static str, u32)],
     watches: Vec<Watch>,
     fresh: Option<Fresh>,
     pc: u32,
@@ -42,6 +45,7 @@ pub struct Watch {
 /// Bytes of RAM not written so far.
 #[derive(Debug, Clone)]
 struct Fresh {
+    space: &'static str,
     start: u16,
     unwritten: Vec<bool>,
 }
@@ -50,13 +54,13 @@ impl Close {
     /// Waits for `watches`; with `filled` also for the first read of a byte of `chip`'s RAM that neither the program has
     /// written nor lies in these stretches of data memory.
     #[must_use]
-    pub fn new(chip: &Chip, watches: Vec<Watch>, filled: Option<&[Range]>) -> Close {
+    pub fn new(chip: &'static Chip, watches: Vec<Watch>, filled: Option<&[Range]>) -> Close {
         let fresh = filled.map(|filled| {
             let ram = u32::from(chip.ram_start)..u32::from(chip.ram_start) + u32::from(chip.ram_len);
-            let unwritten = ram.map(|addr| !filled.iter().any(|r| (r.start..r.end).contains(&addr))).collect();
-            Fresh { start: chip.ram_start, unwritten }
+            let unwritten = ram.map(|addr| !filled.iter().any(|r| r.space == chip.ram && (r.start..r.end).contains(&addr)));
+            Fresh { space: chip.ram, start: chip.ram_start, unwritten: unwritten.collect() }
         });
-        Close { watches, fresh, ..Close::default() }
+        Close { spaces: chip.spaces, watches, fresh, ..Close::default() }
     }
 }
 
@@ -69,21 +73,22 @@ impl Probe for Close {
         false
     }
 
-    fn data(&mut self, _at: u64, addr: u16, value: u8, write: bool) -> bool {
-        if let Some(fresh) = &mut self.fresh
+    fn data(&mut self, _at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        let space = self.spaces.get(usize::from(space)).map_or("", |(name, _)| name);
+        if let Some(fresh) = self.fresh.as_mut().filter(|fresh| fresh.space == space)
             && let Some(unwritten) = fresh.unwritten.get_mut(usize::from(addr.wrapping_sub(fresh.start)))
         {
             if write {
                 *unwritten = false;
             } else if *unwritten && self.fault.is_none() {
-                self.fault = Some((self.pc, Fault::UninitialisedRead { addr }));
+                self.fault = Some((self.pc, Fault::UninitialisedRead { space, addr }));
             }
         }
-        let hit = |w: &Watch| w.write == write && (w.range.start..w.range.end).contains(&u32::from(addr));
+        let hit = |w: &Watch| w.write == write && w.range.space == space && (w.range.start..w.range.end).contains(&u32::from(addr));
         if self.seen.is_none()
             && let Some(watch) = self.watches.iter().position(hit)
         {
-            self.seen = Some(Access { watch, pc: self.pc, addr, value });
+            self.seen = Some(Access { watch, pc: self.pc, space, addr, value });
         }
         self.seen.is_some() || self.fault.is_some()
     }

@@ -31,8 +31,8 @@ impl<C: Probe> Probe for Tools<C> {
         self.close.insn(at, pc)
     }
 
-    fn data(&mut self, at: u64, addr: u16, value: u8, write: bool) -> bool {
-        self.close.data(at, addr, value, write)
+    fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        self.close.data(at, space, addr, value, write)
     }
 
     fn irq(&mut self, at: u64, vector: u8) {

@@ -88,7 +88,7 @@ fn has_bare_quote(text: &str) -> bool {
 
 fn data(names: &Names<'_>, text: &str) -> Result<Range, String> {
     let range = names.range(text)?;
-    if range.space != "data" {
+    if matches!(range.space, "flash" | "code" | "eeprom") {
         return Err(format!("accesses are watched in data memory, not in {}", range.space));
     }
     Ok(range)
