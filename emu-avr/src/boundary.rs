@@ -23,7 +23,7 @@ impl Avr {
     /// Every case either stops, or leaves at least one cycle to the deadline for the next burst, or goes round again.
     pub(crate) fn boundary<P: Probe>(&mut self, until: u64, probe: &mut P) -> Option<Stop> {
         loop {
-            let now = self.hot.now();
+            let now = self.hot.time.now();
             let next = self.soc.fire(now);
             if P::EVENTS {
                 while let Some(event) = self.soc.drain() {
@@ -50,13 +50,13 @@ impl Avr {
                     return Some(Stop::Halted);
                 }
                 // The deadline of this cycle has been served; the interrupt, if any, was not enabled.
-                self.hot.pass(next.min(until) - now);
+                self.hot.time.pass(next.min(until) - now);
                 continue;
             }
             // Hold-off lasts for one instruction: look again right after it.
             let deadline = if self.hot.hold_at == now { now + 1 } else { next.min(until) };
             let sight = if self.blind_until > now { self.blind_until } else { NEVER };
-            self.hot.set_deadline(deadline.min(sight));
+            self.hot.time.set_deadline(deadline.min(sight));
             if std::mem::take(&mut self.hot.escape) {
                 if let Some(stop) = self.escape(deadline, probe) {
                     return Some(stop);
@@ -73,7 +73,7 @@ impl Avr {
             return false;
         }
         if std::mem::take(&mut self.hot.sleeping) {
-            self.hot.charge(4);
+            self.hot.time.charge(4);
             now += 4;
             self.soc.fire(now);
         }
@@ -84,7 +84,7 @@ impl Avr {
         }
         self.passing = None;
         self.hot.escape = false;
-        self.hot.force();
+        self.hot.time.force();
         true
     }
 
@@ -102,7 +102,7 @@ impl Avr {
             return Some(Stop::Trap { pc });
         }
         self.passing = None;
-        if P::INSN && trap && probe.insn(self.hot.now(), pc) {
+        if P::INSN && trap && probe.insn(self.hot.time.now(), pc) {
             self.passing = Some(pc);
             return Some(Stop::Probe);
         }
@@ -116,7 +116,7 @@ impl Avr {
                 Stop::Illegal { pc, word }
             });
         }
-        let (start, counted) = (self.hot.now(), self.hot.instructions());
+        let (start, counted) = (self.hot.time.now(), self.hot.time.instructions());
         self.hot = self.turn(probe).0.single(op);
         if self.hot.pc & PC_MASK == pc && self.code.ops[0][pc as usize].kind == Kind::Poll {
             // A jump to itself has changed nothing and looked at nothing: every turn is like this one.
@@ -129,7 +129,7 @@ impl Avr {
         } else if !trap && self.jumps_over::<P>() {
             self.jump_over_turns(pc, deadline, probe);
         }
-        self.hot.force();
+        self.hot.time.force();
         None
     }
 
@@ -140,10 +140,8 @@ impl Avr {
 
     /// Adds whole turns like the one that began at the cycle `start`, up to `limit`.
     fn repeat(&mut self, limit: u64, start: u64, counted: u64) {
-        let now = self.hot.now();
-        let turns = limit.saturating_sub(now) / (now - start);
-        self.hot.counted += turns * (self.hot.instructions() - counted);
-        self.hot.pass(turns * (now - start));
+        let now = self.hot.time.now();
+        self.hot.time.repeat(limit.saturating_sub(now) / (now - start), start, counted);
     }
 
     /// At the head of the loop that only looks and is closed by the branch at `end`, if the branch was taken: runs one turn,
@@ -157,7 +155,8 @@ impl Avr {
             io.map(|&r| avr.soc.steady_until(r, at)).min().unwrap_or(NEVER)
         };
         let registers = |avr: &Avr| -> [u8; 32] { std::array::from_fn(|r| avr.data[r]) };
-        let (start, counted, before) = (self.hot.now(), self.hot.instructions(), (registers(self), self.hot.flags));
+        let (start, counted, before) =
+            (self.hot.time.now(), self.hot.time.instructions(), (registers(self), self.hot.flags));
         let promised = steady(self, start);
         if promised.min(deadline) - start < WORTH {
             self.blind_until = start + BLIND;
@@ -167,7 +166,7 @@ impl Avr {
             let pc = self.hot.pc & PC_MASK;
             // A loop within the loop is looked at for itself.
             let inner = pc != end && code.ops[1][pc as usize].kind == Kind::Poll;
-            if self.hot.now() >= deadline || code.has_trap(pc) || inner || !(*head..=end).contains(&pc) {
+            if self.hot.time.now() >= deadline || code.has_trap(pc) || inner || !(*head..=end).contains(&pc) {
                 return;
             }
             self.hot = self.turn(probe).0.single(code.plain[pc as usize]);
@@ -175,7 +174,7 @@ impl Avr {
                 break;
             }
         }
-        let now = self.hot.now();
+        let now = self.hot.time.now();
         let same = self.hot.pc & PC_MASK == *head && (registers(self), self.hot.flags) == before;
         // A promise that ends now was good for this turn and says nothing of the next.
         if same && now < promised {

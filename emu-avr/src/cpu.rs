@@ -109,25 +109,19 @@ impl Cpu for Avr {
     }
 
     fn reset(&mut self, why: Reset) {
-        self.hot.force();
-        let now = self.hot.now();
-        self.hot = Hot {
-            sp: self.chip.ram_start + self.chip.ram_len - 1,
-            end: self.hot.end,
-            budget: self.hot.budget,
-            counted: self.hot.counted,
-            ..Hot::START
-        };
+        self.hot.time.force();
+        let now = self.hot.time.now();
+        self.hot = Hot { sp: self.chip.ram_start + self.chip.ram_len - 1, time: self.hot.time, ..Hot::START };
         self.passing = None;
         self.soc.reset(why, now);
     }
 
     fn cycle(&self) -> u64 {
-        self.hot.now()
+        self.hot.time.now()
     }
 
     fn instructions(&self) -> u64 {
-        self.hot.instructions()
+        self.hot.time.instructions()
     }
 
     fn pc(&self) -> u32 {
@@ -137,7 +131,7 @@ impl Cpu for Avr {
     fn set_pc(&mut self, pc: u32) {
         self.hot.pc = pc & PC_MASK;
         self.passing = None;
-        self.hot.force();
+        self.hot.time.force();
     }
 
     fn reg(&self, name: &str) -> Option<u32> {
@@ -157,7 +151,7 @@ impl Cpu for Avr {
             Some(Register::Pc) => self.set_pc(value),
             None => return false,
         }
-        self.hot.force();
+        self.hot.time.force();
         true
     }
 
@@ -196,7 +190,7 @@ impl Cpu for Avr {
             "eeprom" if index < self.eeprom.len() => Arc::make_mut(&mut self.eeprom)[index] = value,
             _ => return false,
         }
-        self.hot.force();
+        self.hot.time.force();
         true
     }
 
@@ -214,7 +208,7 @@ impl Cpu for Avr {
     fn drive(&mut self, at: Time, pin: PinId, level: Level) {
         let now = self.cycle();
         self.soc.drive(at.cycle, now, pin, level);
-        self.hot.force();
+        self.hot.time.force();
     }
 
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
@@ -225,7 +219,7 @@ impl Cpu for Avr {
             if let Some(stop) = self.boundary(until, probe) {
                 return stop;
             }
-            let looks = jumps && self.hot.now() >= self.blind_until;
+            let looks = jumps && self.hot.time.now() >= self.blind_until;
             let (turn, code) = self.turn(probe);
             self.hot = turn.burst(&code.ops[usize::from(looks)]);
         }

@@ -3,6 +3,7 @@
 //! [`Turn`] holds the hot state as plain locals whose address never escapes, so that it lives in host registers; data
 //! memory (registers of the core included) lies beside it. Everything a body calls is inlined; slow paths get scalars.
 
+use emu_core::countdown::Countdown;
 use emu_core::cpu::{Bus, Probe, Wake};
 use emu_core::dispatch;
 use emu_core::machine::{Byte, Machine, Pair};
@@ -34,13 +35,8 @@ pub struct Hot {
     pub sp: u16,
     /// SREG.
     pub flags: Flags,
-    /// Cycle of the deadline.
-    pub end: u64,
-    /// Cycles left to the deadline (above; negative when an instruction ran over it) and instructions executed since it was
-    /// set (the lower [`COUNT_BITS`] bits): one sum per instruction keeps both.
-    pub budget: i64,
-    /// Instructions executed before the deadline was set.
-    pub counted: u64,
+    /// Cycles and instructions.
+    pub time: Countdown,
     /// The boundary at this cycle takes no interrupt: the instruction before it set I.
     pub hold_at: u64,
     /// SLEEP was executed.
@@ -51,69 +47,18 @@ pub struct Hot {
     pub stop: bool,
 }
 
-/// Bits of [`Hot::budget`] that count instructions. A deadline is never further away than a count fits.
-pub const COUNT_BITS: u32 = 24;
-
 impl Hot {
     /// At cycle 0, everything 0 or off.
     pub const START: Hot = Hot {
         pc: 0,
         sp: 0,
         flags: Flags::unpack(0),
-        end: 0,
-        budget: 0,
-        counted: 0,
+        time: Countdown::START,
         hold_at: u64::MAX,
         sleeping: false,
         escape: false,
         stop: false,
     };
-
-    /// The machine cycle.
-    #[inline(always)]
-    pub const fn now(&self) -> u64 {
-        self.end.wrapping_sub((self.budget >> COUNT_BITS) as u64)
-    }
-
-    /// Instructions executed.
-    #[inline(always)]
-    pub const fn instructions(&self) -> u64 {
-        self.counted + (self.budget & ((1 << COUNT_BITS) - 1)) as u64
-    }
-
-    /// Spends cycles.
-    #[inline(always)]
-    pub const fn charge(&mut self, cycles: u32) {
-        self.budget -= (cycles as i64) << COUNT_BITS;
-    }
-
-    /// True while there is a cycle left to the deadline.
-    #[inline(always)]
-    const fn goes_on(&self) -> bool {
-        self.budget >= 1 << COUNT_BITS
-    }
-
-    /// Ends the burst before the next instruction.
-    #[inline(always)]
-    pub const fn force(&mut self) {
-        self.end = self.now();
-        self.budget &= (1 << COUNT_BITS) - 1;
-    }
-
-    /// Lets time pass without instructions.
-    pub const fn pass(&mut self, cycles: u64) {
-        self.end += cycles;
-    }
-
-    /// Sets the next deadline, or as much of the way there as the budget holds; `deadline` is not before now.
-    pub const fn set_deadline(&mut self, deadline: u64) {
-        let now = self.now();
-        let most = (1 << (COUNT_BITS - 1)) as u64;
-        let left = if deadline - now > most { most } else { deadline - now };
-        self.counted = self.instructions();
-        self.end = now + left;
-        self.budget = (left as i64) << COUNT_BITS;
-    }
 }
 
 /// One turn of the loop: hot state by value, everything else borrowed.
@@ -129,25 +74,25 @@ impl<P: Probe> Turn<'_, P> {
     /// The machine cycle in which an access of the running instruction falls: the last one charged.
     #[inline(always)]
     const fn access(&self) -> u64 {
-        self.hot.now().wrapping_sub(1)
+        self.hot.time.now().wrapping_sub(1)
     }
 
     #[inline(always)]
     fn wake(&mut self, wake: Wake) {
         if wake != Wake::NONE {
-            self.hot.charge(wake.stalled());
+            self.hot.time.charge(wake.stalled());
             if wake.has(Wake::HOLD) {
-                self.hot.hold_at = self.hot.now();
+                self.hot.hold_at = self.hot.time.now();
             }
-            self.hot.force();
+            self.hot.time.force();
         }
     }
 
     /// After I was set: the next boundary takes no interrupt.
     #[inline(always)]
     fn hold(&mut self) {
-        self.hot.hold_at = self.hot.now();
-        self.hot.force();
+        self.hot.hold_at = self.hot.time.now();
+        self.hot.time.force();
     }
 
     /// Tells the probe of an access to data memory.
@@ -155,7 +100,7 @@ impl<P: Probe> Turn<'_, P> {
     fn saw(&mut self, addr: u16, value: u8, write: bool) {
         if P::DATA && self.probe.data(self.access(), 0, addr, value, write) {
             self.hot.stop = true;
-            self.hot.force();
+            self.hot.time.force();
         }
     }
 
@@ -215,11 +160,11 @@ impl<P: Probe> Machine for Turn<'_, P> {
     #[inline(always)]
     fn advance(&mut self, words: u32) {
         self.hot.pc = self.hot.pc.wrapping_add(words);
-        self.hot.budget += 1;
+        self.hot.time.count();
     }
     #[inline(always)]
     fn charge(&mut self, cycles: u32) {
-        self.hot.charge(cycles);
+        self.hot.time.charge(cycles);
     }
     #[inline(always)]
     fn jump(&mut self, target: u32) {
@@ -232,14 +177,14 @@ impl<P: Probe> Machine for Turn<'_, P> {
     #[inline(always)]
     fn branch_if(&mut self, condition: bool, target: u32) {
         if condition {
-            self.hot.charge(1);
+            self.hot.time.charge(1);
             self.hot.pc = target;
         }
     }
     #[inline(always)]
     fn skip_if(&mut self, condition: bool, words: u32) {
         if condition {
-            self.hot.charge(words);
+            self.hot.time.charge(words);
             self.hot.pc = self.hot.pc.wrapping_add(words);
         }
     }
@@ -354,13 +299,13 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     #[inline(always)]
     fn sleep(&mut self) {
         self.hot.sleeping = self.bus.sleep_enabled().is_some();
-        self.hot.force();
+        self.hot.time.force();
     }
     #[inline(always)]
     fn clear_watchdog(&mut self) {
         let at = self.access();
         self.bus.clear_watchdog(at);
-        self.hot.force();
+        self.hot.time.force();
     }
 }
 
@@ -376,14 +321,14 @@ macro_rules! turn {
     ($turn:ident, $ops:ident) => {{
         let m = &mut $turn;
         let op: &AvrOp = &$ops[m.hot.pc as usize & (WORDS - 1)];
-        if P::INSN && op.kind as u8 != Kind::Trap as u8 && m.probe.insn(m.hot.now(), m.hot.pc & PC_MASK) {
+        if P::INSN && op.kind as u8 != Kind::Trap as u8 && m.probe.insn(m.hot.time.now(), m.hot.pc & PC_MASK) {
             m.hot.stop = true;
-            m.hot.force();
+            m.hot.time.force();
             break;
         }
         execute!(m, op, {
             m.hot.escape = true;
-            m.hot.force();
+            m.hot.time.force();
         });
     }};
 }
@@ -393,9 +338,9 @@ impl<P: Probe> Turn<'_, P> {
     #[inline(never)]
     pub fn burst(self, ops: &[AvrOp; WORDS]) -> Hot {
         let mut turn = self;
-        while turn.hot.goes_on() {
+        while turn.hot.time.goes_on() {
             turn!(turn, ops);
-            if !turn.hot.goes_on() {
+            if !turn.hot.time.goes_on() {
                 break;
             }
             turn!(turn, ops);

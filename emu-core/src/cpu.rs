@@ -64,7 +64,9 @@ impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Fault::SelfProgramming => f.write_str("SPM: self-programming of flash is not modelled"),
-            Fault::UninitialisedRead { space, addr } => write!(f, "{space}:0x{addr:04x} was read before it was written"),
+            Fault::UninitialisedRead { space, addr } => {
+                write!(f, "{space}:0x{addr:04x} was read before it was written")
+            }
         }
     }
 }

@@ -4,6 +4,7 @@
 #![forbid(unsafe_code)]
 
 pub mod chip;
+pub mod countdown;
 pub mod cpu;
 pub mod image;
 pub mod machine;
