@@ -340,7 +340,7 @@ pub fn assemble(line: &str, pc: u32) -> Result<Vec<u16>, AsmError> {
 /// The row of the word at the front of an instruction; `None` when there is none.
 #[must_use]
 pub fn row_of(first: u16, second: u16) -> Option<(&'static Row, Kind, u32)> {
-    let (i, bits) = find(ROWS, WORD_BITS, u32::from(first), u32::from(second))?;
+    let (i, bits) = find(ROWS, WORD_BITS, &[first, second])?;
     Some((&ROWS[i], KINDS[i], bits))
 }
 

@@ -4,10 +4,10 @@
 //! table are checked against it, and predecode asks it which loops only look.
 
 use std::cell::Cell;
-use std::ops::{Add, BitAnd, BitOr, BitXor, Not, Shl, Shr, Sub};
 
 use emu_core::dispatch;
-use emu_core::machine::{BitOps, Machine, WideOps, WordOps};
+use emu_core::machine::Machine;
+use emu_core::machine::unit::{Unit, Wide};
 
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
@@ -61,91 +61,6 @@ impl Recorder {
     }
     fn write_flags(&mut self, flags: &[Flag]) {
         flags.iter().for_each(|&f| self.write(Self::flag_bit(f)));
-    }
-}
-
-/// A bit or a byte of which nothing is known.
-#[derive(Clone, Copy)]
-struct Unit;
-
-/// A pair of bytes: known only when it is a constant of the instruction.
-#[derive(Clone, Copy)]
-struct Wide(Option<u16>);
-
-macro_rules! unit_operators {
-    ($($trait:ident $method:ident)*) => { $(
-        impl $trait for Unit {
-            type Output = Unit;
-            fn $method(self, _: Unit) -> Unit { Unit }
-        }
-    )* };
-}
-unit_operators! { Add add Sub sub BitAnd bitand BitOr bitor BitXor bitxor }
-
-macro_rules! wide_operators {
-    ($($trait:ident $method:ident)*) => { $(
-        impl $trait for Wide {
-            type Output = Wide;
-            fn $method(self, _: Wide) -> Wide { Wide(None) }
-        }
-    )* };
-}
-wide_operators! { Add add Sub sub }
-
-impl Not for Unit {
-    type Output = Unit;
-    fn not(self) -> Unit {
-        Unit
-    }
-}
-impl Shl<u32> for Unit {
-    type Output = Unit;
-    fn shl(self, _: u32) -> Unit {
-        Unit
-    }
-}
-impl Shr<u32> for Unit {
-    type Output = Unit;
-    fn shr(self, _: u32) -> Unit {
-        Unit
-    }
-}
-impl From<u8> for Unit {
-    fn from(_: u8) -> Unit {
-        Unit
-    }
-}
-impl From<u16> for Wide {
-    fn from(value: u16) -> Wide {
-        Wide(Some(value))
-    }
-}
-impl BitOps for Unit {}
-impl WordOps for Unit {
-    type Bit = Unit;
-    fn bit(self, _: u8) -> Unit {
-        Unit
-    }
-    fn with_bit(self, _: u8, _: Unit) -> Unit {
-        Unit
-    }
-    fn is_zero(self) -> Unit {
-        Unit
-    }
-}
-impl WideOps for Wide {
-    type Word = Unit;
-    fn join(_: Unit, _: Unit) -> Wide {
-        Wide(None)
-    }
-    fn lo(self) -> Unit {
-        Unit
-    }
-    fn hi(self) -> Unit {
-        Unit
-    }
-    fn mul(_: Unit, _: Unit) -> Wide {
-        Wide(None)
     }
 }
 

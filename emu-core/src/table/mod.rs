@@ -12,6 +12,9 @@
 //!              syntax: lower-case letters are operands, the rest is literal text
 //! ```
 //!
+//! A row may name a second kind behind its body, for operands whose place predecode finds to be plain RAM: same text, same
+//! body, other operand types ([`InRam`]).
+//!
 //! Operands that do not stand in the pattern (such as `Skip`, the length of the next instruction) are computed at
 //! predecode. Rows may overlap only in order: the first row that matches wins, and a test of each family lists the
 //! overlaps it wants.
@@ -67,6 +70,14 @@ pub trait Operand: Copy + Sized {
             Self::from_value(u16::from(value))
         }
     }
+}
+
+/// An operand kind that predecode may have found to lie in RAM: what it becomes in a row's second shape.
+pub trait InRam: Operand {
+    /// The operand as it is there; itself where nothing changes.
+    type Ram;
+    /// Takes it from an op whose next free operand byte is `at`, and moves `at` on.
+    fn take_in_ram<K>(op: &Op<K>, at: &mut usize) -> Self::Ram;
 }
 
 /// An operand kind as data.
@@ -189,14 +200,26 @@ impl std::fmt::Display for EncodeError {
 
 impl std::error::Error for EncodeError {}
 
-/// Position of the first row that matches the instruction starting with `first` (and `second`, its next program word),
-/// where program words have `word_bits` bits. Returns the row's position and the instruction's bits.
+/// Position of the first row that matches the instruction at the front of `words`, of `word_bits` bits each, and the
+/// instruction's bits. Words behind the end read 0.
 #[must_use]
-pub fn find(rows: &[Row], word_bits: u32, first: u32, second: u32) -> Option<(usize, u32)> {
+pub fn find(rows: &[Row], word_bits: u32, words: &[u16]) -> Option<(usize, u32)> {
     rows.iter().enumerate().find_map(|(i, row)| {
-        let bits = if row.len() == 2 { (first << word_bits) | second } else { first };
+        let bits = bits_of(row, word_bits, words);
         row.pattern.matches(bits).then_some((i, bits))
     })
+}
+
+/// The bits of an instruction of `row`'s length at the front of `words`.
+#[must_use]
+pub fn bits_of(row: &Row, word_bits: u32, words: &[u16]) -> u32 {
+    (0..row.len() as usize).fold(0, |bits, i| bits << word_bits | words.get(i).copied().map_or(0, u32::from))
+}
+
+/// The program words of an instruction of `row`, first word first.
+#[must_use]
+pub fn words_of(row: &Row, word_bits: u32, bits: u32) -> Vec<u16> {
+    (0..row.len()).rev().map(|i| (bits >> (i * word_bits) & ((1 << word_bits) - 1)) as u16).collect()
 }
 
 /// Defines `Kind` (one variant per row, then the extra kinds), `ROWS` and the names, from a table in callback form.
@@ -206,11 +229,15 @@ pub fn find(rows: &[Row], word_bits: u32, first: u32, second: u32) -> Option<(us
 macro_rules! define_isa {
     ($word_bits:literal; extra { $($(#[doc = $xdoc:literal])* $extra:ident),* $(,)? }
      $( $(#[doc = $doc:literal])+ $name:ident $mnemonic:literal $syntax:literal $pattern:literal
-        ($($letter:ident : $kind:ident),*) $cycles:literal $flags:literal => $body:ident ( $($arg:expr),* ) ; )*) => {
+        ($($letter:ident : $kind:ident),*) $cycles:literal $flags:literal => $body:ident ( $($arg:expr),* ) $(, $shape:ident)? ; )*) => {
         /// The instructions, one per row of the table; behind them kinds that only predecode makes.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u8)]
-        pub enum Kind { $( $(#[doc = $doc])+ $name, )* $( $(#[doc = $xdoc])* $extra, )* }
+        pub enum Kind {
+            $( $(#[doc = $doc])+ $name, )*
+            $( $( #[doc = concat!("`", stringify!($name), "` on operands that predecode has found to lie in RAM.")] $shape, )? )*
+            $( $(#[doc = $xdoc])* $extra, )*
+        }
 
         /// Every instruction, in table order; `Kind as usize` is the position.
         pub const ROWS: &[$crate::table::Row] = &[ $( $crate::table::Row {
@@ -227,6 +254,9 @@ macro_rules! define_isa {
             doc: concat!($($doc),+),
         }, )* ];
 
+        /// The kind that a row has where its operands lie in RAM; none for most families and rows.
+        pub const SHAPES: &[Option<Kind>] = &[ $( { let shape: Option<Kind> = None; $( let _ = shape; let shape = Some(Kind::$shape); )? shape } ),* ];
+
         /// The kind of every row, in table order.
         pub const KINDS: &[Kind] = &[ $( Kind::$name ),* ];
     };
@@ -234,25 +264,46 @@ macro_rules! define_isa {
 
 /// Expands to the `match` that runs the body of `$op` on `$m`: `dispatch!{ (m, op, Kind, else_arm) rows.. }`.
 ///
-/// Every arm first moves the program counter over the instruction and charges the row's cycles where they are constant,
-/// so a body that touches the bus does so in the last cycle charged so far.
+/// Every arm first lets the machine [`begin`](crate::machine::Machine::begin) the instruction with its length and its
+/// cycles where they are constant, so a body that touches the bus does so in the last cycle charged so far. The arm of a
+/// second shape takes the operands as their [`Operand`](crate::table::Operand)'s [`InRam`](crate::table::InRam).
 #[macro_export]
 macro_rules! dispatch {
     (($m:ident, $op:ident, $kind:expr, $other:expr) $word_bits:literal; extra { $($(#[doc = $xdoc:literal])* $extra:ident),* $(,)? }
      $( $(#[doc = $doc:literal])+ $name:ident $mnemonic:literal $syntax:literal $pattern:literal
-        ($($letter:ident : $operand:ident),*) $cycles:literal $flags:literal => $body:ident ( $($arg:expr),* ) ; )*) => {
+        $operands:tt $cycles:literal $flags:literal => $body:ident $args:tt $(, $shape:ident)? ; )*) => {
         match $kind {
-            $( Kind::$name => {
-                const WORDS: u32 = $crate::table::Pattern::parse($pattern, $word_bits).words();
-                const CYCLES: u32 = $crate::table::Cycles::parse($cycles).constant();
-                let at = &mut 0usize;
-                $( let $letter = <$operand as $crate::table::Operand>::take($op, at); )*
-                let _ = at;
-                $m.advance(WORDS);
-                if CYCLES != 0 { $m.charge(CYCLES); }
-                $body($m $(, $arg)*);
-            } )*
+            $( Kind::$name => $crate::arm!($m, $op, $word_bits, $pattern, $cycles, plain $operands $body $args), )*
+            $( $( Kind::$shape => $crate::arm!($m, $op, $word_bits, $pattern, $cycles, ram $operands $body $args), )? )*
             $( Kind::$extra )|* => $other,
         }
+    };
+}
+
+/// One arm of [`dispatch!`].
+#[doc(hidden)]
+#[macro_export]
+macro_rules! arm {
+    ($m:ident, $op:ident, $word_bits:literal, $pattern:literal, $cycles:literal,
+     $shape:ident ($($letter:ident : $operand:ident),*) $body:ident ( $($arg:expr),* )) => {{
+        const WORDS: u32 = $crate::table::Pattern::parse($pattern, $word_bits).words();
+        const CYCLES: u32 = $crate::table::Cycles::parse($cycles).constant();
+        let at = &mut 0usize;
+        $( let $letter = $crate::operand!($shape $operand, $op, at); )*
+        let _ = at;
+        $m.begin(WORDS, CYCLES);
+        $body($m $(, $arg)*);
+    }};
+}
+
+/// One operand of an arm.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! operand {
+    (plain $operand:ident, $op:ident, $at:ident) => {
+        <$operand as $crate::table::Operand>::take($op, $at)
+    };
+    (ram $operand:ident, $op:ident, $at:ident) => {
+        <$operand as $crate::table::InRam>::take_in_ram($op, $at)
     };
 }

@@ -2,7 +2,7 @@
 
 use diag::Code;
 
-use super::{Row, Site, find};
+use super::{Row, Site, find, words_of};
 
 /// The codes of the one-line assembler.
 pub const CODES: &[Code] = &[
@@ -33,7 +33,7 @@ pub const CODES: &[Code] = &[
 /// One disassembled instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Line {
-    /// Mnemonic and operands, or `.word 0x....` with the meaning in a comment.
+    /// Mnemonic and operands, or `.word 0x....` (`.db 0x..` where words are bytes) with the meaning in a comment.
     pub text: String,
     /// Length in program words.
     pub len: usize,
@@ -41,16 +41,19 @@ pub struct Line {
     pub row: Option<usize>,
 }
 
+/// Directives for a program word as it is.
+const WORD: &str = ".word";
+const BYTE: &str = ".db";
+
 /// Disassembles the instruction at the front of `words`, which stands at `site.pc`.
 ///
-/// A word that no row matches, or a two-word instruction cut off by the end of `words`, prints as `.word 0x....`.
-/// Program words have `word_bits` bits; targets print as byte addresses where `bytes_per_word` is 2.
+/// A word that no row matches, or an instruction cut off by the end of `words`, prints as `.word 0x....`. Program words have `word_bits` bits; targets print as byte addresses where `bytes_per_word` is 2.
 #[must_use]
 pub fn disassemble(rows: &[Row], word_bits: u32, words: &[u16], site: &Site) -> Line {
-    let first = words.first().copied().map_or(0, u32::from);
-    let second = words.get(1).copied().map_or(0, u32::from);
-    let raw = |why: &str| Line { text: format!(".word 0x{first:04x}{why}"), len: 1, row: None };
-    let Some((index, bits)) = find(rows, word_bits, first, second) else {
+    let first = words.first().copied().unwrap_or(0);
+    let (directive, digits) = if word_bits == 8 { (BYTE, 2) } else { (WORD, 4) };
+    let raw = |why: &str| Line { text: format!("{directive} 0x{first:0digits$x}{why}"), len: 1, row: None };
+    let Some((index, bits)) = find(rows, word_bits, words) else {
         return raw("");
     };
     let row = &rows[index];
@@ -105,7 +108,7 @@ pub type Alias = (&'static str, &'static str, &'static str, &'static str);
 
 /// Assembles one line (mnemonic and operands; a comment behind `;` is ignored) that will stand at `site.pc`.
 ///
-/// Returns the instruction's words. `.word N` gives the word itself.
+/// Returns the instruction's words. `.word N` (`.db N` where words are bytes) gives the word itself.
 ///
 /// # Errors
 /// `ASM001` unknown mnemonic, `ASM002` operands that fit no form, `ASM003` an operand out of range, `ASM004` empty line.
@@ -127,7 +130,7 @@ pub fn assemble(
             hint: "write a mnemonic and its operands".into(),
         });
     }
-    if mnemonic == ".word" {
+    if mnemonic == if word_bits == 8 { BYTE } else { WORD } {
         let value = number(&operands).filter(|v| (0..1 << word_bits).contains(v)).ok_or_else(|| AsmError {
             code: "ASM003",
             cause: format!("`{operands}` is not a word of {word_bits} bits"),
@@ -156,10 +159,7 @@ pub fn assemble(
         let site = Site { len: row.len(), ..*site };
         let Some(values) = match_operands(row, &operands, &site) else { continue };
         match row.encode(&values, &site) {
-            Ok(bits) if row.len() == 2 => {
-                return Ok(vec![(bits >> word_bits) as u16, (bits & ((1 << word_bits) - 1)) as u16]);
-            }
-            Ok(bits) => return Ok(vec![bits as u16]),
+            Ok(bits) => return Ok(words_of(row, word_bits, bits)),
             Err(e) => out_of_range = Some(e.cause),
         }
     }

@@ -6,6 +6,8 @@
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Not, Shl, Shr, Sub};
 
+pub mod unit;
+
 /// One emulated bit.
 pub trait BitOps:
     Copy + BitAnd<Output = Self> + BitOr<Output = Self> + BitXor<Output = Self> + Not<Output = Self>
@@ -33,6 +35,12 @@ pub trait WordOps:
     fn with_bit(self, n: u8, bit: Self::Bit) -> Self;
     /// True when all bits are 0.
     fn is_zero(self) -> Self::Bit;
+    /// This word where `bit` is set, 0 where it is clear.
+    fn when(self, bit: Self::Bit) -> Self;
+    /// Unsigned: this word is less than the other.
+    fn lt(self, other: Self) -> Self::Bit;
+    /// Unsigned quotient and remainder; by 0, this word and the other as they are.
+    fn div_rem(self, other: Self) -> (Self, Self);
 }
 
 /// Two emulated bytes. `+` and `-` wrap.
@@ -58,6 +66,14 @@ pub trait Machine {
     /// A pair of bytes.
     type Wide: WideOps<Word = Self::Word>;
 
+    /// Begins an instruction of `words` program words that takes `cycles` machine cycles, 0 where its body charges them.
+    #[inline(always)]
+    fn begin(&mut self, words: u32, cycles: u32) {
+        self.advance(words);
+        if cycles != 0 {
+            self.charge(cycles);
+        }
+    }
     /// Moves the program counter on by `words` program words.
     fn advance(&mut self, words: u32);
     /// Spends `cycles` machine cycles.
@@ -66,9 +82,9 @@ pub trait Machine {
     fn jump(&mut self, target: u32);
     /// Jumps to the computed program word `target`.
     fn goto(&mut self, target: Self::Wide);
-    /// Jumps to `target` when `condition` holds, one more cycle if so.
+    /// Jumps to `target` when `condition` holds, at the cost that the family has for it.
     fn branch_if(&mut self, condition: Self::Bit, target: u32);
-    /// Skips the next instruction, of `words` program words, when `condition` holds, one more cycle a word if so.
+    /// Skips the next instruction, of `words` program words, when `condition` holds, at the cost that the family has for it.
     fn skip_if(&mut self, condition: Self::Bit, words: u32);
 }
 
@@ -162,6 +178,21 @@ impl WordOps for Byte {
     #[inline(always)]
     fn is_zero(self) -> bool {
         self.0 == 0
+    }
+    #[inline(always)]
+    fn when(self, bit: bool) -> Byte {
+        Byte(self.0 & u8::from(bit).wrapping_neg())
+    }
+    #[inline(always)]
+    fn lt(self, other: Byte) -> bool {
+        self.0 < other.0
+    }
+    #[inline(always)]
+    fn div_rem(self, other: Byte) -> (Byte, Byte) {
+        match (self.0.checked_div(other.0), self.0.checked_rem(other.0)) {
+            (Some(quotient), Some(rest)) => (Byte(quotient), Byte(rest)),
+            _ => (self, other),
+        }
     }
 }
 
