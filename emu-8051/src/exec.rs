@@ -1,0 +1,490 @@
+//! Bodies of the MCS-51 instructions, one per meaning, in the order of the table.
+//!
+//! Source: user's manual, "MCS-51 instruction set". Operands are places: `get` reads as an instruction reads (pins of a
+//! port), `latch` as a read-modify-write instruction does, `set` writes. That choice *is* the port rule ("Read-modify-write
+//! feature"). Reads of registers of the chip fall in the first cycle of an instruction, writes in its last.
+
+use emu_core::machine::{BitOps, Machine, WideOps, WordOps};
+
+use crate::operands::{BitAddr, Dir, Imm, Imm16, Ram, RamBit, Rel, Ri, Rn};
+
+/// What MCS-51 bodies need beyond [`Machine`].
+pub trait Mcs51Machine: Machine {
+    /// The accumulator.
+    fn acc(&self) -> Self::Word;
+    /// Writes the accumulator.
+    fn set_acc(&mut self, value: Self::Word);
+    /// Register B.
+    fn b(&self) -> Self::Word;
+    /// Writes register B.
+    fn set_b(&mut self, value: Self::Word);
+    /// The data pointer in use.
+    fn dptr(&self) -> Self::Wide;
+    /// Writes the data pointer in use.
+    fn set_dptr(&mut self, value: Self::Wide);
+    /// The stack pointer.
+    fn sp(&self) -> Self::Word;
+    /// Writes the stack pointer.
+    fn set_sp(&mut self, value: Self::Word);
+    /// CY.
+    fn carry(&self) -> Self::Bit;
+    /// Writes CY.
+    fn set_carry(&mut self, value: Self::Bit);
+    /// AC.
+    fn half(&self) -> Self::Bit;
+    /// Writes OV.
+    fn set_overflow(&mut self, value: Self::Bit);
+    /// CY := bit 7 of `carries`, AC := bit 3 of it, OV := bit 7 of `overflow`.
+    fn set_sum_flags(&mut self, carries: Self::Word, overflow: Self::Word);
+    /// The bit as a word, 0 or 1.
+    fn word(bit: Self::Bit) -> Self::Word;
+    /// A bit that is known while the table compiles.
+    fn bit(on: bool) -> Self::Bit;
+    /// A register of the bank in use, 0 to 7.
+    fn reg(&mut self, r: u8) -> Self::Word;
+    /// Writes a register of the bank in use.
+    fn set_reg(&mut self, r: u8, value: Self::Word);
+    /// RAM below 80h by direct address.
+    fn ram(&mut self, addr: u8) -> Self::Word;
+    /// Writes RAM below 80h by direct address.
+    fn set_ram(&mut self, addr: u8, value: Self::Word);
+    /// RAM by indirect address.
+    fn idata(&mut self, addr: Self::Word) -> Self::Word;
+    /// Writes RAM by indirect address.
+    fn set_idata(&mut self, addr: Self::Word, value: Self::Word);
+    /// A direct address: RAM, registers of the core and of the chip; pins of ports.
+    fn direct(&mut self, addr: u8) -> Self::Word;
+    /// The same as a read-modify-write instruction reads it: latches of ports.
+    fn direct_latch(&mut self, addr: u8) -> Self::Word;
+    /// Writes a direct address.
+    fn set_direct(&mut self, addr: u8, value: Self::Word);
+    /// A bit of RAM.
+    fn ram_bit(&mut self, at: RamBit) -> Self::Bit;
+    /// Writes a bit of RAM.
+    fn set_ram_bit(&mut self, at: RamBit, value: Self::Bit);
+    /// A bit by its address; pins of ports.
+    fn direct_bit(&mut self, addr: u8) -> Self::Bit;
+    /// The same as a read-modify-write instruction reads it.
+    fn direct_bit_latch(&mut self, addr: u8) -> Self::Bit;
+    /// Writes a bit by its address where `condition` holds, and else does not touch its byte.
+    fn set_direct_bit_if(&mut self, condition: Self::Bit, addr: u8, value: Self::Bit);
+    /// External RAM.
+    fn xdata(&mut self, addr: Self::Wide) -> Self::Word;
+    /// Writes external RAM.
+    fn set_xdata(&mut self, addr: Self::Wide, value: Self::Word);
+    /// The latch of port 2: the upper address byte of MOVX @Ri.
+    fn page(&mut self) -> Self::Word;
+    /// Program memory.
+    fn code(&mut self, addr: Self::Wide) -> Self::Word;
+    /// Address of the next instruction.
+    fn next_pc(&self) -> Self::Wide;
+    /// Jumps by a distance from the next instruction where `condition` holds.
+    fn relative_if(&mut self, condition: Self::Bit, distance: i8);
+    /// RETI: the interrupt in progress has ended, and one more instruction is executed before another.
+    fn interrupt_ended(&mut self);
+}
+
+/// A byte that can be read.
+pub trait Src: Copy {
+    /// Reads it.
+    fn get<M: Mcs51Machine>(self, m: &mut M) -> M::Word;
+}
+
+/// A byte that can be read and written.
+pub trait Place: Src {
+    /// Reads it as read-modify-write instructions do.
+    #[inline(always)]
+    fn latch<M: Mcs51Machine>(self, m: &mut M) -> M::Word {
+        self.get(m)
+    }
+    /// Writes it.
+    fn set<M: Mcs51Machine>(self, m: &mut M, value: M::Word);
+}
+
+/// A bit that can be read and written.
+pub trait BitPlace: Copy {
+    /// Reads it.
+    fn get<M: Mcs51Machine>(self, m: &mut M) -> M::Bit;
+    /// Reads it as read-modify-write instructions do.
+    #[inline(always)]
+    fn latch<M: Mcs51Machine>(self, m: &mut M) -> M::Bit {
+        self.get(m)
+    }
+    /// Writes it where `condition` holds, and else does not touch its byte.
+    fn set_if<M: Mcs51Machine>(self, m: &mut M, condition: M::Bit, value: M::Bit);
+    /// Writes it.
+    #[inline(always)]
+    fn set<M: Mcs51Machine>(self, m: &mut M, value: M::Bit) {
+        self.set_if(m, M::bit(true), value);
+    }
+}
+
+/// The accumulator as a place.
+#[derive(Debug, Clone, Copy)]
+pub struct Acc;
+
+/// CY as a place.
+#[derive(Debug, Clone, Copy)]
+pub struct Carry;
+
+macro_rules! places {
+    ($($type:ty: |$p:ident, $m:ident| $get:expr $(, |$v:ident| $set:expr)? $(, latch $latch:expr)?;)*) => { $(
+        impl Src for $type {
+            #[inline(always)]
+            fn get<M: Mcs51Machine>(self, $m: &mut M) -> M::Word {
+                let $p = self;
+                $get
+            }
+        }
+        $(impl Place for $type {
+            $(#[inline(always)]
+            fn latch<M: Mcs51Machine>(self, $m: &mut M) -> M::Word {
+                let $p = self;
+                $latch
+            })?
+            #[inline(always)]
+            fn set<M: Mcs51Machine>(self, $m: &mut M, $v: M::Word) {
+                let $p = self;
+                $set
+            }
+        })?
+    )* };
+}
+
+places! {
+    Acc: |_p, m| m.acc(), |v| m.set_acc(v);
+    Rn:  |p, m| m.reg(p.0), |v| m.set_reg(p.0, v);
+    Ri:  |p, m| { let at = m.reg(p.0); m.idata(at) }, |v| { let at = m.reg(p.0); m.set_idata(at, v) };
+    Ram: |p, m| m.ram(p.0), |v| m.set_ram(p.0, v);
+    Dir: |p, m| m.direct(p.0), |v| m.set_direct(p.0, v), latch m.direct_latch(p.0);
+    Imm: |p, _m| M::Word::from(p.0);
+}
+
+impl BitPlace for Carry {
+    #[inline(always)]
+    fn get<M: Mcs51Machine>(self, m: &mut M) -> M::Bit {
+        m.carry()
+    }
+    #[inline(always)]
+    fn set_if<M: Mcs51Machine>(self, m: &mut M, condition: M::Bit, value: M::Bit) {
+        let kept = m.carry() & !condition;
+        m.set_carry(kept | value & condition);
+    }
+    #[inline(always)]
+    fn set<M: Mcs51Machine>(self, m: &mut M, value: M::Bit) {
+        m.set_carry(value);
+    }
+}
+
+impl BitPlace for RamBit {
+    #[inline(always)]
+    fn get<M: Mcs51Machine>(self, m: &mut M) -> M::Bit {
+        m.ram_bit(self)
+    }
+    #[inline(always)]
+    fn set_if<M: Mcs51Machine>(self, m: &mut M, condition: M::Bit, value: M::Bit) {
+        let kept = m.ram_bit(self) & !condition;
+        m.set_ram_bit(self, kept | value & condition);
+    }
+    #[inline(always)]
+    fn set<M: Mcs51Machine>(self, m: &mut M, value: M::Bit) {
+        m.set_ram_bit(self, value);
+    }
+}
+
+impl BitPlace for BitAddr {
+    #[inline(always)]
+    fn get<M: Mcs51Machine>(self, m: &mut M) -> M::Bit {
+        m.direct_bit(self.0)
+    }
+    #[inline(always)]
+    fn latch<M: Mcs51Machine>(self, m: &mut M) -> M::Bit {
+        m.direct_bit_latch(self.0)
+    }
+    #[inline(always)]
+    fn set_if<M: Mcs51Machine>(self, m: &mut M, condition: M::Bit, value: M::Bit) {
+        m.set_direct_bit_if(condition, self.0, value);
+    }
+}
+
+/// All eight bits where `on`, else none.
+#[inline(always)]
+fn all<M: Mcs51Machine>(on: bool) -> M::Bit {
+    M::bit(on)
+}
+
+/// The bit, or its complement where `invert`.
+#[inline(always)]
+fn inverted<B: BitOps>(bit: B, invert: bool) -> B {
+    if invert { !bit } else { bit }
+}
+
+#[inline(always)]
+fn push_word<M: Mcs51Machine>(m: &mut M, value: M::Word) {
+    let sp = m.sp() + M::Word::from(1);
+    m.set_sp(sp);
+    m.set_idata(sp, value);
+}
+
+#[inline(always)]
+fn pop_word<M: Mcs51Machine>(m: &mut M) -> M::Word {
+    let sp = m.sp();
+    let value = m.idata(sp);
+    m.set_sp(sp - M::Word::from(1));
+    value
+}
+
+/// Pushes the address of the next instruction, low byte first (manual: LCALL).
+#[inline(always)]
+pub fn push_pc<M: Mcs51Machine>(m: &mut M) {
+    let pc = m.next_pc();
+    push_word(m, pc.lo());
+    push_word(m, pc.hi());
+}
+
+#[inline(always)]
+fn pop_pc<M: Mcs51Machine>(m: &mut M) {
+    let high = pop_word(m);
+    let low = pop_word(m);
+    m.goto(M::Wide::join(high, low));
+}
+
+/// `a + b + carry`, with its flags.
+#[inline(always)]
+fn sum<M: Mcs51Machine>(m: &mut M, b: M::Word, carry: M::Word) {
+    let a = m.acc();
+    let s = a + b + carry;
+    let carries = (a & b) | (!s & (a | b));
+    m.set_sum_flags(carries, (a ^ s) & (b ^ s));
+    m.set_acc(s);
+}
+
+macro_rules! bodies {
+    ($( fn $name:ident $(<$($place:ident : $kind:ident),*>)? ($m:ident $(, $arg:ident : $type:ty)*) $body:block )*) => { $(
+        #[inline(always)]
+        pub fn $name<M: Mcs51Machine $($(, $place: $kind)*)?>($m: &mut M $(, $arg: $type)*) $body
+    )* };
+}
+
+bodies! {
+    fn add<S: Src>(m, s: S) {
+        let b = s.get(m);
+        sum(m, b, M::Word::from(0));
+    }
+    fn addc<S: Src>(m, s: S) {
+        let b = s.get(m);
+        let carry = M::word(m.carry());
+        sum(m, b, carry);
+    }
+    fn subb<S: Src>(m, s: S) {
+        let b = s.get(m);
+        let a = m.acc();
+        let d = a - b - M::word(m.carry());
+        let borrows = (!a & b) | (d & (!a | b));
+        m.set_sum_flags(borrows, (a ^ b) & (a ^ d));
+        m.set_acc(d);
+    }
+    fn inc<P: Place>(m, p: P) {
+        let v = p.latch(m) + M::Word::from(1);
+        p.set(m, v);
+    }
+    fn dec<P: Place>(m, p: P) {
+        let v = p.latch(m) - M::Word::from(1);
+        p.set(m, v);
+    }
+    fn inc_dptr(m) {
+        let v = m.dptr() + M::Wide::from(1);
+        m.set_dptr(v);
+    }
+    fn mul(m) {
+        let product = M::Wide::mul(m.acc(), m.b());
+        m.set_carry(all::<M>(false));
+        m.set_overflow(!product.hi().is_zero());
+        m.set_acc(product.lo());
+        m.set_b(product.hi());
+    }
+    fn div(m) {
+        let (a, b) = (m.acc(), m.b());
+        let (quotient, rest) = a.div_rem(b);
+        m.set_carry(all::<M>(false));
+        m.set_overflow(b.is_zero());
+        m.set_acc(quotient);
+        m.set_b(rest);
+    }
+    fn da(m) {
+        let a = m.acc();
+        let low = m.half() | !(a & M::Word::from(0x0F)).lt(M::Word::from(10));
+        let adjusted = a + M::Word::from(6).when(low);
+        // CY can be set but never cleared.
+        let high = m.carry() | adjusted.lt(a) | !adjusted.lt(M::Word::from(0xA0));
+        m.set_carry(high);
+        m.set_acc(adjusted + M::Word::from(0x60).when(high));
+    }
+    fn anl<P: Place, S: Src>(m, p: P, s: S) {
+        let v = p.latch(m) & s.get(m);
+        p.set(m, v);
+    }
+    fn orl<P: Place, S: Src>(m, p: P, s: S) {
+        let v = p.latch(m) | s.get(m);
+        p.set(m, v);
+    }
+    fn xrl<P: Place, S: Src>(m, p: P, s: S) {
+        let v = p.latch(m) ^ s.get(m);
+        p.set(m, v);
+    }
+    fn cpl_a(m) {
+        let v = !m.acc();
+        m.set_acc(v);
+    }
+    fn rl(m) {
+        let a = m.acc();
+        m.set_acc(a << 1 | a >> 7);
+    }
+    fn rlc(m) {
+        let a = m.acc();
+        let v = a << 1 | M::word(m.carry());
+        m.set_carry(a.bit(7));
+        m.set_acc(v);
+    }
+    fn rr(m) {
+        let a = m.acc();
+        m.set_acc(a >> 1 | a << 7);
+    }
+    fn rrc(m) {
+        let a = m.acc();
+        let v = a >> 1 | M::word(m.carry()) << 7;
+        m.set_carry(a.bit(0));
+        m.set_acc(v);
+    }
+    fn swap(m) {
+        let a = m.acc();
+        m.set_acc(a << 4 | a >> 4);
+    }
+    fn mov<P: Place, S: Src>(m, p: P, s: S) {
+        let v = s.get(m);
+        p.set(m, v);
+    }
+    fn mov_dptr(m, k: Imm16) {
+        m.set_dptr(M::Wide::from(k.0));
+    }
+    fn movc_dptr(m) {
+        let at = m.dptr() + M::Wide::join(M::Word::from(0), m.acc());
+        let v = m.code(at);
+        m.set_acc(v);
+    }
+    fn movc_pc(m) {
+        let at = m.next_pc() + M::Wide::join(M::Word::from(0), m.acc());
+        let v = m.code(at);
+        m.set_acc(v);
+    }
+    fn movx_a_ind(m, i: Ri) {
+        let at = M::Wide::join(m.page(), m.reg(i.0));
+        let v = m.xdata(at);
+        m.set_acc(v);
+    }
+    fn movx_a_dptr(m) {
+        let v = m.xdata(m.dptr());
+        m.set_acc(v);
+    }
+    fn movx_ind_a(m, i: Ri) {
+        let at = M::Wide::join(m.page(), m.reg(i.0));
+        m.set_xdata(at, m.acc());
+    }
+    fn movx_dptr_a(m) {
+        m.set_xdata(m.dptr(), m.acc());
+    }
+    fn push<S: Src>(m, s: S) {
+        // The stack pointer counts first, and PUSH SP pushes what it has become (manual: PUSH).
+        let sp = m.sp() + M::Word::from(1);
+        m.set_sp(sp);
+        let v = s.get(m);
+        m.set_idata(sp, v);
+    }
+    fn pop<P: Place>(m, p: P) {
+        // The stack pointer counts before the byte is written: POP SP gives the byte itself (manual: POP).
+        let v = pop_word(m);
+        p.set(m, v);
+    }
+    fn xch<P: Place>(m, p: P) {
+        let v = p.get(m);
+        let a = m.acc();
+        p.set(m, a);
+        m.set_acc(v);
+    }
+    fn xchd(m, i: Ri) {
+        let at = m.reg(i.0);
+        let v = m.idata(at);
+        let a = m.acc();
+        let halves = (a ^ v) & M::Word::from(0x0F);
+        m.set_idata(at, v ^ halves);
+        m.set_acc(a ^ halves);
+    }
+    fn set_bit<P: BitPlace>(m, p: P, on: bool) {
+        p.set(m, all::<M>(on));
+    }
+    fn cpl_bit<P: BitPlace>(m, p: P) {
+        let v = !p.latch(m);
+        p.set(m, v);
+    }
+    fn anl_c<P: BitPlace>(m, p: P, invert: bool) {
+        let v = inverted(p.get(m), invert);
+        m.set_carry(m.carry() & v);
+    }
+    fn orl_c<P: BitPlace>(m, p: P, invert: bool) {
+        let v = inverted(p.get(m), invert);
+        m.set_carry(m.carry() | v);
+    }
+    fn mov_c_bit<P: BitPlace>(m, p: P) {
+        let v = p.get(m);
+        m.set_carry(v);
+    }
+    fn mov_bit_c<P: BitPlace>(m, p: P) {
+        let v = m.carry();
+        p.set(m, v);
+    }
+    fn jump_if<P: BitPlace>(m, p: P, on: bool, t: Rel) {
+        let v = p.get(m);
+        m.relative_if(inverted(v, !on), t.0);
+    }
+    fn jbc<P: BitPlace>(m, p: P, t: Rel) {
+        let v = p.latch(m);
+        p.set_if(m, v, all::<M>(false));
+        m.relative_if(v, t.0);
+    }
+    fn call(m, target: u16) {
+        push_pc(m);
+        m.jump(u32::from(target));
+    }
+    fn ret(m) {
+        pop_pc(m);
+    }
+    fn reti(m) {
+        pop_pc(m);
+        m.interrupt_ended();
+    }
+    fn jmp(m, target: u16) {
+        m.jump(u32::from(target));
+    }
+    fn sjmp(m, t: Rel) {
+        m.relative_if(all::<M>(true), t.0);
+    }
+    fn jmp_dptr(m) {
+        let target = m.dptr() + M::Wide::join(M::Word::from(0), m.acc());
+        m.goto(target);
+    }
+    fn jz(m, zero: bool, t: Rel) {
+        let v = inverted(m.acc().is_zero(), !zero);
+        m.relative_if(v, t.0);
+    }
+    fn cjne<P: Src, S: Src>(m, p: P, s: S, t: Rel) {
+        let (a, b) = (p.get(m), s.get(m));
+        m.set_carry(a.lt(b));
+        m.relative_if(!(a ^ b).is_zero(), t.0);
+    }
+    fn djnz<P: Place>(m, p: P, t: Rel) {
+        let v = p.latch(m) - M::Word::from(1);
+        p.set(m, v);
+        m.relative_if(!v.is_zero(), t.0);
+    }
+    fn nop(_m) {}
+}

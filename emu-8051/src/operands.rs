@@ -1,0 +1,211 @@
+//! Operand kinds of the MCS-51: registers, addresses of bytes and bits, constants, targets.
+//!
+//! Each is also a place of the bodies: what it means to read it, to read its latch, and to write it stands in `exec.rs`.
+
+use std::fmt::Write;
+
+use emu_core::table::{InRam, Op, Operand, OperandKind, Site, number};
+
+use crate::chips::{BITS, SFRS};
+
+macro_rules! operands {
+    ($( $(#[doc = $doc:literal])+ $name:ident($type:ty) $wide:literal $label:literal
+        value $value:expr, raw $raw:expr, text $text:expr, parse $parse:expr; )*) => { $(
+        $(#[doc = $doc])+
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub struct $name(pub $type);
+
+        impl $name {
+            /// Name of the kind.
+            pub const NAME: &str = $label;
+        }
+
+        impl Operand for $name {
+            const KIND: OperandKind =
+                OperandKind { name: $label, wide: $wide, value: $value, raw: $raw, text: $text, parse: $parse };
+            #[inline(always)]
+            fn from_value(value: u16) -> Self {
+                $name(value as $type)
+            }
+        }
+    )* };
+}
+
+operands! {
+    /// A register of the bank in use, R0 to R7.
+    Rn(u8) false "register R0 to R7"
+        value same, raw |v, b, _| fits(v, b, "register"), text register_text, parse |t, _| register(t, 8);
+    /// A register that points, R0 or R1.
+    Ri(u8) false "register R0 or R1"
+        value same, raw |v, b, _| fits(v, b, "register"), text register_text, parse |t, _| register(t, 2);
+    /// A direct address: RAM below 80h, the special function registers from there on.
+    Dir(u8) false "direct address"
+        value same, raw |v, b, _| fits(v, b, "address"), text byte_text, parse |t, _| byte(t);
+    /// A bit address: the bytes 20h to 2Fh of RAM below 80h, special function registers divisible by 8 from there on.
+    BitAddr(u8) false "bit address"
+        value same, raw |v, b, _| fits(v, b, "bit address"), text bit_text, parse |t, _| bit(t);
+    /// A constant byte; negative ones stand for their two's complement.
+    Imm(u8) false "constant"
+        value same, raw |v, b, _| if (-128..0).contains(&v) { Ok(v as u32 & 0xFF) } else { fits(v, b, "constant") },
+        text hex2_text, parse |t, _| number(t);
+    /// The constant of MOV DPTR.
+    Imm16(u16) true "constant"
+        value same, raw |v, b, _| if (-32768..0).contains(&v) { Ok(v as u32 & 0xFFFF) } else { fits(v, b, "constant") },
+        text hex4_text, parse |t, _| number(t);
+    /// The target of LJMP and LCALL.
+    Abs(u16) true "target"
+        value same, raw |v, b, _| fits(v, b, "target"), text hex4_text, parse target;
+    /// The target of AJMP and ACALL: in the 2 KB page of the next instruction.
+    Page(u16) true "target in the page"
+        value |raw, _, site| (next(site) & 0xF800 | raw as i32) & 0xFFFF, raw in_page, text hex4_text, parse target;
+    /// A relative target: as a value its address, in an op (and here) the distance from the next instruction.
+    Rel(i8) false "target"
+        value |raw, _, site| (next(site) + i32::from(raw as u8 as i8)) & 0xFFFF, raw distance, text hex4_text, parse target;
+}
+
+/// A direct address that lies in RAM.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ram(pub u8);
+
+/// A bit that lies in RAM: byte address and mask.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RamBit {
+    /// Byte address, 20h to 2Fh.
+    pub byte: u8,
+    /// One bit set.
+    pub mask: u8,
+}
+
+impl RamBit {
+    /// The bit with the bit address `addr`, below 80h.
+    #[must_use]
+    pub const fn at(addr: u8) -> RamBit {
+        RamBit { byte: 0x20 | (addr >> 3 & 0x0F), mask: 1 << (addr & 7) }
+    }
+
+    /// Its bit address.
+    #[must_use]
+    pub const fn addr(self) -> u8 {
+        (self.byte & 0x0F) << 3 | self.mask.trailing_zeros() as u8
+    }
+}
+
+macro_rules! the_same_in_ram {
+    ($($name:ident)*) => { $(
+        impl InRam for $name {
+            type Ram = $name;
+            #[inline(always)]
+            fn take_in_ram<K>(op: &Op<K>, at: &mut usize) -> $name {
+                Self::take(op, at)
+            }
+        }
+    )* };
+}
+the_same_in_ram! { Rn Ri Imm Rel }
+
+impl InRam for Dir {
+    type Ram = Ram;
+    #[inline(always)]
+    fn take_in_ram<K>(op: &Op<K>, at: &mut usize) -> Ram {
+        Ram(Dir::take(op, at).0)
+    }
+}
+
+impl InRam for BitAddr {
+    type Ram = RamBit;
+    #[inline(always)]
+    fn take_in_ram<K>(op: &Op<K>, at: &mut usize) -> RamBit {
+        *at += 2;
+        RamBit { byte: op.arg[*at - 2], mask: op.arg[*at - 1] }
+    }
+}
+
+/// A plain field: the value is the field.
+fn same(raw: u32, _: u32, _: &Site) -> i32 {
+    raw as i32
+}
+
+fn fits(value: i32, bits: u32, what: &str) -> Result<u32, String> {
+    let most = (1 << bits) - 1;
+    if (0..=most).contains(&value) { Ok(value as u32) } else { Err(format!("{what} {value} is not in 0..={most}")) }
+}
+
+/// Address of the next instruction.
+fn next(site: &Site) -> i32 {
+    (site.pc + site.len) as i32 & 0xFFFF
+}
+
+fn in_page(value: i32, _: u32, site: &Site) -> Result<u32, String> {
+    let page = next(site) & 0xF800;
+    if value & !0x7FF == page {
+        Ok(value as u32 & 0x7FF)
+    } else {
+        Err(format!("target 0x{value:04X} is not in the page 0x{page:04X} to 0x{:04X} of the next instruction", page + 0x7FF))
+    }
+}
+
+fn distance(value: i32, _: u32, site: &Site) -> Result<u32, String> {
+    let straight = value - next(site);
+    let around = straight as i16;
+    if (0..0x1_0000).contains(&value) && i8::try_from(around).is_ok() {
+        Ok(around as u32 & 0xFF)
+    } else {
+        Err(format!("target 0x{value:04X} is {straight} bytes away; this instruction reaches -128 to 127"))
+    }
+}
+
+fn register_text(value: i32, out: &mut String) {
+    let _ = write!(out, "R{value}");
+}
+
+fn register(text: &str, count: i32) -> Option<i32> {
+    text.strip_prefix(['R', 'r'])?.parse().ok().filter(|n| (0..count).contains(n))
+}
+
+fn hex2_text(value: i32, out: &mut String) {
+    let _ = write!(out, "0x{value:02X}");
+}
+
+fn hex4_text(value: i32, out: &mut String) {
+    let _ = write!(out, "0x{value:04X}");
+}
+
+fn target(text: &str, site: &Site) -> Option<i32> {
+    match text {
+        "$" => Some(site.pc as i32),
+        _ => number(text),
+    }
+}
+
+/// The special function register at an address, by its data-sheet name.
+fn byte_text(value: i32, out: &mut String) {
+    match SFRS.iter().find(|r| i32::from(r.addr) == value) {
+        Some(register) => out.push_str(register.name),
+        None => hex2_text(value, out),
+    }
+}
+
+fn byte(text: &str) -> Option<i32> {
+    let register = SFRS.iter().find(|r| r.name.eq_ignore_ascii_case(text));
+    register.map(|r| i32::from(r.addr)).or_else(|| number(text))
+}
+
+/// `P1.0`, `PSW.7`, `0x20.3`.
+fn bit_text(value: i32, out: &mut String) {
+    let byte = if value < 0x80 { 0x20 + (value >> 3) } else { value & 0xF8 };
+    byte_text(byte, out);
+    let _ = write!(out, ".{}", value & 7);
+}
+
+fn bit(text: &str) -> Option<i32> {
+    if let Some(named) = BITS.iter().find(|b| b.name.eq_ignore_ascii_case(text)) {
+        return Some(i32::from(named.addr));
+    }
+    let Some((at, n)) = text.rsplit_once('.') else { return number(text) };
+    let n = n.parse::<i32>().ok().filter(|n| (0..8).contains(n))?;
+    match byte(at)? {
+        byte @ 0x20..=0x2F => Some((byte - 0x20) * 8 + n),
+        byte @ 0x80..=0xFF if byte % 8 == 0 => Some(byte + n),
+        _ => None,
+    }
+}

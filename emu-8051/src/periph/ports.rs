@@ -1,0 +1,142 @@
+//! The ports (user's manual, "Port structures and operation"): latches, and pins that both sides drive.
+//!
+//! A latch of 0 pulls its pin low. A latch of 1 lets go: ports 1 to 3 have weak pull-ups then, port 0 (and P1.0, P1.1 of the
+//! AT89C2051 and AT89C4051) has none. Whoever pulls low wins on a wire; a chip that pulls low what the outside drives high
+//! is reported.
+
+use emu_core::pins::{Level, Pin, PinId};
+
+use crate::chips::Part;
+use crate::periph::map::pin;
+
+/// Pins of all ports and RST.
+pub const PINS: usize = 33;
+
+/// Latches, pins, and what other parts of the chip put on them.
+#[derive(Debug, Clone)]
+pub struct Ports {
+    latch: [u8; 4],
+    pins: [Pin; PINS],
+    /// TXD is pulled low by the serial port.
+    pub txd_low: bool,
+    /// RXD is pulled low by mode 0 of the serial port.
+    pub rxd_low: bool,
+    /// T2 is pulled low by the clock output of timer 2.
+    pub t2_low: bool,
+    /// RST is driven high by the watchdog.
+    pub rst_high: bool,
+    /// P0 and P2 carry the addresses and data of program memory outside.
+    bus: bool,
+    comparator: bool,
+}
+
+impl Ports {
+    /// The ports after reset; `bus`: P0 and P2 belong to program memory outside.
+    #[must_use]
+    pub fn new(part: &Part, bus: bool) -> Ports {
+        let mut ports = Ports {
+            latch: [0xFF; 4],
+            pins: [Pin::default(); PINS],
+            txd_low: false,
+            rxd_low: false,
+            t2_low: false,
+            rst_high: false,
+            bus,
+            comparator: part.comparator,
+        };
+        // What nothing drives reads high until something has pulled it low.
+        ports.pins.iter_mut().take(32).for_each(|pin| pin.high = true);
+        (0..PINS as PinId).for_each(|pin| _ = ports.settle(pin, 0));
+        ports
+    }
+
+    /// Latches of ones, nothing on the alternate functions; what drives from outside stays. The pins are to be settled.
+    pub fn reset(&mut self) {
+        self.latch = [0xFF; 4];
+        (self.txd_low, self.rxd_low, self.t2_low) = (false, false, false);
+    }
+
+    /// The latch of a port, 0 to 3.
+    #[must_use]
+    pub const fn latch(&self, port: usize) -> u8 {
+        self.latch[port & 3]
+    }
+
+    /// Writes a latch; returns the bits that changed, whose pins are to be settled.
+    pub const fn set_latch(&mut self, port: usize, value: u8) -> u8 {
+        let changed = self.latch[port & 3] ^ value;
+        self.latch[port & 3] = value;
+        changed
+    }
+
+    /// The levels of a port's pins.
+    #[must_use]
+    pub fn input(&self, port: usize) -> u8 {
+        let pins = self.pins.iter().skip((port & 3) * 8).take(8);
+        let levels = pins.enumerate().fold(0, |byte, (bit, pin)| byte | u8::from(pin.high) << bit);
+        if self.comparator && port & 3 == 3 { levels & !0x40 | u8::from(self.comparator_out()) << 6 } else { levels }
+    }
+
+    /// A pin; one that nothing drives where there is none.
+    #[must_use]
+    pub fn pin(&self, pin: PinId) -> Pin {
+        self.pins.get(usize::from(pin)).copied().unwrap_or_default()
+    }
+
+    /// All pins.
+    #[must_use]
+    pub fn pins(&self) -> &[Pin] {
+        &self.pins
+    }
+
+    /// The outside drives a pin from the cycle `at` on; its new level if that changed.
+    pub fn drive(&mut self, pin: PinId, level: Level, at: u64) -> Option<Level> {
+        self.pins.get_mut(usize::from(pin))?.outside = level;
+        self.settle(pin, at)
+    }
+
+    /// Settles a pin at the cycle `at` after something that drives it changed; its new level if that changed.
+    pub fn settle(&mut self, pin: PinId, at: u64) -> Option<Level> {
+        let (own, pull_up) = self.own(pin);
+        let wire = self.pins.get_mut(usize::from(pin))?;
+        let before = wire.level();
+        (wire.own, wire.pull_up) = (own, pull_up);
+        wire.settle(at);
+        let after = wire.level();
+        (before != after).then_some(after)
+    }
+
+    /// True when chip and outside fight over a pin, or the outside drives one that belongs to the bus.
+    #[must_use]
+    pub fn contention(&self, pin: PinId) -> bool {
+        let wire = self.pin(pin);
+        wire.contention() || self.is_bus(pin) && wire.outside != Level::Float
+    }
+
+    /// Output of the analog comparator: P1.0 above P1.1 (AT89C2051 data sheet, "Analog comparator").
+    #[must_use]
+    pub fn comparator_out(&self) -> bool {
+        self.pin(8).high && !self.pin(9).high
+    }
+
+    const fn is_bus(&self, pin: PinId) -> bool {
+        self.bus && matches!(pin / 8, 0 | 2)
+    }
+
+    /// What the chip does to a pin: the level that it drives, and whether it pulls up.
+    fn own(&self, pin: PinId) -> (Level, bool) {
+        let port = usize::from(pin / 8);
+        let low = match pin {
+            pin::RST => return (if self.rst_high { Level::High } else { Level::Float }, false),
+            _ if self.is_bus(pin) => return (Level::Float, false),
+            pin::OUT if self.comparator => return (Level::of(self.comparator_out()), false),
+            pin::RXD => self.rxd_low,
+            pin::TXD => self.txd_low,
+            pin::T2 => self.t2_low,
+            _ => false,
+        };
+        let latch = self.latch.get(port).is_none_or(|latch| latch >> (pin % 8) & 1 == 1);
+        let open = port == 0 || self.comparator && matches!(pin, 8 | 9);
+        (if low || !latch { Level::Low } else { Level::Float }, !open)
+    }
+}

@@ -1,0 +1,184 @@
+//! Program memory as predecoded ops: four bytes per byte of it, since an instruction may begin anywhere.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use emu_core::table::{Op, Site};
+
+use crate::isa::{Kind, Mcs51Op, ROWS, SHAPES, row_of};
+use crate::operands::{BitAddr, Dir, RamBit};
+use crate::record::record;
+use crate::soc::restless;
+use crate::turn::SPAN;
+
+/// How the machine treats MOVX.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum External {
+    /// XDATA is a memory of its own.
+    #[default]
+    Separate,
+    /// XDATA and program memory are one: a write may change instructions.
+    Unified,
+    /// There is no bus.
+    Absent,
+}
+
+/// Program memory in both forms.
+#[derive(Debug, Clone)]
+pub struct Code {
+    /// Bytes, erased ones FFh.
+    pub bytes: Box<[u8; SPAN]>,
+    /// One op per byte, traps in place: `ops[0]` marks jumps to themselves as [`Kind::Poll`], since that is how programs
+    /// end; `ops[1]` marks all loops that only look.
+    pub ops: [Box<[Mcs51Op; SPAN]>; 2],
+    /// The same without any marks or traps.
+    pub plain: Box<[Mcs51Op; SPAN]>,
+    /// The loops that only look, by the jump that closes them: head, and the registers of the chip that they read.
+    loops: BTreeMap<u32, (u32, Vec<u8>)>,
+    traps: BTreeSet<u32>,
+    external: External,
+}
+
+impl Code {
+    /// Program memory filled from address 0 with `image`, erased behind it.
+    pub fn new(image: &[u8], external: External) -> Code {
+        let mut bytes = Box::new([0xFF; SPAN]);
+        let used = image.len().min(SPAN);
+        bytes[..used].copy_from_slice(&image[..used]);
+        // What erased bytes read as is an instruction too, and the same everywhere.
+        let erased = decode([0xFF; 3], 0, external);
+        let ops = || Box::new([erased; SPAN]);
+        let (marked, plain) = ([ops(), ops()], ops());
+        let mut code =
+            Code { bytes, ops: marked, plain, loops: BTreeMap::new(), traps: BTreeSet::new(), external };
+        code.predecode(0, used as u32);
+        code
+    }
+
+    /// Writes a byte of program memory.
+    pub fn poke(&mut self, addr: u16, value: u8) {
+        self.bytes[usize::from(addr)] = value;
+        // The byte may belong to an instruction that begins up to two bytes before; the jump that closes a loop around it
+        // may stand some bytes ahead.
+        for pc in u32::from(addr) + SPAN as u32 - 2..=u32::from(addr) + SPAN as u32 + REACH {
+            let pc = pc % SPAN as u32;
+            self.predecode(pc, pc + 1);
+        }
+    }
+
+    /// Sets or clears a trap; false when it was so already.
+    pub fn trap(&mut self, pc: u32, on: bool) -> bool {
+        let changed = if on { self.traps.insert(pc) } else { self.traps.remove(&pc) };
+        if changed {
+            self.predecode(pc, pc + 1);
+        }
+        changed
+    }
+
+    /// True when a trap stands at `pc`.
+    pub fn has_trap(&self, pc: u32) -> bool {
+        self.traps.contains(&pc)
+    }
+
+    /// The loop that only looks and is closed by the jump at `end`: its head and what it reads.
+    pub fn look(&self, end: u32) -> Option<&(u32, Vec<u8>)> {
+        self.loops.get(&end)
+    }
+
+    /// Three bytes from `pc` on, around the end of memory.
+    fn at(&self, pc: u32) -> [u8; 3] {
+        [0, 1, 2].map(|i| self.bytes[(pc as usize + i) % SPAN])
+    }
+
+    /// Fills the ops from `from` up to `to`, which is excluded.
+    fn predecode(&mut self, from: u32, to: u32) {
+        for pc in from..to {
+            let op = decode(self.at(pc), pc, self.external);
+            self.plain[pc as usize] = op;
+            let head = loop_closed_by(op, self.at(pc), pc);
+            let spins = head == Some(pc) && matches!(op.kind, Kind::Sjmp | Kind::Ajmp | Kind::Ljmp);
+            let looks = head.filter(|_| !spins).and_then(|head| Some((head, self.only_looks(head, pc)?)));
+            let kinds = match (self.traps.contains(&pc), spins, &looks) {
+                (true, ..) => [Kind::Trap; 2],
+                (_, true, _) => [Kind::Poll; 2],
+                (.., Some(_)) => [op.kind, Kind::Poll],
+                _ => [op.kind; 2],
+            };
+            for (ops, kind) in self.ops.iter_mut().zip(kinds) {
+                ops[pc as usize] = Op { kind, arg: op.arg };
+            }
+            match looks {
+                Some(found) => self.loops.insert(pc, found),
+                None => self.loops.remove(&pc),
+            };
+        }
+    }
+
+    /// The registers of the chip that the loop from `head` to the jump at `end` reads, when a turn of it changes nothing but
+    /// what the core holds: then a turn that leaves the core as it was is followed by one just like it, until one of those
+    /// registers changes. `None` for other loops, and for those that read a register which never rests.
+    fn only_looks(&self, head: u32, end: u32) -> Option<Vec<u8>> {
+        let (mut looks, mut pc) = (Vec::new(), head);
+        while pc <= end {
+            let record = record(decode(self.at(pc), pc, self.external));
+            if record.reaches_out {
+                return None;
+            }
+            looks.extend(record.looks);
+            pc += len(self.at(pc));
+        }
+        (pc == end + len(self.at(end)) && !looks.iter().any(|&addr| restless(addr))).then_some(looks)
+    }
+}
+
+/// Bytes between the ends of a loop that is looked at.
+const REACH: u32 = 16;
+
+/// Length of the instruction at the front of some bytes; one without a row counts one.
+fn len(bytes: [u8; 3]) -> u32 {
+    row_of(bytes).map_or(1, |(row, ..)| row.len())
+}
+
+/// Decodes the instruction at the front of `bytes`, which stand at `pc`, without poll marks or traps.
+fn decode(bytes: [u8; 3], pc: u32, external: External) -> Mcs51Op {
+    let Some((row, kind, bits)) = row_of(bytes) else {
+        return Op { kind: Kind::Illegal, arg: [0; 3] };
+    };
+    let len = row.len();
+    let mut op = row.op(kind, bits, &Site { pc, len, next_len: 1, pc_mask: 0xFFFF });
+    if row.operands.last().is_some_and(|slot| slot.letter == b't' && !slot.kind.wide) {
+        // In the op a relative target is the distance from the next instruction. It stands behind what takes a byte each.
+        let place = row.operands.len() - 1;
+        op.arg[place] = op.arg[place].wrapping_sub((pc + len) as u8);
+    }
+    let reads = matches!(kind, Kind::MovxADptr | Kind::MovxAInd);
+    let writes = matches!(kind, Kind::MovxDptrA | Kind::MovxIndA);
+    let slow = match external {
+        External::Separate => false,
+        External::Unified => writes,
+        External::Absent => reads || writes,
+    };
+    if slow { Op { kind: Kind::Rewrite, ..op } } else { in_ram(op) }
+}
+
+/// The op in the shape for RAM, where all addresses of its operands lie there.
+fn in_ram(mut op: Mcs51Op) -> Mcs51Op {
+    let row = op.kind as usize;
+    let (Some(&Some(shape)), Some(row)) = (SHAPES.get(row), ROWS.get(row)) else { return op };
+    let addresses = row.operands.iter().zip(op.arg);
+    if addresses.clone().any(|(slot, byte)| matches!(slot.kind.name, Dir::NAME | BitAddr::NAME) && byte >= 0x80) {
+        return op;
+    }
+    if row.operands.first().is_some_and(|slot| slot.kind.name == BitAddr::NAME) {
+        let bit = RamBit::at(op.arg[0]);
+        op.arg = [bit.byte, bit.mask, op.arg[1]];
+    }
+    Op { kind: shape, ..op }
+}
+
+/// The target of a short backward jump (or one to itself), the head of the loop that it closes.
+fn loop_closed_by(op: Mcs51Op, bytes: [u8; 3], pc: u32) -> Option<u32> {
+    let record = record(op);
+    let relative = record.distance.map(|d| (pc + len(bytes)).wrapping_add_signed(d.into()) & 0xFFFF);
+    let target = relative.or(record.target.map(u32::from));
+    target.filter(|&target| !record.reaches_out && target <= pc && pc - target <= REACH)
+}

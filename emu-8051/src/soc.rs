@@ -1,0 +1,470 @@
+//! The chip around the core: the registers at their addresses, and what is due when.
+//!
+//! Nothing ticks. `deadline` is the next cycle at which something can be seen from outside of a part: a pin that moves, a bit
+//! of the serial port, an enabled interrupt, a reset. Everything else is worked out when it is read.
+//!
+//! Inside, time is that of the oscillator: in power-down it stands still (`frozen` cycles so far), while the machine's
+//! cycles, by which pins are driven and events are logged, go on.
+
+use std::collections::VecDeque;
+
+use emu_core::cpu::{Bus, NEVER, Reset, Wake};
+use emu_core::pins::{Event, Level, Pin, PinId, Time};
+
+mod baud;
+mod irq;
+mod power;
+mod regs;
+
+use crate::chips::{self, Part};
+use crate::cpu::{Options, Readings};
+use crate::periph::map::{at, pin};
+use crate::periph::ports::{PINS, Ports};
+use crate::periph::serial::{Edge, Line, Serial, Step};
+use crate::periph::timer::Timers;
+use crate::periph::timer2::Timer2;
+use baud::Baud;
+use irq::Interrupts;
+use power::{Power, Watchdog};
+
+/// The chip without its core and memories.
+#[derive(Debug, Clone)]
+pub struct Soc {
+    part: &'static Part,
+    readings: Readings,
+    clocks_per_cycle: u8,
+    ports: Ports,
+    timers: Timers,
+    timer2: Option<Timer2>,
+    serial: Serial,
+    baud: Baud,
+    interrupts: Interrupts,
+    power: Power,
+    watchdog: Watchdog,
+    pcon: u8,
+    auxr: u8,
+    /// Cycles that the oscillator has stood still.
+    frozen: u64,
+    /// Levels of the pins that are sampled, as the parts know them.
+    sampled: [bool; SAMPLED.len()],
+    /// Changes of the serial lines to come.
+    edges: VecDeque<Edge>,
+    /// Drives to come, in order of time; those of one cycle in the order in which they were asked for.
+    drives: VecDeque<(u64, PinId, Level)>,
+    events: VecDeque<Event>,
+    logging: bool,
+    /// In oscillator time.
+    deadline: u64,
+    /// The cycle up to which timers and serial port were brought last.
+    synced: u64,
+    /// Pins have changed and are to be sampled in this cycle.
+    sample_at: u64,
+}
+
+/// Pins that parts of the chip listen to.
+const SAMPLED: [PinId; 8] = [pin::INT0, pin::INT1, pin::T0, pin::T1, pin::RXD, pin::T2, pin::T2EX, pin::RST];
+
+/// Place of the reset pin among them.
+const RST: usize = SAMPLED.len() - 1;
+
+/// True for registers that may read otherwise in every cycle: a loop over one of them can never be jumped over.
+#[must_use]
+pub const fn restless(addr: u8) -> bool {
+    matches!(addr, at::TL0 | at::TL1 | at::TH0 | at::TH1 | at::TL2 | at::TH2)
+}
+
+impl Soc {
+    /// The chip at cycle 0 after power-on. `bus`: program memory is outside, at least in part.
+    #[must_use]
+    pub fn new(part: &'static Part, options: Options, bus: bool) -> Soc {
+        let mut soc = Soc {
+            part,
+            readings: options.readings,
+            clocks_per_cycle: if options.x2 { 6 } else { 12 },
+            ports: Ports::new(part, bus),
+            timers: Timers::new(0),
+            timer2: None,
+            serial: Serial::new(),
+            baud: Baud::START,
+            interrupts: Interrupts::new([true; 2]),
+            power: Power::START,
+            watchdog: Watchdog::OFF,
+            pcon: 0,
+            auxr: 0,
+            frozen: 0,
+            sampled: [true, true, true, true, true, true, true, false],
+            edges: VecDeque::new(),
+            drives: VecDeque::new(),
+            events: VecDeque::new(),
+            logging: false,
+            deadline: NEVER,
+            synced: 0,
+            sample_at: NEVER,
+        };
+        soc.reset(Reset::PowerOn, 0);
+        soc
+    }
+
+    /// Resets all registers at the machine cycle `now` (user's manual, "Reset"). Outside drives stay, and so does PCON.POF
+    /// except at power-on, which sets it.
+    pub fn reset(&mut self, why: Reset, now: u64) {
+        self.run(now);
+        self.wake_oscillator(now);
+        let t = self.inner(now);
+        self.ports.reset();
+        self.edges.clear();
+        self.timers = Timers::new(t);
+        self.timer2 = (self.part.timer2 != chips::Timer2::None).then(|| Timer2::new(t));
+        self.serial = Serial::new();
+        self.pcon = match why {
+            Reset::PowerOn if self.part.at89s => power::POF,
+            _ => self.pcon & power::POF,
+        };
+        self.auxr = 0;
+        self.watchdog = Watchdog::OFF;
+        for pin in 0..PINS as PinId {
+            self.settle(pin, t, 0);
+        }
+        // After reset every part takes the pins for what they are.
+        self.interrupts = Interrupts::new([pin::INT0, pin::INT1].map(|pin| self.ports.pin(pin).high));
+        let reset_pin = self.sampled[RST];
+        self.sampled = [true; SAMPLED.len()];
+        self.sampled[RST] = reset_pin;
+        self.baud = Baud::START;
+        self.rebase(t);
+        self.sample(t);
+        self.schedule(t);
+    }
+
+    /// Drives a pin from outside at the machine cycle `at`, at once when that has passed.
+    pub fn drive(&mut self, at: u64, now: u64, pin: PinId, level: Level) {
+        self.run(now);
+        let at = at.max(now);
+        let place = self.drives.partition_point(|&(due, ..)| due <= at);
+        self.drives.insert(place, (at, pin, level));
+        self.schedule(self.inner(now));
+        self.run(now);
+    }
+
+    /// Level of a pin after everything that was run so far; [`Level::Float`] for one that does not exist.
+    #[must_use]
+    pub fn level(&self, pin: PinId) -> Level {
+        self.ports.pin(pin).level()
+    }
+
+    /// All pins.
+    #[must_use]
+    pub fn pins(&self) -> &[Pin] {
+        self.ports.pins()
+    }
+
+    /// Logs edges and sent bytes from now on, or stops and forgets them.
+    pub fn log(&mut self, on: bool) {
+        self.logging = on;
+        if !on {
+            self.events.clear();
+        }
+    }
+
+    /// Takes the oldest logged event.
+    pub fn drain(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+
+    /// The latch of port 2.
+    #[inline]
+    #[must_use]
+    pub fn port2(&self) -> u8 {
+        self.ports.latch(2)
+    }
+
+    /// An access to external memory would change the latch of port 0.
+    #[inline]
+    #[must_use]
+    pub fn port0_holds_zeros(&self) -> bool {
+        self.ports.latch(0) != 0xFF
+    }
+
+    /// An access to external memory leaves ones in the latch of port 0.
+    pub fn external_access(&mut self, now: u64) -> Wake {
+        self.write_bits(u16::from(at::P0), 0xFF, 0xFF, now)
+    }
+
+    /// RETI.
+    pub fn reti(&mut self) {
+        self.interrupts.reti();
+    }
+
+    /// Clocks of a machine cycle.
+    #[must_use]
+    pub fn clocks_per_cycle(&self) -> u32 {
+        self.clocks_per_cycle.into()
+    }
+
+    /// Runs everything due up to the machine cycle `now`, in order of time.
+    fn run(&mut self, now: u64) {
+        while self.due() <= now {
+            let due = self.due();
+            if self.power.down() {
+                self.run_stopped(due);
+            } else {
+                self.run_cycle(self.inner(due));
+            }
+            self.run_power(due);
+            self.schedule(self.inner(due));
+        }
+    }
+
+    /// Oscillator time of the machine cycle `now`.
+    fn inner(&self, now: u64) -> u64 {
+        self.power.stopped_at(now).saturating_sub(self.frozen)
+    }
+
+    /// The machine cycle of the next deadline.
+    fn due(&self) -> u64 {
+        let drive = self.drives.front().map_or(NEVER, |drive| drive.0).min(self.power.next());
+        if self.power.down() { drive } else { drive.min(self.deadline.saturating_add(self.frozen)) }
+    }
+
+    /// Everything that is due at the cycle `t`, the next one at which anything is.
+    fn run_cycle(&mut self, t: u64) {
+        // S1P1: pins.
+        while let Some(&(_, pin, level)) = self.drives.front().filter(|drive| drive.0 <= t + self.frozen) {
+            self.drives.pop_front();
+            let changed = self.ports.drive(pin, level, t);
+            self.edge(pin, changed, t, 0);
+            self.sample_at = t;
+        }
+        while let Some(edge) = self.edges.front().copied().filter(|edge| edge.at.cycle <= t) {
+            self.edges.pop_front();
+            self.put(edge);
+        }
+        self.clock_out(t);
+        // S5P2: samples, bits, flags.
+        if self.sample_at <= t {
+            self.sample(t);
+        }
+        self.run_serial(t);
+        self.run_watchdog(t);
+    }
+
+    /// The parts are told of the levels that have changed, as sampled in cycle `t`.
+    fn sample(&mut self, t: u64) {
+        self.sample_at = NEVER;
+        for (i, pin) in SAMPLED.into_iter().enumerate() {
+            let high = self.ports.pin(pin).high;
+            if high == self.sampled[i] {
+                continue;
+            }
+            self.sampled[i] = high;
+            match pin {
+                pin::INT0 | pin::INT1 => {
+                    let n = usize::from(pin == pin::INT1);
+                    self.timers.sync(t.saturating_sub(1));
+                    self.timers.pin_int(n, high, t);
+                    self.interrupts.external[n].pin(high, t);
+                }
+                pin::T0 | pin::T1 => {
+                    self.timers.sync(t.saturating_sub(1));
+                    self.timers.pin_t(usize::from(pin == pin::T1), high, t);
+                }
+                pin::RXD => {
+                    self.run_serial(t.saturating_sub(1));
+                    self.serial.line(high);
+                }
+                pin::T2 => {
+                    if let Some(timer2) = &mut self.timer2 {
+                        timer2.sync(t.saturating_sub(1));
+                        timer2.pin_t2(high, t);
+                    }
+                }
+                pin::T2EX => {
+                    if let Some(timer2) = &mut self.timer2 {
+                        timer2.sync(t.saturating_sub(1));
+                        timer2.pin_t2ex(high, t);
+                    }
+                }
+                _ => self.power.reset_pin(high && !self.ports.rst_high, t + self.frozen),
+            }
+        }
+    }
+
+    /// Steps of the serial port: lines that change now or later, bytes that have gone out.
+    fn took(&mut self, step: Step, t: u64) {
+        for edge in step.edges() {
+            if edge.at.cycle <= t && edge.at.phase == 0 { self.put(edge) } else { self.edges.push_back(edge) }
+        }
+        if let Some(byte) = step.sent.filter(|_| self.logging) {
+            self.events.push_back(Event::Sent { at: Time::at(t + self.frozen), uart: 0, byte });
+        }
+    }
+
+    /// A change of a serial line.
+    fn put(&mut self, edge: Edge) {
+        let pin = match edge.line {
+            Line::Txd => {
+                self.ports.txd_low = !edge.level;
+                pin::TXD
+            }
+            Line::Rxd => {
+                self.ports.rxd_low = !edge.level;
+                pin::RXD
+            }
+        };
+        self.settle(pin, edge.at.cycle, edge.at.phase);
+    }
+
+    /// The clock output of timer 2 as it is at the cycle `t`.
+    fn clock_out(&mut self, t: u64) {
+        let Some(timer2) = &mut self.timer2 else { return };
+        let toggle = timer2.next_toggle();
+        if !self.ports.t2_low && toggle == NEVER {
+            return;
+        }
+        timer2.sync(t);
+        let low = timer2.clock_out() == Some(false);
+        if low != self.ports.t2_low {
+            self.ports.t2_low = low;
+            self.settle(pin::T2, t, (toggle % 6 * 2) as u8);
+        }
+    }
+
+    /// Settles a pin at clock `phase` of cycle `t` after the chip changed what it does to it.
+    fn settle(&mut self, pin: PinId, t: u64, phase: u8) {
+        let changed = self.ports.settle(pin, t);
+        self.edge(pin, changed, t, phase);
+    }
+
+    /// Logs the edge of a pin, if there was one, and a fight over it; parts that listen to it will be told.
+    fn edge(&mut self, pin: PinId, changed: Option<Level>, t: u64, phase: u8) {
+        let at = Time { cycle: t + self.frozen, phase: phase * self.clocks_per_cycle / 12 };
+        if self.logging && self.ports.contention(pin) {
+            self.events.push_back(Event::Contention { at, pin });
+        }
+        let Some(level) = changed else { return };
+        if self.logging {
+            self.events.push_back(Event::Edge { at, pin, level });
+        }
+        if SAMPLED.contains(&pin) {
+            self.sample_at = self.sample_at.min(t);
+        }
+        if self.part.comparator && matches!(pin, 8 | 9) {
+            self.settle(pin::OUT, t, phase);
+        }
+    }
+
+    /// Works out the next deadline after the cycle `t`.
+    fn schedule(&mut self, t: u64) {
+        let edge = self.edges.front().map_or(NEVER, |edge| edge.at.cycle);
+        let toggle = self.timer2.as_ref().map_or(NEVER, |timer2| timer2.next_toggle() / 6);
+        let parts = edge.min(toggle).min(self.sample_at).min(self.next_serial()).min(self.watchdog.next());
+        self.deadline = parts.min(self.next_interrupt(t));
+    }
+}
+
+impl Bus for Soc {
+    fn read(&mut self, reg: u16, now: u64) -> (u8, Wake) {
+        let due = self.due() <= now;
+        self.run(now);
+        self.sync(self.inner(now));
+        let addr = reg as u8;
+        let hold = self.readings.hold_on_read && matches!(addr, at::IE | at::IP);
+        let wake = Wake(if due { Wake::DEADLINE.0 } else { 0 } | if hold { Wake::HOLD.0 } else { 0 });
+        (self.show(addr), wake)
+    }
+
+    fn read_latch(&mut self, reg: u16, now: u64) -> (u8, Wake) {
+        match port_of(reg as u8) {
+            Some(port) => (self.ports.latch(port), Wake::NONE),
+            None => self.read(reg, now),
+        }
+    }
+
+    fn peek(&self, reg: u16, now: u64) -> u8 {
+        let mut soc = self.clone();
+        soc.run(now);
+        soc.sync(soc.inner(now));
+        soc.show(reg as u8)
+    }
+
+    fn write(&mut self, reg: u16, value: u8, now: u64) -> Wake {
+        self.write_bits(reg, 0xFF, value, now)
+    }
+
+    fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> Wake {
+        let due = self.due() <= now;
+        self.run(now);
+        let t = self.inner(now);
+        let addr = reg as u8;
+        if let Some(port) = port_of(addr) {
+            let quiet = self.store_port(port, mask, value, t);
+            return if quiet && !due { Wake::NONE } else { Wake::DEADLINE };
+        }
+        self.sync(t);
+        self.store(addr, mask, value, t);
+        self.schedule(t);
+        Wake(Wake::DEADLINE.0 | if matches!(addr, at::IE | at::IP) { Wake::HOLD.0 } else { 0 })
+    }
+
+    fn fire(&mut self, now: u64) -> u64 {
+        self.run(now);
+        if self.interrupts.enabled() != 0 && !self.power.stops_core() {
+            let t = self.inner(now);
+            self.sync(t);
+            self.schedule(t);
+        }
+        self.due()
+    }
+
+    fn steady_until(&self, reg: u16, now: u64) -> u64 {
+        if self.due() <= now { now } else { self.steady(reg as u8, now) }
+    }
+
+    fn pending(&self, now: u64) -> Option<u8> {
+        if self.due() <= now {
+            let mut soc = self.clone();
+            soc.run(now);
+            return soc.pending(now);
+        }
+        if self.interrupts.enabled() == 0 || self.power.stops_core() {
+            return None;
+        }
+        let t = self.inner(now);
+        if self.synced < t {
+            let mut soc = self.clone();
+            soc.sync(t);
+            return soc.served(t);
+        }
+        self.served(t)
+    }
+
+    fn take(&mut self, vector: u8, now: u64) {
+        self.run(now);
+        let t = self.inner(now);
+        self.sync(t);
+        self.pcon &= !power::IDL;
+        self.watchdog.resume(t);
+        self.serve(vector);
+        self.schedule(t);
+    }
+
+    fn can_wake(&self, interrupts_enabled: bool) -> bool {
+        let _ = interrupts_enabled;
+        self.wakes()
+    }
+
+    fn busy(&self) -> bool {
+        self.serial.busy() || !self.drives.is_empty() || !self.edges.is_empty()
+    }
+}
+
+/// The number of the port at a direct address.
+const fn port_of(addr: u8) -> Option<usize> {
+    match addr {
+        at::P0 => Some(0),
+        at::P1 => Some(1),
+        at::P2 => Some(2),
+        at::P3 => Some(3),
+        _ => None,
+    }
+}

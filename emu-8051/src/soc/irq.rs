@@ -1,0 +1,208 @@
+//! Interrupts (user's manual, "Interrupts"): requests, their two levels, and when they are seen.
+//!
+//! A flag that stands at S5P2 of cycle n is polled in cycle n+1; when that is the last cycle of an instruction that is
+//! neither RETI nor writes IE or IP, the call takes the cycles n+2 and n+3. So at an instruction boundary before cycle t
+//! those requests count that stood at S5P2 of t-2.
+
+use emu_core::NEVER;
+
+use super::Soc;
+use crate::periph::map::irq;
+
+/// The EA bit of IE.
+const EA: u8 = 0x80;
+
+/// An external interrupt, INT0 or INT1.
+#[derive(Debug, Clone, Copy)]
+pub struct External {
+    /// ITn: falling edges count; else the level.
+    pub edge: bool,
+    /// IEn, as an edge has left it.
+    flag: bool,
+    /// The cycle at whose S5P2 it was set.
+    since: u64,
+    /// Levels of the pin at the samples, latest first, and the cycles of the first of them.
+    levels: [(u64, bool); 3],
+}
+
+impl External {
+    /// After reset, the pin at this level.
+    pub const fn new(level: bool) -> External {
+        External { edge: false, flag: false, since: 0, levels: [(0, level); 3] }
+    }
+
+    /// The pin is sampled at this level from `cycle` on.
+    pub fn pin(&mut self, level: bool, cycle: u64) {
+        if self.edge && self.levels[0].1 && !level && !self.flag {
+            (self.flag, self.since) = (true, cycle);
+        }
+        self.levels = [(cycle, level), self.levels[0], self.levels[1]];
+    }
+
+    /// IEn as a program reads it.
+    pub const fn flag(&self) -> bool {
+        if self.edge { self.flag } else { !self.levels[0].1 }
+    }
+
+    /// A program writes IEn at the end of `cycle`; in level mode the next sample overwrites it.
+    pub const fn set_flag(&mut self, on: bool, cycle: u64) {
+        if on && !self.flag {
+            self.since = cycle + 1;
+        }
+        self.flag = on;
+    }
+
+    /// A program writes ITn at the end of `cycle`.
+    pub const fn set_edge(&mut self, on: bool, cycle: u64) {
+        if on && !self.edge {
+            (self.flag, self.since) = (self.flag(), cycle);
+        }
+        self.edge = on;
+    }
+
+    /// The request stood at S5P2 of `cycle`.
+    fn stood(&self, cycle: u64) -> bool {
+        if self.edge {
+            return self.flag && self.since <= cycle;
+        }
+        self.levels.iter().find(|(from, _)| *from <= cycle).is_some_and(|(_, level)| !level)
+    }
+
+    /// The cycle from which on the request that stands now has stood.
+    const fn since(&self) -> u64 {
+        if self.edge { self.since } else { self.levels[0].0 }
+    }
+
+    /// The service routine is called: hardware clears an edge.
+    const fn take(&mut self) {
+        self.flag = false;
+    }
+}
+
+/// The interrupt system but for the flags of timers and serial port, which they keep.
+#[derive(Debug, Clone)]
+pub struct Interrupts {
+    pub ie: u8,
+    pub ip: u8,
+    pub external: [External; 2],
+    /// Levels in progress: bit 0 low, bit 1 high.
+    in_progress: u8,
+    /// Requests that were polled in the cycle before this one although a program was just clearing them.
+    polled: (u64, u8),
+}
+
+impl Interrupts {
+    /// After reset, with INT0 and INT1 at these levels.
+    pub const fn new(levels: [bool; 2]) -> Interrupts {
+        let external = [External::new(levels[0]), External::new(levels[1])];
+        Interrupts { ie: 0, ip: 0, external, in_progress: 0, polled: (0, 0) }
+    }
+
+    /// Sources that are enabled, as bits by number minus 1.
+    pub const fn enabled(&self) -> u8 {
+        if self.ie & EA == 0 { 0 } else { self.ie & !EA }
+    }
+
+    /// RETI: the interrupt of the highest level in progress has ended.
+    pub const fn reti(&mut self) {
+        self.in_progress &= if self.in_progress & 2 != 0 { !2 } else { !1 };
+    }
+
+    /// The one of `requests` that would be served now.
+    const fn choose(&self, requests: u8) -> Option<u8> {
+        let enabled = requests & self.enabled();
+        let high = enabled & self.ip;
+        let chosen = match self.in_progress {
+            _ if self.in_progress & 2 != 0 => 0,
+            _ if high != 0 => high,
+            0 => enabled,
+            _ => 0,
+        };
+        if chosen == 0 { None } else { Some(chosen.trailing_zeros() as u8 + 1) }
+    }
+}
+
+const fn bit(source: u8) -> u8 {
+    1 << (source - 1)
+}
+
+impl Soc {
+    /// Sources whose request stood at S5P2 of `cycle`, as bits by number minus 1; everything is run up to `cycle` or later.
+    fn stood(&self, cycle: u64) -> u8 {
+        let timer = |n: usize| self.timers.flag(n) && self.timers.since(n) <= cycle;
+        let serial = self.serial.scon() & 3 != 0 && self.serial.since() <= cycle;
+        let timer2 = self.timer2.as_ref().is_some_and(|t| t.since() <= cycle);
+        let [int0, int1] = &self.interrupts.external;
+        u8::from(int0.stood(cycle))
+            | u8::from(timer(0)) << 1
+            | u8::from(int1.stood(cycle)) << 2
+            | u8::from(timer(1)) << 3
+            | u8::from(serial) << 4
+            | u8::from(timer2) << 5
+    }
+
+    /// How far back the requests stood that count at a boundary before cycle `t`.
+    fn back(&self, t: u64) -> u64 {
+        t.saturating_sub(if self.readings.sample_now { 1 } else { 2 })
+    }
+
+    /// Requests that count at the boundary before cycle `t`, up to which everything is run.
+    pub(super) fn requests(&self, t: u64) -> u8 {
+        let polled = if self.interrupts.polled.0 == t { self.interrupts.polled.1 } else { 0 };
+        self.stood(self.back(t)) | polled
+    }
+
+    /// Before a program writes flags at the end of cycle `t`: what stood before was polled in `t`, and will be served.
+    pub(super) fn poll(&mut self, t: u64) {
+        if !self.readings.sample_now {
+            self.interrupts.polled = (t + 1, self.stood(self.back(t + 1)));
+        }
+    }
+
+    /// The interrupt that is served at the boundary before cycle `t`.
+    pub(super) fn served(&self, t: u64) -> Option<u8> {
+        self.interrupts.choose(self.requests(t))
+    }
+
+    /// The next boundary at which an interrupt can be served that is not served at `t`: NEVER where nothing comes by itself.
+    pub(super) fn next_interrupt(&self, t: u64) -> u64 {
+        let enabled = self.interrupts.enabled();
+        if enabled == 0 {
+            return NEVER;
+        }
+        let delay = if self.readings.sample_now { 1 } else { 2 };
+        let later = |since: u64| if since.saturating_add(delay) > t { since.saturating_add(delay) } else { NEVER };
+        let mut next = NEVER;
+        for n in 0..2 {
+            let external = &self.interrupts.external[n];
+            if enabled & bit(irq::INT0 + 2 * n as u8) != 0 && external.flag() {
+                next = next.min(later(external.since()));
+            }
+            if enabled & bit(irq::TIMER0 + 2 * n as u8) != 0 {
+                let set = if self.timers.flag(n) { self.timers.since(n) } else { self.timers.next_flag(n) };
+                next = next.min(later(set));
+            }
+        }
+        if enabled & bit(irq::SERIAL) != 0 && self.serial.scon() & 3 != 0 {
+            next = next.min(later(self.serial.since()));
+        }
+        if let Some(timer2) = self.timer2.as_ref().filter(|_| enabled & bit(irq::TIMER2) != 0) {
+            next = next.min(later(if timer2.since() == NEVER { timer2.next_flag() } else { timer2.since() }));
+        }
+        next
+    }
+
+    /// The service routine of `source` is called: its flag is cleared where hardware does so.
+    pub(super) fn serve(&mut self, source: u8) {
+        match source {
+            irq::INT0 => self.interrupts.external[0].take(),
+            irq::INT1 => self.interrupts.external[1].take(),
+            irq::TIMER0 => self.timers.set_flag(0, false),
+            irq::TIMER1 => self.timers.set_flag(1, false),
+            _ => {}
+        }
+        self.interrupts.polled = (0, 0);
+        let high = self.interrupts.ip & bit(source) != 0;
+        self.interrupts.in_progress |= if high { 2 } else { 1 };
+    }
+}

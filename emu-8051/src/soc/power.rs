@@ -1,0 +1,246 @@
+//! Power saving, reset and the watchdog (user's manual, "Power-saving modes of operation", "Reset"; AT89S52 data sheet,
+//! "Watchdog timer", "WDT during power-down and idle").
+
+use emu_core::NEVER;
+use emu_core::pins::Level;
+
+use super::Soc;
+use crate::periph::map::pin;
+
+/// PCON: double baud rate.
+pub const SMOD: u8 = 0x80;
+/// PCON: power was off.
+pub const POF: u8 = 0x10;
+/// PCON: general flags.
+pub const GF: u8 = 0x0C;
+/// PCON: power-down.
+pub const PD: u8 = 0x02;
+/// PCON: idle.
+pub const IDL: u8 = 0x01;
+
+/// AUXR: the watchdog does not drive the reset pin.
+pub const DISRTO: u8 = 0x01;
+/// AUXR: the watchdog rests in idle.
+pub const WDIDLE: u8 = 0x10;
+
+/// Machine cycles that RST must be high for a reset ("Reset").
+const RESET_CYCLES: u64 = 2;
+/// Machine cycles from the release of reset to the first fetch (1 to 2 in the manual).
+const RELEASE_CYCLES: u64 = 2;
+/// Clocks that the watchdog drives the reset pin high.
+const PULSE_CLOCKS: u64 = 98;
+/// Machine cycles from a clear of the watchdog to its overflow: a 14-bit counter that reaches 3FFFh.
+const WATCHDOG_CYCLES: u64 = 0x3FFF;
+
+/// What stops the core, in machine cycles.
+#[derive(Debug, Clone, Copy)]
+pub struct Power {
+    /// Power-down since this cycle, with the external interrupt that has begun to end it.
+    down: Option<(u64, Option<usize>)>,
+    /// The reset pin will have been high long enough at this cycle.
+    reset_at: u64,
+    /// A reset is to be carried out.
+    requested: Option<bool>,
+    /// The core is held in reset until this cycle; NEVER while the reset pin is high.
+    held_until: Option<u64>,
+    /// The watchdog's pulse on the reset pin ends at this cycle.
+    pulse_end: u64,
+}
+
+impl Power {
+    /// Running.
+    pub const START: Power =
+        Power { down: None, reset_at: NEVER, requested: None, held_until: None, pulse_end: NEVER };
+
+    /// The oscillator stands.
+    pub const fn down(&self) -> bool {
+        self.down.is_some()
+    }
+
+    /// The machine cycle at which the oscillator stopped, or `now` while it runs.
+    pub const fn stopped_at(&self, now: u64) -> u64 {
+        match self.down {
+            Some((since, _)) => since,
+            None => now,
+        }
+    }
+
+    /// Nothing is executed and no interrupt is served, idle aside.
+    pub const fn stops_core(&self) -> bool {
+        self.down.is_some() || self.held_until.is_some()
+    }
+
+    /// The next machine cycle at which something happens here.
+    pub fn next(&self) -> u64 {
+        self.reset_at.min(self.held_until.unwrap_or(NEVER)).min(self.pulse_end)
+    }
+
+    /// The reset pin has this level from the machine cycle `now` on.
+    pub fn reset_pin(&mut self, high: bool, now: u64) {
+        if high {
+            self.reset_at = now + RESET_CYCLES;
+        } else {
+            self.reset_at = NEVER;
+            if self.held_until == Some(NEVER) {
+                self.held_until = Some(now + RELEASE_CYCLES);
+            }
+        }
+    }
+}
+
+/// The watchdog of the AT89S parts, in oscillator time.
+#[derive(Debug, Clone, Copy)]
+pub struct Watchdog {
+    /// 1Eh was written last.
+    unlocked: bool,
+    /// The cycle at the end of which it was cleared, if it runs.
+    cleared: Option<u64>,
+    /// It rests since this cycle.
+    paused: Option<u64>,
+}
+
+impl Watchdog {
+    /// As after reset.
+    pub const OFF: Watchdog = Watchdog { unlocked: false, cleared: None, paused: None };
+
+    /// The cycle of its overflow.
+    pub fn next(&self) -> u64 {
+        match (self.cleared, self.paused) {
+            (Some(cleared), None) => cleared + WATCHDOG_CYCLES,
+            _ => NEVER,
+        }
+    }
+
+    /// A program writes WDTRST at the end of cycle `t`: 1Eh and then E1h start or clear it.
+    pub fn write(&mut self, value: u8, t: u64) {
+        if value == 0xE1 && self.unlocked {
+            self.cleared = Some(t);
+        }
+        self.unlocked = value == 0x1E;
+    }
+
+    /// Rests from the end of cycle `t` on.
+    pub fn pause(&mut self, t: u64) {
+        self.paused = self.paused.or(self.cleared.map(|_| t));
+    }
+
+    /// Counts on from cycle `t` on.
+    pub fn resume(&mut self, t: u64) {
+        if let (Some(cleared), Some(paused)) = (self.cleared, self.paused.take()) {
+            self.cleared = Some(cleared + t.saturating_sub(1).saturating_sub(paused));
+        }
+    }
+}
+
+impl Soc {
+    /// True while the core does not execute: idle, power-down, held in reset.
+    #[must_use]
+    pub fn asleep(&self) -> bool {
+        self.power.stops_core() || self.pcon & IDL != 0
+    }
+
+    /// True once when the chip is to be reset, `Some(true)` by its watchdog.
+    pub fn reset_requested(&mut self) -> Option<bool> {
+        self.power.requested.take()
+    }
+
+    /// A program has written PCON at the end of cycle `t`.
+    pub(super) fn enter_power_modes(&mut self, t: u64) {
+        if self.pcon & PD != 0 && !self.power.down() {
+            self.power.down = Some((t + 1 + self.frozen, None));
+        } else if self.pcon & IDL != 0 && self.auxr & WDIDLE != 0 {
+            self.watchdog.pause(t);
+        }
+    }
+
+    /// The oscillator runs again from the machine cycle `now` on.
+    pub(super) fn wake_oscillator(&mut self, now: u64) {
+        if let Some((since, _)) = self.power.down.take() {
+            self.frozen += now.saturating_sub(since);
+            self.pcon &= !PD;
+        }
+    }
+
+    /// Pins that change at the machine cycle `due` while the oscillator stands: RST, and on the AT89S parts INT0 and INT1 as
+    /// levels. A level begins to wake the chip and the interrupt is served once it has gone.
+    pub(super) fn run_stopped(&mut self, due: u64) {
+        let t = self.inner(due);
+        while let Some(&(_, pin, level)) = self.drives.front().filter(|drive| drive.0 <= due) {
+            self.drives.pop_front();
+            let changed = self.ports.drive(pin, level, t);
+            // The event bears the machine's cycle, the oscillator's stands.
+            let ahead = due - (t + self.frozen);
+            self.frozen += ahead;
+            self.edge(pin, changed, t, 0);
+            self.frozen -= ahead;
+            if pin == pin::RST && changed.is_some() {
+                self.power.reset_pin(level == Level::High, due);
+                self.sampled[super::RST] = level == Level::High;
+            }
+        }
+        let enabled = self.interrupts.enabled();
+        let Some((_, waking)) = &mut self.power.down else { return };
+        for n in (0..2usize).filter(|_| self.part.at89s) {
+            let level = self.ports.pin([pin::INT0, pin::INT1][n]).high;
+            let armed = enabled & [1, 4][n] != 0 && !self.interrupts.external[n].edge;
+            if armed && !level {
+                *waking = Some(n);
+            } else if *waking == Some(n) && level {
+                self.wake_oscillator(due);
+                let t = self.inner(due);
+                self.interrupts.remember(n, t);
+                self.sample_at = t;
+                return;
+            }
+        }
+    }
+
+    /// Resets and their ends at the machine cycle `now`.
+    pub(super) fn run_power(&mut self, now: u64) {
+        if self.power.reset_at <= now {
+            self.power.reset_at = NEVER;
+            self.power.requested = Some(false);
+            self.power.held_until = Some(NEVER);
+        }
+        if self.power.pulse_end <= now {
+            self.power.pulse_end = NEVER;
+            self.ports.rst_high = false;
+            let t = self.inner(now);
+            self.settle(pin::RST, t, (PULSE_CLOCKS % 12) as u8);
+        }
+        if self.power.held_until.is_some_and(|until| until <= now) {
+            self.power.held_until = None;
+        }
+    }
+
+    /// The watchdog overflows if it is due at cycle `t`: a reset, and a pulse on the reset pin.
+    pub(super) fn run_watchdog(&mut self, t: u64) {
+        if self.watchdog.next() > t {
+            return;
+        }
+        self.watchdog = Watchdog::OFF;
+        let now = t + self.frozen;
+        self.power.requested = Some(true);
+        self.power.held_until = Some(now + PULSE_CLOCKS.div_ceil(12));
+        if self.auxr & DISRTO == 0 {
+            self.power.pulse_end = now + PULSE_CLOCKS / 12;
+            self.ports.rst_high = true;
+            self.settle(pin::RST, t, 0);
+        }
+    }
+
+    /// True when something that is enabled can reset the chip or end its sleep without any pin being driven.
+    pub(super) fn wakes(&self) -> bool {
+        if self.power.next() != NEVER || self.power.requested.is_some() {
+            return true;
+        }
+        if self.power.down() {
+            return false;
+        }
+        let t = self.synced;
+        self.watchdog.next() != NEVER
+            || self.next_interrupt(t) != NEVER
+            || self.served(t).is_some()
+            || self.interrupts.enabled() & 1 << 4 != 0 && (self.serial.busy() || self.serial.receiving())
+    }
+}
