@@ -256,18 +256,14 @@ impl Timers {
     }
 
     /// Pin Tn has this level at S5P2 of `cycle` and later. The timers are synced to the cycle before, or to `cycle` itself
-    /// where another pin change of that cycle has been told before; of several the last one holds.
+    /// where this or another pin has been told of for that cycle before; of several the last one holds.
     pub fn pin_t(&mut self, n: usize, level: bool, cycle: u64) {
-        if level != self.t[n & 1].level {
-            self.drive(cycle, |timers, cycle| timers.t[n & 1].drive(level, cycle));
-        }
+        self.drive(cycle, |timers, cycle| timers.t[n & 1].drive(level, cycle));
     }
 
     /// Pin INTn has this level at S5P2 of `cycle` and later; otherwise as [`Timers::pin_t`].
     pub fn pin_int(&mut self, n: usize, level: bool, cycle: u64) {
-        if level != self.int[n & 1] {
-            self.drive(cycle, |timers, _| timers.int[n & 1] = level);
-        }
+        self.drive(cycle, |timers, _| timers.int[n & 1] = level);
     }
 
     /// The cycle of the next overflow that sets TFn if nobody does anything, also while TFn is set; [`NEVER`] where there

@@ -1,1 +1,401 @@
-//! Not written yet.
+//! Timer 2 (user's manual, "Timer 2" of the 8052; AT89S52 data sheet, "Timer 2" and "Programmable Clock Out", for T2MOD),
+//! in closed form.
+//!
+//! As baud generator and as clock generator it counts states (six a cycle) unless it counts the edges of T2, otherwise
+//! cycles. What the documents leave open is settled so:
+//!
+//! - The first state counted after a write in cycle w is S1 of cycle w+1, number 6(w+1). The count of S6 falls between
+//!   what a program reads in a cycle and what it writes: a sync to cycle c ends with S5 (state 6c+4).
+//! - T2OE set and C/T2 clear make a clock generator, whatever CP/RL2 and DCEN say: reload from RCAP2 at every overflow, no
+//!   TF2, an edge of T2EX sets EXF2 and does no more.
+//! - The clock's flip-flop is high after reset. It keeps its level while TR2 is clear and while the output is off.
+//! - An edge of T2EX acts at S5P2 of the cycle of the low sample, after that cycle's count, and without regard to TR2: the
+//!   value captured is the one that a program reads in that cycle; a reloaded timer counts on from RCAP2 in the next.
+//! - Up or down (DCEN) is the sample of T2EX in the cycle of the count. Counting down, the count that finds the timer
+//!   equal to RCAP2 is the underflow: it leaves FFFFh. So a round takes the same number of counts in both directions.
+//!   EXEN2 has no effect then. DCEN matters in auto-reload mode only.
+//! - Edges of T2 as a baud clock are counted at S3, where the manual lets a new count appear.
+//! - A flag that is set already is not set again: its moment stays the first one. A TF2 that is written in the cycle before
+//!   an overflow is polled as the overflow's, a cycle earlier than the written one would be.
+
+use super::timer::{Pin, overflows_in};
+use emu_core::NEVER;
+
+const TF2: u8 = 0x80;
+const EXF2: u8 = 0x40;
+/// RCLK and TCLK.
+const BAUD: u8 = 0x30;
+const EXEN2: u8 = 0x08;
+const TR2: u8 = 0x04;
+const COUNTER: u8 = 0x02;
+const CAPTURE: u8 = 0x01;
+const T2OE: u8 = 2;
+const DCEN: u8 = 1;
+
+/// S3 among the states of a cycle.
+const S3: u64 = 2;
+/// More cycles at once would overflow the number of states.
+const STRIDE: u64 = 1 << 60;
+
+/// What makes the timer count.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Feed {
+    Off,
+    /// Every cycle.
+    Cycles,
+    /// Every state.
+    States,
+    /// An edge, counted in this cycle.
+    Once(u64),
+}
+
+/// What goes on as time passes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Counts {
+    synced: u64,
+    /// States of the cycle synced to that are not counted yet: S6, until something is written.
+    behind: u64,
+    value: u16,
+    rcap: u16,
+    tf2: bool,
+    exf2: bool,
+    tf2_since: u64,
+    exf2_since: u64,
+    overflows: u64,
+    clock: bool,
+}
+
+/// What T2CON, T2MOD and the pins make of the timer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Plan {
+    feed: Feed,
+    /// Baud or clock generator.
+    generator: bool,
+    clock: bool,
+    reload: bool,
+    /// Auto-reload with DCEN: EXF2 is the seventeenth bit and requests no interrupt.
+    updown: bool,
+    down: bool,
+    /// The cycle of an edge of T2EX that counts as an event, past or to come.
+    edge: u64,
+}
+
+/// Timer 2 as of the cycle it was synced to. A write acts from the cycle after that one on. A chip without T2MOD leaves it 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timer2 {
+    /// T2CON without its flags.
+    control: u8,
+    mode: u8,
+    t2: Pin,
+    t2ex: Pin,
+    plan: Plan,
+    counts: Counts,
+    /// The counts when a register was last written or a pin last changed: the way back when a second change falls in a
+    /// cycle that is counted already.
+    before: Counts,
+}
+
+impl Timer2 {
+    /// The state after reset, synced to cycle `now`: registers 0, pins high.
+    #[must_use]
+    pub fn new(now: u64) -> Timer2 {
+        let counts = Counts {
+            synced: now,
+            behind: 0,
+            value: 0,
+            rcap: 0,
+            tf2: false,
+            exf2: false,
+            tf2_since: NEVER,
+            exf2_since: NEVER,
+            overflows: 0,
+            clock: true,
+        };
+        let (t2, t2ex) = (Pin::HIGH, Pin::HIGH);
+        Timer2 { control: 0, mode: 0, t2, t2ex, plan: plan(0, 0, &t2, &t2ex), counts, before: counts }
+    }
+
+    /// Brings everything up to S5P2 of cycle `now`; nothing when that has been done already.
+    #[inline]
+    pub fn sync(&mut self, now: u64) {
+        if now <= self.counts.synced {
+            return;
+        }
+        let edge = self.plan.edge;
+        if edge > self.counts.synced && edge <= now && edge != NEVER {
+            self.advance(edge);
+            self.edge(edge);
+        }
+        self.advance(now);
+    }
+
+    /// T2CON with TF2 and EXF2.
+    #[must_use]
+    pub fn t2con(&self) -> u8 {
+        self.control | if self.counts.tf2 { TF2 } else { 0 } | if self.counts.exf2 { EXF2 } else { 0 }
+    }
+
+    /// T2MOD: T2OE in bit 1, DCEN in bit 0, the others 0.
+    #[must_use]
+    pub fn t2mod(&self) -> u8 {
+        self.mode
+    }
+
+    /// TL2.
+    #[must_use]
+    pub fn tl(&self) -> u8 {
+        self.counts.value as u8
+    }
+
+    /// TH2.
+    #[must_use]
+    pub fn th(&self) -> u8 {
+        (self.counts.value >> 8) as u8
+    }
+
+    /// RCAP2L.
+    #[must_use]
+    pub fn rcapl(&self) -> u8 {
+        self.counts.rcap as u8
+    }
+
+    /// RCAP2H.
+    #[must_use]
+    pub fn rcaph(&self) -> u8 {
+        (self.counts.rcap >> 8) as u8
+    }
+
+    /// Writes T2CON, TF2 and EXF2 included.
+    pub fn set_t2con(&mut self, value: u8) {
+        self.write(|timer| {
+            let next = timer.counts.synced.saturating_add(1);
+            let counts = &mut timer.counts;
+            counts.tf2 = value & TF2 != 0;
+            counts.tf2_since = if counts.tf2 { counts.tf2_since.min(next) } else { NEVER };
+            counts.exf2 = value & EXF2 != 0;
+            timer.control = value & !(TF2 | EXF2);
+        });
+    }
+
+    /// Writes T2MOD; only T2OE and DCEN are kept.
+    pub fn set_t2mod(&mut self, value: u8) {
+        self.write(|timer| timer.mode = value & (T2OE | DCEN));
+    }
+
+    /// Writes TL2.
+    pub fn set_tl(&mut self, value: u8) {
+        self.write(|timer| timer.counts.value = timer.counts.value & 0xFF00 | u16::from(value));
+    }
+
+    /// Writes TH2.
+    pub fn set_th(&mut self, value: u8) {
+        self.write(|timer| timer.counts.value = timer.counts.value & 0xFF | u16::from(value) << 8);
+    }
+
+    /// Writes RCAP2L.
+    pub fn set_rcapl(&mut self, value: u8) {
+        self.write(|timer| timer.counts.rcap = timer.counts.rcap & 0xFF00 | u16::from(value));
+    }
+
+    /// Writes RCAP2H.
+    pub fn set_rcaph(&mut self, value: u8) {
+        self.write(|timer| timer.counts.rcap = timer.counts.rcap & 0xFF | u16::from(value) << 8);
+    }
+
+    /// Pin T2 has this level at S5P2 of `cycle` and later. The timer is synced to the cycle before, or to `cycle` itself where
+    /// another pin change of that cycle has been told before; of several the last one holds.
+    pub fn pin_t2(&mut self, level: bool, cycle: u64) {
+        self.drive(cycle, |timer, cycle| timer.t2.drive(level, cycle));
+    }
+
+    /// Pin T2EX has this level at S5P2 of `cycle` and later; otherwise as [`Timer2::pin_t2`].
+    pub fn pin_t2ex(&mut self, level: bool, cycle: u64) {
+        self.drive(cycle, |timer, cycle| timer.t2ex.drive(level, cycle));
+    }
+
+    /// The cycle x since which the timer has requested its interrupt, which is polled in x+1 and later: the earliest of
+    /// what is set of TF2 (x is the cycle before the overflow, for TF2 is set at S2P2 and polled in the same cycle) and
+    /// EXF2 (the cycle of the edge); for a flag written in cycle w it is w+1. [`NEVER`] while there is no request. EXF2
+    /// requests nothing while it tells the rounds of an up/down counter.
+    #[must_use]
+    pub fn since(&self) -> u64 {
+        self.counts.tf2_since.min(self.counts.exf2_since)
+    }
+
+    /// The next x, as in [`Timer2::since`], at which TF2 or a requesting EXF2 is set by hardware if nobody does anything,
+    /// also while it is set; [`NEVER`] where there is none.
+    #[must_use]
+    pub fn next_flag(&self) -> u64 {
+        let Counts { synced, .. } = self.counts;
+        let (first, _) = self.ahead();
+        let overflow = match self.plan.feed {
+            Feed::Cycles => synced.saturating_add(first),
+            Feed::Once(cycle) if first == 1 && cycle > synced && !self.plan.generator => cycle,
+            _ => NEVER,
+        };
+        let flag = if overflow == NEVER { NEVER } else { overflow - 1 };
+        if self.plan.edge > synced { flag.min(self.plan.edge) } else { flag }
+    }
+
+    /// Overflows as a baud or clock generator since power-up.
+    #[must_use]
+    pub fn overflows(&self) -> u64 {
+        self.counts.overflows
+    }
+
+    /// The state (6 x cycle + 0 for S1 to 5 for S6) of overflow number `k`, counted as [`Timer2::overflows`] counts, if nobody
+    /// does anything; [`NEVER`] where there is none, and for those that have been.
+    #[must_use]
+    pub fn overflow_state(&self, k: u64) -> u64 {
+        let Some(ahead @ 1..) = k.checked_sub(self.counts.overflows) else { return NEVER };
+        let (first, period) = self.ahead();
+        let count = (ahead - 1).saturating_mul(period).saturating_add(first);
+        match self.plan.feed {
+            Feed::States => self.next_state().saturating_add(count - 1),
+            Feed::Once(cycle) if count == 1 && cycle > self.counts.synced && self.plan.generator => {
+                cycle.saturating_mul(6).saturating_add(S3)
+            }
+            _ => NEVER,
+        }
+    }
+
+    /// [`Timer2::overflows`] as it will be after `state` if nobody does anything.
+    #[must_use]
+    pub fn overflows_by(&self, state: u64) -> u64 {
+        let counts = match self.plan.feed {
+            Feed::States => state.saturating_add(1).saturating_sub(self.next_state()),
+            Feed::Once(cycle) if self.plan.generator && cycle > self.counts.synced => {
+                u64::from(cycle.saturating_mul(6).saturating_add(S3) <= state)
+            }
+            _ => 0,
+        };
+        let (first, period) = self.ahead();
+        self.counts.overflows + overflows_in(counts, first, period)
+    }
+
+    /// The level that the clock generator gives to pin T2; `None` while it does not: T2OE clear or C/T2 set.
+    #[must_use]
+    pub fn clock_out(&self) -> Option<bool> {
+        self.plan.clock.then_some(self.counts.clock)
+    }
+
+    /// The state in which the clock generator toggles pin T2 next; [`NEVER`] while it is off or stopped.
+    #[must_use]
+    pub fn next_toggle(&self) -> u64 {
+        if self.plan.clock { self.overflow_state(self.counts.overflows.saturating_add(1)) } else { NEVER }
+    }
+
+    /// The first state that is not counted yet.
+    fn next_state(&self) -> u64 {
+        self.counts.synced.saturating_add(1).saturating_mul(6).saturating_sub(self.counts.behind)
+    }
+
+    /// Counts to the next overflow, and from one overflow to the next.
+    fn ahead(&self) -> (u64, u64) {
+        let Counts { value, rcap, .. } = self.counts;
+        let period = 0x1_0000 - if self.plan.reload { u64::from(rcap) } else { 0 };
+        let first = if self.plan.down { 1 + u64::from(value.wrapping_sub(rcap)) } else { 0x1_0000 - u64::from(value) };
+        (first, period)
+    }
+
+    /// Everything but edges of T2EX up to S5P2 of cycle `now`.
+    fn advance(&mut self, now: u64) {
+        while self.counts.synced < now {
+            let from = self.counts.synced;
+            let to = now.min(from.saturating_add(STRIDE));
+            match self.plan.feed {
+                Feed::Off => {}
+                Feed::Cycles => self.count(to - from, from),
+                Feed::States => self.count((to - from) * 6 + self.counts.behind - 1, from),
+                Feed::Once(cycle) if from < cycle && cycle <= to => self.count(1, cycle - 1),
+                Feed::Once(_) => {}
+            }
+            self.counts.synced = to;
+            self.counts.behind = 1;
+        }
+    }
+
+    /// `counts` counts; when each takes a cycle, `from` is the cycle before the first.
+    fn count(&mut self, counts: u64, from: u64) {
+        let (first, period) = self.ahead();
+        let Plan { generator, clock, reload, updown, down, .. } = self.plan;
+        let state = &mut self.counts;
+        if counts < first {
+            let step = counts as u16;
+            state.value = if down { state.value.wrapping_sub(step) } else { state.value.wrapping_add(step) };
+            return;
+        }
+        let rest = ((counts - first) % period) as u16;
+        let rounds = overflows_in(counts, first, period);
+        let start = if reload { state.rcap } else { 0 };
+        state.value = if down { 0xFFFF - rest } else { start.wrapping_add(rest) };
+        if generator {
+            state.overflows += rounds;
+            state.clock ^= clock && rounds & 1 != 0;
+        } else {
+            state.tf2 = true;
+            state.tf2_since = state.tf2_since.min(from + first - 1);
+            state.exf2 ^= updown && rounds & 1 != 0;
+        }
+    }
+
+    /// A falling edge of T2EX in `cycle`, which is counted.
+    fn edge(&mut self, cycle: u64) {
+        if !self.plan.generator {
+            if self.plan.reload {
+                self.counts.value = self.counts.rcap;
+            } else {
+                self.counts.rcap = self.counts.value;
+            }
+        }
+        self.counts.exf2 = true;
+        self.counts.exf2_since = self.counts.exf2_since.min(cycle);
+    }
+
+    /// A write at the end of the cycle synced to.
+    fn write(&mut self, change: impl FnOnce(&mut Timer2)) {
+        if self.plan.feed == Feed::States {
+            self.count(self.counts.behind, self.counts.synced);
+        }
+        self.counts.behind = 0;
+        change(self);
+        self.make_plan();
+        let counts = &mut self.counts;
+        let requests = counts.exf2 && !self.plan.updown;
+        counts.exf2_since = if requests { counts.exf2_since.min(counts.synced.saturating_add(1)) } else { NEVER };
+        self.before = self.counts;
+    }
+
+    fn drive(&mut self, cycle: u64, change: impl FnOnce(&mut Timer2, u64)) {
+        self.sync(cycle.saturating_sub(1));
+        let synced = self.counts.synced;
+        if synced == cycle && self.before.synced == cycle.wrapping_sub(1) {
+            self.counts = self.before;
+        } else {
+            self.before = self.counts;
+        }
+        change(self, cycle.max(synced));
+        self.make_plan();
+        self.sync(synced);
+    }
+
+    fn make_plan(&mut self) {
+        self.plan = plan(self.control, self.mode, &self.t2, &self.t2ex);
+    }
+}
+
+fn plan(control: u8, mode: u8, t2: &Pin, t2ex: &Pin) -> Plan {
+    let counter = control & COUNTER != 0;
+    let clock = mode & T2OE != 0 && !counter;
+    let generator = control & BAUD != 0 || clock;
+    let reload = generator || control & CAPTURE == 0;
+    let updown = reload && !generator && mode & DCEN != 0;
+    let feed = match (control & TR2 != 0, counter) {
+        (true, true) if t2.fell != NEVER => Feed::Once(t2.counted()),
+        (true, false) if generator => Feed::States,
+        (true, false) => Feed::Cycles,
+        _ => Feed::Off,
+    };
+    let edge = if control & EXEN2 != 0 && !updown { t2ex.fell } else { NEVER };
+    Plan { feed, generator, clock, reload, updown, down: updown && !t2ex.level, edge }
+}

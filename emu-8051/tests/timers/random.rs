@@ -1,0 +1,136 @@
+//! Timers 0 and 1 against the ticked model, under random writes, pins and distances.
+
+use crate::model::Model;
+use emu_8051::periph::timer::Timers;
+use emu_core::NEVER;
+use emu_core::rng::Rng;
+
+/// A byte that is likely to stand at an edge.
+pub fn byte(rng: &mut Rng) -> u8 {
+    match rng.below(8) {
+        0..=2 => 0xFF,
+        3 => 0xFE,
+        4 => [0, 1, 0x1F, 0x1E, 0x7F, 0x80, 0xE0, 0xFD][rng.below(8) as usize],
+        _ => rng.next_u64() as u8,
+    }
+}
+
+/// Cycles to the next look: short ones mostly.
+pub fn distance(rng: &mut Rng, longest: u64) -> u64 {
+    match rng.below(4000) {
+        0 => 1 + rng.below(longest),
+        1..200 => 1 + rng.below(700),
+        _ => 1 + rng.below(6),
+    }
+}
+
+fn write(rng: &mut Rng, timers: &mut Timers, model: &mut Model) {
+    let (n, value) = (rng.below(2) as usize, byte(rng));
+    match rng.below(5) {
+        0 => {
+            let value = rng.next_u64() as u8;
+            timers.set_tmod(value);
+            model.tmod = value;
+        }
+        1 => {
+            timers.set_tl(n, value);
+            model.tl[n] = value;
+        }
+        2 => {
+            timers.set_th(n, value);
+            model.th[n] = value;
+        }
+        3 => {
+            let on = !rng.one_in(4);
+            timers.set_run(n, on);
+            model.run[n] = on;
+        }
+        _ => {
+            let on = rng.one_in(4);
+            timers.set_flag(n, on);
+            model.write_flag(n, on);
+        }
+    }
+}
+
+fn pins(rng: &mut Rng, timers: &mut Timers, model: &mut Model, cycle: u64) {
+    let (n, level) = (rng.below(2) as usize, rng.one_in(2));
+    if rng.one_in(2) {
+        timers.pin_t(n, level, cycle);
+        model.t[n] = level;
+    } else {
+        timers.pin_int(n, level, cycle);
+        model.int[n] = level;
+    }
+}
+
+fn same(timers: &Timers, model: &Model, seed: u64, step: u64) {
+    for n in 0..2 {
+        let found = (timers.tl(n), timers.th(n), timers.run(n), timers.flag(n), timers.since(n));
+        let wanted = (model.tl[n], model.th[n], model.run[n], model.flag[n], model.since[n]);
+        assert_eq!(found, wanted, "seed {seed} step {step} cycle {}: timer {n}: tl th run flag since", model.cycle);
+    }
+    let found = (timers.tmod(), timers.overflows());
+    assert_eq!(found, (model.tmod, model.overflows), "seed {seed} step {step}: tmod, overflows");
+}
+
+/// Both go on by `cycles`, and what was foretold comes true.
+fn advance(rng: &mut Rng, timers: &mut Timers, model: &mut Model, cycles: u64, at: &str) {
+    let from = model.cycle;
+    let upto = from + cycles;
+    let flags = [timers.next_flag(0), timers.next_flag(1)];
+    let ahead = 1 + rng.below(5);
+    let overflow = timers.overflow_at(model.overflows + ahead);
+    let middle = from + rng.below(cycles + 1);
+    let by = timers.overflows_at(middle) - model.overflows;
+    assert_eq!(timers.overflow_at(model.overflows), NEVER, "{at}");
+    model.flags_log.iter_mut().for_each(Vec::clear);
+    model.overflow_log.clear();
+    for _ in 0..cycles {
+        model.tick();
+    }
+    timers.sync(upto);
+    let foretold = |told: u64, came: Option<&u64>, what: &str| match came {
+        Some(&came) => assert_eq!(told, came, "{at}: {what}"),
+        None => assert!(told > upto, "{at}: {what} told for {told}, nothing came until {upto}"),
+    };
+    foretold(flags[0], model.flags_log[0].first(), "TF0");
+    foretold(flags[1], model.flags_log[1].first(), "TF1");
+    foretold(overflow, model.overflow_log.get(ahead as usize - 1), "overflow");
+    let came = model.overflow_log.iter().filter(|&&cycle| cycle <= middle).count();
+    assert_eq!(by, came as u64, "{at}: overflows by {middle}");
+}
+
+#[test]
+fn timers_0_and_1_as_ticked() {
+    for seed in 0..25_000 {
+        let mut rng = Rng::new(seed);
+        let start = rng.below(3) * 1000;
+        let (mut timers, mut model) = (Timers::new(start), Model::new(start));
+        for step in 0..14 {
+            let at = format!("seed {seed} step {step} cycle {}", model.cycle);
+            for _ in 0..rng.below(if step == 0 { 9 } else { 3 }) {
+                write(&mut rng, &mut timers, &mut model);
+            }
+            same(&timers, &model, seed, step);
+            if rng.one_in(2) {
+                let cycle = model.cycle + 1;
+                pins(&mut rng, &mut timers, &mut model, cycle);
+                let mut earlier = model.clone();
+                advance(&mut rng, &mut timers, &mut model, 1, &at);
+                if rng.one_in(3) {
+                    // Second thoughts within the cycle: the last level is the one that was sampled.
+                    pins(&mut rng, &mut timers, &mut earlier, cycle);
+                    pins(&mut rng, &mut timers, &mut earlier, cycle);
+                    earlier.tick();
+                    model = earlier;
+                }
+                same(&timers, &model, seed, step);
+            } else {
+                let cycles = distance(&mut rng, 200_000);
+                advance(&mut rng, &mut timers, &mut model, cycles, &at);
+                same(&timers, &model, seed, step);
+            }
+        }
+    }
+}

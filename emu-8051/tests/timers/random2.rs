@@ -1,0 +1,125 @@
+//! Timer 2 against the ticked model, under random writes, pins and distances.
+
+use crate::model2::Model;
+use crate::random::{byte, distance};
+use emu_8051::periph::timer2::Timer2;
+use emu_core::rng::Rng;
+
+fn write(rng: &mut Rng, timer: &mut Timer2, model: &mut Model) {
+    model.finish();
+    let value = byte(rng);
+    let (low, high) = (u16::from(value), u16::from(value) << 8);
+    match rng.below(6) {
+        0 => {
+            // Baud generators, counters and stopped timers are less likely than their opposites.
+            let mut value = rng.next_u64() as u8 & (rng.next_u64() as u8 | 0xC9);
+            value |= if rng.one_in(5) { 0 } else { 4 };
+            timer.set_t2con(value);
+            model.write_t2con(value);
+        }
+        1 => {
+            let value = rng.next_u64() as u8 & (rng.next_u64() as u8 | 1);
+            timer.set_t2mod(value);
+            model.write_t2mod(value);
+        }
+        2 => {
+            timer.set_tl(value);
+            model.value = model.value & 0xFF00 | low;
+        }
+        3 => {
+            timer.set_th(value);
+            model.value = model.value & 0xFF | high;
+        }
+        4 => {
+            timer.set_rcapl(value);
+            model.rcap = model.rcap & 0xFF00 | low;
+        }
+        _ => {
+            timer.set_rcaph(value);
+            model.rcap = model.rcap & 0xFF | high;
+        }
+    }
+}
+
+fn pins(rng: &mut Rng, timer: &mut Timer2, model: &mut Model, cycle: u64) {
+    let (n, level) = (rng.below(2) as usize, rng.one_in(2));
+    if n == 0 {
+        timer.pin_t2(level, cycle)
+    } else {
+        timer.pin_t2ex(level, cycle)
+    }
+    model.pins[n] = level;
+}
+
+fn same(timer: &Timer2, model: &Model, at: &str) {
+    let found = (timer.t2con(), timer.t2mod(), timer.th(), timer.tl(), timer.rcaph(), timer.rcapl());
+    let [high, low] = model.value.to_be_bytes();
+    let [rcaph, rcapl] = model.rcap.to_be_bytes();
+    let wanted = (model.t2con(), model.t2mod, high, low, rcaph, rcapl);
+    assert_eq!(found, wanted, "{at} now {}: t2con t2mod th2 tl2 rcap2h rcap2l", model.cycle);
+    let found = (timer.since(), timer.overflows(), timer.clock_out());
+    let wanted = (model.since(), model.overflows, model.clock_on().then_some(model.clock));
+    assert_eq!(found, wanted, "{at} now {}: since overflows clock_out", model.cycle);
+}
+
+/// Both go on by `cycles`, and what was foretold comes true.
+fn advance(rng: &mut Rng, timer: &mut Timer2, model: &mut Model, cycles: u64, at: &str) {
+    let from = model.cycle;
+    let upto = from + cycles;
+    let last = 6 * upto + 4;
+    let (flag, toggle) = (timer.next_flag(), timer.next_toggle());
+    let ahead = 1 + rng.below(5);
+    let overflow = timer.overflow_state(model.overflows + ahead);
+    let middle = 6 * from + 4 + rng.below(6 * cycles + 1);
+    let by = timer.overflows_by(middle) - model.overflows;
+    model.flag_log.clear();
+    model.overflow_log.clear();
+    model.toggle_log.clear();
+    for _ in 0..cycles {
+        model.tick();
+    }
+    timer.sync(upto);
+    let foretold = |told: u64, came: Option<&u64>, last: u64, what: &str| match came {
+        Some(&came) => assert_eq!(told, came, "{at}: {what}"),
+        None => assert!(told > last, "{at}: {what} told for {told}, nothing came until {last}"),
+    };
+    // An overflow in the cycle after the last is at this one's moment, and has not come yet.
+    foretold(flag, model.flag_log.first(), upto - 1, "flag");
+    foretold(overflow, model.overflow_log.get(ahead as usize - 1), last, "overflow");
+    foretold(toggle, model.toggle_log.first(), last, "toggle");
+    let came = model.overflow_log.iter().filter(|&&state| state <= middle).count();
+    assert_eq!(by, came as u64, "{at}: overflows by {middle}");
+}
+
+#[test]
+fn timer_2_as_ticked() {
+    for seed in 0..25_000 {
+        let mut rng = Rng::new(seed);
+        let start = rng.below(3) * 1000;
+        let (mut timer, mut model) = (Timer2::new(start), Model::new(start));
+        for step in 0..14 {
+            let at = format!("seed {seed} step {step} cycle {}", model.cycle);
+            for _ in 0..rng.below(if step == 0 { 9 } else { 3 }) {
+                write(&mut rng, &mut timer, &mut model);
+            }
+            same(&timer, &model, &at);
+            if rng.one_in(2) {
+                let cycle = model.cycle + 1;
+                pins(&mut rng, &mut timer, &mut model, cycle);
+                let mut earlier = model.clone();
+                advance(&mut rng, &mut timer, &mut model, 1, &at);
+                if rng.one_in(3) {
+                    // Second thoughts within the cycle: the last level is the one that was sampled.
+                    pins(&mut rng, &mut timer, &mut earlier, cycle);
+                    pins(&mut rng, &mut timer, &mut earlier, cycle);
+                    earlier.tick();
+                    model = earlier;
+                }
+            } else {
+                let cycles = distance(&mut rng, 200_000);
+                advance(&mut rng, &mut timer, &mut model, cycles, &at);
+            }
+            same(&timer, &model, &at);
+        }
+    }
+}
