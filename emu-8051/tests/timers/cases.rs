@@ -113,6 +113,9 @@ fn by_hand() {
         gate of the other          | tmod=19 tr0=1 tr1=1 INT1=0 @3 tl0:3 tl1:3
         no gate, pin low           | tmod=11 tr1=1 INT1=0 @3 tl1:3
         gate, taken back           | tmod=09 tr0=1 INT0=0 @1 tl0:0 INT0!1 tl0:1 @2 tl0:2
+        gate, written, taken back  | tmod=09 tr0=1 INT0=0 tl0=50 @1 tl0:50 INT0!1 tl0:51
+        gate, taken back too late  | tmod=09 tr0=1 INT0=0 @1 tl0=50 INT0!1 tl0:50 @2 tl0:51
+        gate, told of too late     | tmod=09 tr0=1 @10 INT0!0 tl0:A @20 tl0:A
         gate, low after all        | tmod=0A tl0=FF th0=80 tr0=1 INT0=0 INT0=1 @1 tf0:1 tl0:80 INT0!0 tf0:0 tl0:FF since0:never @9 tf0:0
 
         counter, one edge          | tmod=05 tr0=1 @4 T0=0 @5 tl0:0 @6 tl0:1 @99 tl0:1
@@ -145,4 +148,11 @@ fn numbers_of_timers_are_masked_and_time_does_not_go_back() {
     timers.pin_t(5, false, 3);
     timers.sync(u64::MAX);
     assert_eq!(timers.next_flag(1), NEVER, "beyond the end of time there is no moment to name");
+
+    let mut counter = Timers::new(100);
+    counter.set_tmod(0x50);
+    counter.set_run(1, true);
+    counter.pin_t(1, false, 3);
+    counter.sync(101);
+    assert_eq!(counter.tl(1), 1, "an edge told too late is one of the cycle synced to");
 }
