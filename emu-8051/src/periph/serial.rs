@@ -1,1 +1,338 @@
-//! Not written yet.
+//! The serial port (user's manual, "Standard serial interface" and "More about mode 0, 1, 2 and 3"; SCON, SBUF).
+//!
+//! In modes 1 to 3 the part knows ticks of its two 16x baud clocks, not cycles: the caller maps them to time, says how many
+//! have passed, and takes a step at those that matter. Ticks may pass in every mode; a caller that has no clock for mode 0
+//! passes none. Mode 0 counts machine cycles. What the manual leaves open is settled so:
+//!
+//! - A byte written while another is still being shifted takes its place: it begins at the next rollover, and the old
+//!   one ends there without TI. In mode 0 the old one ends with the cycle of the write. The same holds for a byte that
+//!   waits for its rollover. A stop bit is not shifting: the byte waits for its end.
+//! - A change of SM0 or SM1 makes both sides idle at the end of the cycle of the write, and the lines high. A byte whose
+//!   stop bit is on the line then counts as sent.
+//! - Clearing REN ends a reception under way, in every mode. RXD is sampled whether REN is set or not, so that a line that
+//!   is low already when REN is set begins no frame.
+//! - In mode 0 setting RI by program does not end a reception under way, and clearing it does not begin another.
+//! - TXD and RXD change at S1P1: with modes 1 to 3 of the cycle after that of the rollover, in mode 0 after the shift.
+//! - A flag that is set already is not set again: its moment stays the first one.
+
+mod rx;
+mod shift;
+mod tx;
+
+use emu_core::NEVER;
+use emu_core::pins::Time;
+
+use rx::Receiver;
+use shift::Shifter;
+use tx::Sender;
+
+/// SCON: a byte was received.
+pub const RI: u8 = 1;
+/// SCON: a byte was sent.
+pub const TI: u8 = 1 << 1;
+/// SCON: the ninth bit received, or the stop bit in mode 1.
+pub const RB8: u8 = 1 << 2;
+/// SCON: the ninth bit to send.
+pub const TB8: u8 = 1 << 3;
+/// SCON: reception is on.
+pub const REN: u8 = 1 << 4;
+/// SCON: takes frames only whose ninth (mode 1: stop) bit is 1.
+pub const SM2: u8 = 1 << 5;
+/// SCON: SM0 and SM1, the mode.
+const SM: u8 = 3 << 6;
+
+/// The clocks of a machine cycle at which the shift clock of mode 0 goes low (S3P1) and high again (S6P1).
+const CLOCK_LOW: u8 = 4;
+const CLOCK_HIGH: u8 = 10;
+
+/// A line of the port.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Line {
+    /// TXD, P3.1.
+    Txd,
+    /// RXD, P3.0, which mode 0 puts out. High leaves the pin to its latch.
+    Rxd,
+}
+
+/// A change of a level that the port puts out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Edge {
+    /// Machine cycle, and clock 0 to 11 in it, from which the level holds.
+    pub at: Time,
+    /// Which line.
+    pub line: Line,
+    /// Its level from then on.
+    pub level: bool,
+}
+
+/// What the port did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[must_use]
+pub struct Step {
+    edges: [Option<Edge>; 3],
+    /// The flags that were set, TI and RI. One that was set before is not among them.
+    pub flags: u8,
+    /// The stop bit of this byte has passed; in mode 0 its last bit has.
+    pub sent: Option<u8>,
+}
+
+impl Step {
+    /// The changes of the lines, in order of time.
+    pub fn edges(&self) -> impl Iterator<Item = Edge> {
+        self.edges.into_iter().flatten()
+    }
+
+    fn edge(&mut self, line: Line, level: bool, cycle: u64, phase: u8) {
+        if let Some(free) = self.edges.iter_mut().find(|edge| edge.is_none()) {
+            *free = Some(Edge { at: Time { cycle, phase }, line, level });
+        }
+    }
+}
+
+/// The serial port.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Serial {
+    scon: u8,
+    /// The receive buffer.
+    sbuf: u8,
+    /// The cycles at which RI and TI were set; [`NEVER`] while they are not.
+    since: [u64; 2],
+    /// TXD of modes 1 to 3, and the cycle at whose S1P1 it took that level.
+    txd: (bool, u64),
+    sender: Sender,
+    receiver: Receiver,
+    shifter: Shifter,
+}
+
+impl Default for Serial {
+    fn default() -> Serial {
+        Serial::new()
+    }
+}
+
+impl Serial {
+    /// The port as after reset, its line high. SBUF is undefined then; it is 0 here.
+    #[must_use]
+    pub const fn new() -> Serial {
+        Serial {
+            scon: 0,
+            sbuf: 0,
+            since: [NEVER; 2],
+            txd: (true, 0),
+            sender: Sender::IDLE,
+            receiver: Receiver::IDLE,
+            shifter: Shifter::IDLE,
+        }
+    }
+
+    /// SCON.
+    #[must_use]
+    pub const fn scon(&self) -> u8 {
+        self.scon
+    }
+
+    /// SBUF as read: the receive buffer.
+    #[must_use]
+    pub const fn sbuf(&self) -> u8 {
+        self.sbuf
+    }
+
+    /// The mode, 0 to 3.
+    #[must_use]
+    pub const fn mode(&self) -> u8 {
+        self.scon >> 6
+    }
+
+    /// The cycle at whose S5P2 the earlier one of RI and TI, of those that are set, counts as set; [`NEVER`]
+    /// if none is. Written by a program in cycle w it is w + 1, set at S1P1 of a cycle (mode 0) it is that cycle.
+    #[must_use]
+    pub fn since(&self) -> u64 {
+        self.since[0].min(self.since[1])
+    }
+
+    /// Writes SCON at the end of `cycle`.
+    pub fn set_scon(&mut self, v: u8, cycle: u64) -> Step {
+        let mut step = Step::default();
+        if (v ^ self.scon) & SM != 0 {
+            self.release(&mut step, cycle);
+            self.set_txd(true, cycle, &mut step);
+            step.sent = self.sender.abort();
+            self.receiver.abort();
+            self.shifter = Shifter::IDLE;
+        }
+        if v & REN == 0 {
+            self.receiver.abort();
+            self.shifter.deafen();
+        }
+        for (flag, since) in [RI, TI].into_iter().zip(&mut self.since) {
+            *since = if v & flag == 0 { NEVER } else { (*since).min(cycle.saturating_add(1)) };
+        }
+        self.scon = v;
+        if self.mode() == 0 && v & (REN | RI) == REN {
+            self.shifter.receive(cycle);
+        }
+        step
+    }
+
+    /// Writes SBUF at the end of `cycle`: a byte to send, in modes 2 and 3 with TB8 as it is now.
+    pub fn write_sbuf(&mut self, v: u8, cycle: u64) -> Step {
+        let mut step = Step::default();
+        match self.mode() {
+            0 => {
+                self.release(&mut step, cycle);
+                self.shifter.send(v, cycle);
+            }
+            1 => self.sender.load(v, None),
+            _ => self.sender.load(v, Some(self.scon & TB8 != 0)),
+        }
+        step
+    }
+
+    /// Ticks of the transmit clock to the one at which the transmitter does something, 1 to 16; `None` while it has
+    /// nothing to do.
+    #[must_use]
+    pub fn tx_wait(&self) -> Option<u64> {
+        self.sender.wait()
+    }
+
+    /// `n` ticks of the transmit clock pass at which nothing happens: fewer than [`Serial::tx_wait`], or any number.
+    pub fn tx_pass(&mut self, n: u64) {
+        self.sender.pass(n);
+    }
+
+    /// The tick that [`Serial::tx_wait`] gave, in machine cycle `cycle`.
+    pub fn tx_step(&mut self, cycle: u64) -> Step {
+        let did = self.sender.rollover();
+        let mut step = Step { sent: did.sent, ..Step::default() };
+        if let Some(level) = did.line {
+            self.set_txd(level, cycle, &mut step);
+        }
+        if did.ti {
+            self.raise(TI, cycle, &mut step);
+        }
+        step
+    }
+
+    /// RXD has this level from now on. To be told of every change, after the ticks up to then.
+    pub fn line(&mut self, level: bool) {
+        self.receiver.line(level);
+    }
+
+    /// Ticks of the receive clock, the line staying as it is, to the one that matters; `None` while none does. Changed by
+    /// [`Serial::line`].
+    #[must_use]
+    pub fn rx_wait(&self) -> Option<u64> {
+        self.receiver.wait(self.looking())
+    }
+
+    /// `n` ticks of the receive clock pass, the line staying as it is: fewer than [`Serial::rx_wait`], or any number.
+    pub fn rx_pass(&mut self, n: u64) {
+        self.receiver.pass(n, self.looking(), self.mode() == 1);
+    }
+
+    /// A tick of the receive clock in machine cycle `cycle`, at which RXD has the level `sample`. Right for every tick,
+    /// also one at which nothing happens.
+    pub fn rx_step(&mut self, cycle: u64, sample: bool) -> Step {
+        let mut step = Step::default();
+        if let Some(bits) = self.receiver.step(sample, self.looking(), self.mode() == 1) {
+            let ninth = bits & 1 << 8 != 0;
+            // Else the frame is lost, and the byte before it stays.
+            if self.scon & RI == 0 && (self.scon & SM2 == 0 || ninth) {
+                self.sbuf = bits as u8;
+                self.scon = self.scon & !RB8 | if ninth { RB8 } else { 0 };
+                self.raise(RI, cycle, &mut step);
+            }
+        }
+        step
+    }
+
+    /// Mode 0: the machine cycle of the next step; [`NEVER`] when idle.
+    #[must_use]
+    pub fn shift_next(&self) -> u64 {
+        self.shifter.next()
+    }
+
+    /// Mode 0: the machine cycle that [`Serial::shift_next`] gave, up to S5P2, where RXD has the level `rxd`. The clock's
+    /// rise after that is among the edges.
+    pub fn shift_step(&mut self, cycle: u64, rxd: bool) -> Step {
+        debug_assert!(cycle == self.shift_next(), "no shift is due in {cycle}: {self:?}");
+        let before = self.shifter.out().unwrap_or(true);
+        let did = self.shifter.step(cycle, rxd);
+        let mut step = Step { sent: did.sent, ..Step::default() };
+        let after = self.shifter.out().unwrap_or(true);
+        if before != after {
+            step.edge(Line::Rxd, after, cycle, 0);
+        }
+        if did.clock {
+            step.edge(Line::Txd, false, cycle, CLOCK_LOW);
+            step.edge(Line::Txd, true, cycle, CLOCK_HIGH);
+        }
+        if did.sent.is_some() {
+            self.raise(TI, cycle, &mut step);
+        }
+        if let Some(byte) = did.received {
+            self.sbuf = byte;
+            self.raise(RI, cycle, &mut step);
+        }
+        step
+    }
+
+    /// The level of TXD once all edges that were handed out have come: where a program changes nothing, that at the
+    /// begin of the next cycle. The caller ANDs it with the latch.
+    #[must_use]
+    pub const fn txd(&self) -> bool {
+        self.txd.0
+    }
+
+    /// The level of TXD at S5P2 of `cycle`, the one up to which all steps were taken.
+    #[must_use]
+    pub fn txd_at(&self, cycle: u64) -> bool {
+        !self.shifter.clocked() && self.txd.0 == (cycle >= self.txd.1)
+    }
+
+    /// The data bit that mode 0 puts on RXD in the cycle up to which all steps were taken; `None` when it sends none.
+    #[must_use]
+    pub fn rxd_out(&self) -> Option<bool> {
+        self.shifter.out()
+    }
+
+    /// A byte was written that is not sent yet, its stop bit included.
+    #[must_use]
+    pub fn busy(&self) -> bool {
+        self.sender.busy() || self.shifter.sending()
+    }
+
+    /// From the start bit's edge until the port looks for the next one; in mode 0 from the write until RI.
+    #[must_use]
+    pub fn receiving(&self) -> bool {
+        self.receiver.receiving() || self.shifter.receiving()
+    }
+
+    fn looking(&self) -> bool {
+        self.mode() != 0 && self.scon & REN != 0
+    }
+
+    fn raise(&mut self, flag: u8, cycle: u64, step: &mut Step) {
+        if self.scon & flag == 0 {
+            self.scon |= flag;
+            self.since[usize::from(flag == TI)] = cycle;
+            step.flags |= flag;
+        }
+    }
+
+    /// TXD takes `level` after `cycle`.
+    fn set_txd(&mut self, level: bool, cycle: u64, step: &mut Step) {
+        if self.txd.0 != level {
+            let from = cycle.saturating_add(1);
+            self.txd = (level, from);
+            step.edge(Line::Txd, level, from, 0);
+        }
+    }
+
+    /// What mode 0 sends on RXD ends with `cycle`.
+    fn release(&mut self, step: &mut Step, cycle: u64) {
+        if self.shifter.out() == Some(false) {
+            step.edge(Line::Rxd, true, cycle.saturating_add(1), 0);
+        }
+    }
+}

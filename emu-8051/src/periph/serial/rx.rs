@@ -1,0 +1,110 @@
+//! The receiver of modes 1 to 3: a detector of falling edges, and a divide-by-16 counter that such an edge resets.
+
+/// Ticks from the edge to the vote on the tenth bit: stop bit of mode 1, ninth data bit of modes 2 and 3.
+const TAKEN: u8 = 9 * 16 + VOTE;
+/// Ticks of a bit at which its vote is complete.
+const VOTE: u8 = 9;
+
+/// A frame that is coming in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Frame {
+    /// Ticks since the edge: bit number times 16 and the state of the counter.
+    ticks: u8,
+    /// High samples of this bit, of those in the counter's states 7, 8 and 9.
+    highs: u8,
+    /// Bits after the start bit, the first one lowest.
+    bits: u16,
+}
+
+/// The receiver.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Receiver {
+    /// The line now.
+    level: bool,
+    /// The line at the last tick.
+    last: bool,
+    frame: Option<Frame>,
+}
+
+impl Receiver {
+    pub(super) const IDLE: Receiver = Receiver { level: true, last: true, frame: None };
+
+    pub(super) fn line(&mut self, level: bool) {
+        self.level = level;
+    }
+
+    /// Forgets the frame under way.
+    pub(super) fn abort(&mut self) {
+        self.frame = None;
+    }
+
+    pub(super) fn receiving(&self) -> bool {
+        self.frame.is_some()
+    }
+
+    /// Ticks to the next one that matters when the line rests: the edge, the vote on the start bit, the end of the frame.
+    pub(super) fn wait(&self, looking: bool) -> Option<u64> {
+        let Some(frame) = self.frame else { return (looking && self.last && !self.level).then_some(1) };
+        let due = if frame.ticks < VOTE { VOTE } else { TAKEN };
+        due.checked_sub(frame.ticks).filter(|&wait| wait != 0).map(u64::from)
+    }
+
+    /// `n` ticks with the line at rest, none of which matters.
+    pub(super) fn pass(&mut self, mut n: u64, looking: bool, mode_1: bool) {
+        debug_assert!(self.wait(looking).is_none_or(|wait| n < wait), "{n} ticks pass over an event: {self:?}");
+        while let Some(frame) = &mut self.frame {
+            let state = frame.ticks & 15;
+            let gap = if state < 7 {
+                7 - state
+            } else if state < VOTE {
+                1
+            } else {
+                23 - state
+            };
+            if n < u64::from(gap) {
+                frame.ticks += n as u8;
+                break;
+            }
+            frame.ticks += gap - 1;
+            self.step(self.level, looking, mode_1);
+            n -= u64::from(gap);
+        }
+        if n > 0 {
+            self.last = self.level;
+        }
+    }
+
+    /// One tick. Gives the nine bits after the start bit at the vote on the last of them.
+    pub(super) fn step(&mut self, sample: bool, looking: bool, mode_1: bool) -> Option<u16> {
+        let fell = self.last && !sample;
+        self.last = sample;
+        self.level = sample;
+        let Some(frame) = &mut self.frame else {
+            if looking && fell {
+                self.frame = Some(Frame { ticks: 0, highs: 0, bits: 0 });
+            }
+            return None;
+        };
+        frame.ticks += 1;
+        let state = frame.ticks & 15;
+        if (7..=VOTE).contains(&state) {
+            frame.highs += u8::from(sample);
+        }
+        if state != VOTE {
+            return None;
+        }
+        let high = frame.highs >= 2;
+        frame.highs = 0;
+        let bit = frame.ticks >> 4;
+        if (1..=9).contains(&bit) {
+            frame.bits |= u16::from(high) << (bit - 1);
+        }
+        let taken = (bit == 9).then_some(frame.bits);
+        // A start bit that is not 0 is none. Mode 1 looks for the next edge from the vote on the stop bit on, modes 2 and 3
+        // one bit time after the vote on the ninth bit, whatever the stop bit is.
+        if bit == 0 && high || bit == 9 && mode_1 || bit > 9 {
+            self.frame = None;
+        }
+        taken
+    }
+}

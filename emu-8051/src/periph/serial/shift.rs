@@ -1,0 +1,120 @@
+//! Mode 0: a shift register in each direction, over one data line and one clock line.
+
+use emu_core::NEVER;
+
+/// Machine cycles in which SEND or RECEIVE is active.
+const BITS: u8 = 8;
+
+/// A byte on its way, in either direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Transfer {
+    byte: u8,
+    /// Cycles done of those in which SEND or RECEIVE is active.
+    done: u8,
+    /// The next of them, or the one after the last, at whose begin the flag is set.
+    next: u64,
+}
+
+impl Transfer {
+    /// One full cycle lies between the write and the first active one.
+    fn after(byte: u8, cycle: u64) -> Transfer {
+        Transfer { byte, done: 0, next: cycle.saturating_add(2) }
+    }
+
+    fn due(this: Option<Transfer>, cycle: u64) -> Option<Transfer> {
+        this.filter(|transfer| transfer.next == cycle)
+    }
+
+    fn advance(&mut self) {
+        self.done += 1;
+        self.next += 1;
+    }
+}
+
+/// Both directions.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Shifter {
+    send: Option<Transfer>,
+    receive: Option<Transfer>,
+}
+
+/// What a machine cycle did.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Shifted {
+    /// The shift clock pulses in this cycle.
+    pub(super) clock: bool,
+    /// A byte was sent: TI.
+    pub(super) sent: Option<u8>,
+    /// A byte was received: RI.
+    pub(super) received: Option<u8>,
+}
+
+impl Shifter {
+    pub(super) const IDLE: Shifter = Shifter { send: None, receive: None };
+
+    /// A byte written at the end of `cycle`, in place of one that may be under way.
+    pub(super) fn send(&mut self, byte: u8, cycle: u64) {
+        self.send = Some(Transfer::after(byte, cycle));
+    }
+
+    /// Reception begins by a write at the end of `cycle`, unless it is under way.
+    pub(super) fn receive(&mut self, cycle: u64) {
+        self.receive.get_or_insert(Transfer::after(0, cycle));
+    }
+
+    /// Reception stops.
+    pub(super) fn deafen(&mut self) {
+        self.receive = None;
+    }
+
+    pub(super) fn sending(&self) -> bool {
+        self.send.is_some()
+    }
+
+    pub(super) fn receiving(&self) -> bool {
+        self.receive.is_some()
+    }
+
+    pub(super) fn next(&self) -> u64 {
+        let next = |transfer: Option<Transfer>| transfer.map_or(NEVER, |t| t.next);
+        next(self.send).min(next(self.receive))
+    }
+
+    /// The bit on RXD in the cycle stepped last.
+    pub(super) fn out(&self) -> Option<bool> {
+        self.send.filter(|t| t.done > 0).map(|t| t.byte >> (t.done - 1) & 1 != 0)
+    }
+
+    /// The shift clock pulsed in the cycle stepped last.
+    pub(super) fn clocked(&self) -> bool {
+        self.send.is_some_and(|t| t.done > 0) || self.receive.is_some_and(|t| t.done > 0)
+    }
+
+    /// The machine cycle that [`Shifter::next`] gave.
+    pub(super) fn step(&mut self, cycle: u64, rxd: bool) -> Shifted {
+        let mut did = Shifted::default();
+        if let Some(mut transfer) = Transfer::due(self.send, cycle) {
+            if transfer.done == BITS {
+                did.sent = Some(transfer.byte);
+                self.send = None;
+            } else {
+                transfer.advance();
+                self.send = Some(transfer);
+            }
+        }
+        if let Some(mut transfer) = Transfer::due(self.receive, cycle) {
+            if transfer.done == BITS {
+                did.received = Some(transfer.byte);
+                self.receive = None;
+            } else {
+                // What the port itself puts on the line is on the pin, too.
+                let high = rxd && self.out() != Some(false);
+                transfer.byte |= u8::from(high) << transfer.done;
+                transfer.advance();
+                self.receive = Some(transfer);
+            }
+        }
+        did.clock = self.clocked();
+        did
+    }
+}

@@ -1,0 +1,85 @@
+//! The transmitter of modes 1 to 3: a divide-by-16 counter that runs freely and a shift register that moves on at its
+//! rollovers.
+
+/// A byte with its way over the line still to go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Frame {
+    byte: u8,
+    /// What follows the bit on the line, the next one lowest: data, TB8 in modes 2 and 3, the stop bit.
+    bits: u16,
+    /// Rollovers until the stop bit begins; 0 while the stop bit is on the line.
+    left: u8,
+}
+
+/// The transmitter.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Sender {
+    /// Ticks since the last rollover, 0 to 15.
+    count: u8,
+    /// Written, and begins at the next rollover.
+    next: Option<Frame>,
+    /// On the line.
+    out: Option<Frame>,
+}
+
+/// What a rollover did.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Rollover {
+    /// The level that TXD takes.
+    pub(super) line: Option<bool>,
+    /// A stop bit begins: TI.
+    pub(super) ti: bool,
+    /// The stop bit of this byte is over.
+    pub(super) sent: Option<u8>,
+}
+
+impl Sender {
+    pub(super) const IDLE: Sender = Sender { count: 0, next: None, out: None };
+
+    /// Loads a byte, and with modes 2 and 3 its ninth bit.
+    pub(super) fn load(&mut self, byte: u8, ninth: Option<bool>) {
+        let data = u16::from(byte);
+        self.next = Some(match ninth {
+            None => Frame { byte, bits: data | 1 << 8, left: 9 },
+            Some(tb8) => Frame { byte, bits: data | u16::from(tb8) << 8 | 1 << 9, left: 10 },
+        });
+    }
+
+    /// Drops everything but the count. A byte whose stop bit is on the line counts as sent: the line stays high.
+    pub(super) fn abort(&mut self) -> Option<u8> {
+        self.next = None;
+        self.out.take().filter(|frame| frame.left == 0).map(|frame| frame.byte)
+    }
+
+    pub(super) fn busy(&self) -> bool {
+        self.next.is_some() || self.out.is_some()
+    }
+
+    pub(super) fn wait(&self) -> Option<u64> {
+        self.busy().then(|| 16 - u64::from(self.count))
+    }
+
+    pub(super) fn pass(&mut self, n: u64) {
+        debug_assert!(self.wait().is_none_or(|wait| n < wait), "{n} ticks pass over a rollover: {self:?}");
+        self.count = (self.count + (n & 15) as u8) & 15;
+    }
+
+    pub(super) fn rollover(&mut self) -> Rollover {
+        debug_assert!(self.count == 15, "no rollover is due: {self:?}");
+        self.count = 0;
+        let over = self.out.filter(|frame| frame.left == 0).map(|frame| frame.byte);
+        if let Some(frame) = self.next.take() {
+            self.out = Some(frame);
+            return Rollover { line: Some(false), ti: false, sent: over };
+        }
+        let Some(frame) = &mut self.out else { return Rollover::default() };
+        if frame.left == 0 {
+            self.out = None;
+            return Rollover { sent: over, ..Rollover::default() };
+        }
+        let bit = frame.bits & 1 != 0;
+        frame.bits >>= 1;
+        frame.left -= 1;
+        Rollover { line: Some(bit), ti: frame.left == 0, sent: None }
+    }
+}
