@@ -1,6 +1,24 @@
 //! The chips of the family, one row each.
+//!
+//! Sources: Intel "MCS 51 Microcontroller Family User's Manual" (272383) for registers, bits, vectors and pins of all of them;
+//! clocks by the data sheets Intel 272318 (8031 to 8752) and 272335 (80C51BH), Atmel 0265 (AT89C51), 0313 (AT89C52), 2487
+//! (AT89S51), 1919 (AT89S52), 0368 (AT89C2051), 1001 (AT89C4051). The clock that is assumed when none is given is 12 MHz
+//! everywhere, at which a machine cycle takes a microsecond: no data sheet names a usual clock.
 
-use emu_core::chip::Chip;
+mod data;
+
+use data::{
+    BITS, BITS_BUS, BITS_NO_TIMER2, BITS_TIMER2, DIP20, REGS, REGS_AT89S, REGS_BUS, REGS_T2MOD, REGS_TIMER2, dip40,
+    regs,
+};
+use emu_core::chip::{Chip, Family};
+use emu_core::image::Space;
+
+// Stands in for the table of instructions until it is there.
+const ISA: emu_core::chip::Isa = emu_core::chip::Isa {
+    disassemble: |_, _| emu_core::table::Line { text: String::new(), len: 1, row: None },
+    erased: 0xFF,
+};
 
 /// Timer 2 of a chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,3 +54,196 @@ pub struct Part {
     /// Can run at 6 clocks a machine cycle.
     pub x2: bool,
 }
+
+/// All chips of this crate.
+pub const PARTS: &[Part] = &[
+    Part {
+        chip: Chip { name: "8031", title: "8031: no ROM, 128 bytes RAM, 40 pins, NMOS", ..I8051.chip },
+        internal: 0,
+        ..I8051
+    },
+    I8051,
+    Part { chip: Chip { name: "8751", title: "8751: 8051 with 4 KB EPROM", ..I8051.chip }, ..I8051 },
+    Part {
+        chip: Chip { name: "8032", title: "8032: no ROM, 256 bytes RAM, timer 2, 40 pins, NMOS", ..I8052.chip },
+        internal: 0,
+        ..I8052
+    },
+    I8052,
+    Part { chip: Chip { name: "8752", title: "8752: 8052 with 8 KB EPROM", ..I8052.chip }, ..I8052 },
+    Part {
+        chip: Chip {
+            name: "80c51",
+            title: "80C51: 8051 in CMOS, with idle and power-down; 6 clocks a cycle with --x2",
+            source: "272335",
+            max_hz: 24_000_000,
+            ..I8051.chip
+        },
+        cmos: true,
+        x2: true,
+        ..I8051
+    },
+    AT89C51,
+    AT89C52,
+    Part {
+        chip: Chip {
+            name: "at89s51",
+            title: "AT89S51: 4 KB flash, 128 bytes RAM, watchdog, two data pointers, 40 pins",
+            source: "2487",
+            max_hz: 33_000_000,
+            regs: regs!(REGS, REGS_BUS, REGS_AT89S),
+            pins: dip40!("" "" "" "" "" "MOSI" "MISO" "SCK"),
+            ..AT89C51.chip
+        },
+        at89s: true,
+        ..AT89C51
+    },
+    Part {
+        chip: Chip {
+            name: "at89s52",
+            title: "AT89S52: 8 KB flash, 256 bytes RAM, timer 2, watchdog, two data pointers, 40 pins",
+            source: "1919",
+            max_hz: 33_000_000,
+            regs: regs!(REGS, REGS_BUS, REGS_TIMER2, REGS_T2MOD, REGS_AT89S),
+            pins: dip40!("T2" "T2EX" "" "" "" "MOSI" "MISO" "SCK"),
+            ..AT89C52.chip
+        },
+        at89s: true,
+        ..AT89C52
+    },
+    AT89C2051,
+    Part {
+        chip: Chip {
+            name: "at89c4051",
+            title: "AT89C4051: 4 KB flash, 128 bytes RAM, comparator, 20 pins",
+            source: "1001",
+            flash: 0x1000,
+            hex: &[Space { name: "code", start: 0, len: 0x1000, word: 1 }],
+            elf: &[Space { name: "code", start: 0, len: 0x1000, word: 1 }],
+            spaces: &[("code", 0x1000), ("idata", 128), ("sfr", 256), ("bit", 256)],
+            ..AT89C2051.chip
+        },
+        internal: 0x1000,
+        ..AT89C2051
+    },
+];
+
+/// The part `name` (case aside).
+#[must_use]
+pub fn part(name: &str) -> Option<&'static Part> {
+    PARTS.iter().find(|p| p.chip.name.eq_ignore_ascii_case(name))
+}
+
+/// The chip `name` (case aside).
+#[must_use]
+pub fn chip(name: &str) -> Option<&'static Chip> {
+    part(name).map(|p| &p.chip)
+}
+
+/// All chips of this crate, in the order of [`PARTS`].
+pub fn chips() -> impl Iterator<Item = &'static Chip> {
+    PARTS.iter().map(|p| &p.chip)
+}
+
+/// The first of the family, from which the rows of all others derive.
+const I8051: Part = Part {
+    chip: Chip {
+        name: "8051",
+        family: Family::Mcs51,
+        isa: &ISA,
+        title: "8051: 4 KB ROM, 128 bytes RAM, 40 pins, NMOS",
+        source: "272318",
+        code: "code",
+        flash: 0x1_0000,
+        ram: "idata",
+        ram_start: 0,
+        ram_len: 128,
+        eeprom: 0,
+        word_bytes: 1,
+        max_hz: 12_000_000,
+        default_hz: 12_000_000,
+        hex: &[Space { name: "code", start: 0, len: 0x1_0000, word: 1 }],
+        elf: &[Space { name: "code", start: 0, len: 0x1_0000, word: 1 }],
+        elf_machine: 165,
+        cpu_regs: &["r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7", "ACC", "B", "PSW", "SP", "DPTR", "PC"],
+        reg_space: "sfr",
+        regs: regs!(REGS, REGS_BUS),
+        bits: regs!(BITS, BITS_BUS, BITS_NO_TIMER2),
+        pins: dip40!("" "" "" "" "" "" "" ""),
+        vectors: &["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL"],
+        vector_words: 8,
+        spaces: &[("code", 0x1_0000), ("idata", 128), ("sfr", 256), ("xdata", 0x1_0000), ("bit", 256)],
+    },
+    iram: 128,
+    internal: 0x1000,
+    cmos: false,
+    timer2: Timer2::None,
+    bus: true,
+    at89s: false,
+    comparator: false,
+    x2: false,
+};
+
+const I8052: Part = Part {
+    chip: Chip {
+        name: "8052",
+        title: "8052: 8 KB ROM, 256 bytes RAM, timer 2, 40 pins, NMOS",
+        ram_len: 256,
+        regs: regs!(REGS, REGS_BUS, REGS_TIMER2),
+        bits: regs!(BITS, BITS_BUS, BITS_TIMER2),
+        pins: dip40!("T2" "T2EX" "" "" "" "" "" ""),
+        vectors: &["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL", "TIMER2"],
+        spaces: &[("code", 0x1_0000), ("idata", 256), ("sfr", 256), ("xdata", 0x1_0000), ("bit", 256)],
+        ..I8051.chip
+    },
+    iram: 256,
+    internal: 0x2000,
+    timer2: Timer2::Nmos,
+    ..I8051
+};
+
+const AT89C51: Part = Part {
+    chip: Chip {
+        name: "at89c51",
+        title: "AT89C51: 4 KB flash, 128 bytes RAM, 40 pins",
+        source: "0265",
+        max_hz: 24_000_000,
+        ..I8051.chip
+    },
+    cmos: true,
+    ..I8051
+};
+
+const AT89C52: Part = Part {
+    chip: Chip {
+        name: "at89c52",
+        title: "AT89C52: 8 KB flash, 256 bytes RAM, timer 2, 40 pins",
+        source: "0313",
+        max_hz: 24_000_000,
+        regs: regs!(REGS, REGS_BUS, REGS_TIMER2, REGS_T2MOD),
+        ..I8052.chip
+    },
+    cmos: true,
+    timer2: Timer2::Full,
+    ..I8052
+};
+
+const AT89C2051: Part = Part {
+    chip: Chip {
+        name: "at89c2051",
+        title: "AT89C2051: 2 KB flash, 128 bytes RAM, comparator, 20 pins",
+        source: "0368",
+        flash: 0x800,
+        hex: &[Space { name: "code", start: 0, len: 0x800, word: 1 }],
+        elf: &[Space { name: "code", start: 0, len: 0x800, word: 1 }],
+        regs: regs!(REGS),
+        bits: regs!(BITS, BITS_NO_TIMER2),
+        pins: DIP20,
+        spaces: &[("code", 0x800), ("idata", 128), ("sfr", 256), ("bit", 256)],
+        ..AT89C51.chip
+    },
+    internal: 0x800,
+    bus: false,
+    comparator: true,
+    ..AT89C51
+};
