@@ -8,17 +8,11 @@
 mod data;
 
 use data::{
-    BITS, BITS_BUS, BITS_NO_TIMER2, BITS_TIMER2, DIP20, REGS, REGS_AT89S, REGS_BUS, REGS_T2MOD, REGS_TIMER2, dip40,
-    regs,
+    BITS as COMMON_BITS, BITS_BUS, BITS_NO_TIMER2, BITS_TIMER2, DIP20, REGS, REGS_AT89S, REGS_BUS, REGS_T2MOD,
+    REGS_TIMER2, dip40, regs,
 };
-use emu_core::chip::{Chip, Family};
+use emu_core::chip::{Chip, Family, Reg};
 use emu_core::image::Space;
-
-// Stands in for the table of instructions until it is there.
-const ISA: emu_core::chip::Isa = emu_core::chip::Isa {
-    disassemble: |_, _| emu_core::table::Line { text: String::new(), len: 1, row: None },
-    erased: 0xFF,
-};
 
 /// Timer 2 of a chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -128,6 +122,12 @@ pub const PARTS: &[Part] = &[
     },
 ];
 
+/// Names of all registers that any of the chips has, for text that says nothing of the chip.
+pub const SFRS: &[Reg] = regs!(REGS, REGS_BUS, REGS_TIMER2, REGS_T2MOD, REGS_AT89S);
+
+/// Names of all bits likewise.
+pub const BITS: &[Reg] = regs!(COMMON_BITS, BITS_BUS, BITS_TIMER2);
+
 /// The part `name` (case aside).
 #[must_use]
 pub fn part(name: &str) -> Option<&'static Part> {
@@ -150,7 +150,7 @@ const I8051: Part = Part {
     chip: Chip {
         name: "8051",
         family: Family::Mcs51,
-        isa: &ISA,
+        isa: &crate::isa::ISA,
         title: "8051: 4 KB ROM, 128 bytes RAM, 40 pins, NMOS",
         source: "272318",
         code: "code",
@@ -168,11 +168,11 @@ const I8051: Part = Part {
         cpu_regs: &["r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7", "ACC", "B", "PSW", "SP", "DPTR", "PC"],
         reg_space: "sfr",
         regs: regs!(REGS, REGS_BUS),
-        bits: regs!(BITS, BITS_BUS, BITS_NO_TIMER2),
+        bits: regs!(COMMON_BITS, BITS_BUS, BITS_NO_TIMER2),
         pins: dip40!("" "" "" "" "" "" "" ""),
         vectors: &["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL"],
         vector_words: 8,
-        spaces: &[("code", 0x1_0000), ("idata", 128), ("sfr", 256), ("xdata", 0x1_0000), ("bit", 256)],
+        spaces: &[("code", 0x1_0000), ("idata", 128), ("sfr", 256), ("bit", 256), ("xdata", 0x1_0000)],
     },
     iram: 128,
     internal: 0x1000,
@@ -190,10 +190,10 @@ const I8052: Part = Part {
         title: "8052: 8 KB ROM, 256 bytes RAM, timer 2, 40 pins, NMOS",
         ram_len: 256,
         regs: regs!(REGS, REGS_BUS, REGS_TIMER2),
-        bits: regs!(BITS, BITS_BUS, BITS_TIMER2),
+        bits: regs!(COMMON_BITS, BITS_BUS, BITS_TIMER2),
         pins: dip40!("T2" "T2EX" "" "" "" "" "" ""),
         vectors: &["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL", "TIMER2"],
-        spaces: &[("code", 0x1_0000), ("idata", 256), ("sfr", 256), ("xdata", 0x1_0000), ("bit", 256)],
+        spaces: &[("code", 0x1_0000), ("idata", 256), ("sfr", 256), ("bit", 256), ("xdata", 0x1_0000)],
         ..I8051.chip
     },
     iram: 256,
@@ -237,7 +237,7 @@ const AT89C2051: Part = Part {
         hex: &[Space { name: "code", start: 0, len: 0x800, word: 1 }],
         elf: &[Space { name: "code", start: 0, len: 0x800, word: 1 }],
         regs: regs!(REGS),
-        bits: regs!(BITS, BITS_NO_TIMER2),
+        bits: regs!(COMMON_BITS, BITS_NO_TIMER2),
         pins: DIP20,
         spaces: &[("code", 0x800), ("idata", 128), ("sfr", 256), ("bit", 256)],
         ..AT89C51.chip

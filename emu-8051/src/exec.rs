@@ -1,12 +1,12 @@
 //! Bodies of the MCS-51 instructions, one per meaning, in the order of the table.
 //!
-//! Source: user's manual, "MCS-51 instruction set". Operands are places: `get` reads as an instruction reads (pins of a
-//! port), `latch` as a read-modify-write instruction does, `set` writes. That choice *is* the port rule ("Read-modify-write
-//! feature"). Reads of registers of the chip fall in the first cycle of an instruction, writes in its last.
+//! Source: user's manual, "MCS-51 instruction set". Operands are places (`place.rs`). Reads of registers of the chip fall in
+//! the first cycle of an instruction, writes in its last.
 
 use emu_core::machine::{BitOps, Machine, WideOps, WordOps};
 
-use crate::operands::{BitAddr, Dir, Imm, Imm16, Ram, RamBit, Rel, Ri, Rn};
+use crate::operands::{Imm16, RamBit, Rel, Ri};
+pub use crate::place::{Acc, BitPlace, Carry, Place, Src};
 
 /// What MCS-51 bodies need beyond [`Machine`].
 pub trait Mcs51Machine: Machine {
@@ -82,135 +82,6 @@ pub trait Mcs51Machine: Machine {
     fn relative_if(&mut self, condition: Self::Bit, distance: i8);
     /// RETI: the interrupt in progress has ended, and one more instruction is executed before another.
     fn interrupt_ended(&mut self);
-}
-
-/// A byte that can be read.
-pub trait Src: Copy {
-    /// Reads it.
-    fn get<M: Mcs51Machine>(self, m: &mut M) -> M::Word;
-}
-
-/// A byte that can be read and written.
-pub trait Place: Src {
-    /// Reads it as read-modify-write instructions do.
-    #[inline(always)]
-    fn latch<M: Mcs51Machine>(self, m: &mut M) -> M::Word {
-        self.get(m)
-    }
-    /// Writes it.
-    fn set<M: Mcs51Machine>(self, m: &mut M, value: M::Word);
-}
-
-/// A bit that can be read and written.
-pub trait BitPlace: Copy {
-    /// Reads it.
-    fn get<M: Mcs51Machine>(self, m: &mut M) -> M::Bit;
-    /// Reads it as read-modify-write instructions do.
-    #[inline(always)]
-    fn latch<M: Mcs51Machine>(self, m: &mut M) -> M::Bit {
-        self.get(m)
-    }
-    /// Writes it where `condition` holds, and else does not touch its byte.
-    fn set_if<M: Mcs51Machine>(self, m: &mut M, condition: M::Bit, value: M::Bit);
-    /// Writes it.
-    #[inline(always)]
-    fn set<M: Mcs51Machine>(self, m: &mut M, value: M::Bit) {
-        self.set_if(m, M::bit(true), value);
-    }
-}
-
-/// The accumulator as a place.
-#[derive(Debug, Clone, Copy)]
-pub struct Acc;
-
-/// CY as a place.
-#[derive(Debug, Clone, Copy)]
-pub struct Carry;
-
-macro_rules! places {
-    ($($type:ty: |$p:ident, $m:ident| $get:expr $(, |$v:ident| $set:expr)? $(, latch $latch:expr)?;)*) => { $(
-        impl Src for $type {
-            #[inline(always)]
-            fn get<M: Mcs51Machine>(self, $m: &mut M) -> M::Word {
-                let $p = self;
-                $get
-            }
-        }
-        $(impl Place for $type {
-            $(#[inline(always)]
-            fn latch<M: Mcs51Machine>(self, $m: &mut M) -> M::Word {
-                let $p = self;
-                $latch
-            })?
-            #[inline(always)]
-            fn set<M: Mcs51Machine>(self, $m: &mut M, $v: M::Word) {
-                let $p = self;
-                $set
-            }
-        })?
-    )* };
-}
-
-places! {
-    Acc: |_p, m| m.acc(), |v| m.set_acc(v);
-    Rn:  |p, m| m.reg(p.0), |v| m.set_reg(p.0, v);
-    Ri:  |p, m| { let at = m.reg(p.0); m.idata(at) }, |v| { let at = m.reg(p.0); m.set_idata(at, v) };
-    Ram: |p, m| m.ram(p.0), |v| m.set_ram(p.0, v);
-    Dir: |p, m| m.direct(p.0), |v| m.set_direct(p.0, v), latch m.direct_latch(p.0);
-    Imm: |p, _m| M::Word::from(p.0);
-}
-
-impl BitPlace for Carry {
-    #[inline(always)]
-    fn get<M: Mcs51Machine>(self, m: &mut M) -> M::Bit {
-        m.carry()
-    }
-    #[inline(always)]
-    fn set_if<M: Mcs51Machine>(self, m: &mut M, condition: M::Bit, value: M::Bit) {
-        let kept = m.carry() & !condition;
-        m.set_carry(kept | value & condition);
-    }
-    #[inline(always)]
-    fn set<M: Mcs51Machine>(self, m: &mut M, value: M::Bit) {
-        m.set_carry(value);
-    }
-}
-
-impl BitPlace for RamBit {
-    #[inline(always)]
-    fn get<M: Mcs51Machine>(self, m: &mut M) -> M::Bit {
-        m.ram_bit(self)
-    }
-    #[inline(always)]
-    fn set_if<M: Mcs51Machine>(self, m: &mut M, condition: M::Bit, value: M::Bit) {
-        let kept = m.ram_bit(self) & !condition;
-        m.set_ram_bit(self, kept | value & condition);
-    }
-    #[inline(always)]
-    fn set<M: Mcs51Machine>(self, m: &mut M, value: M::Bit) {
-        m.set_ram_bit(self, value);
-    }
-}
-
-impl BitPlace for BitAddr {
-    #[inline(always)]
-    fn get<M: Mcs51Machine>(self, m: &mut M) -> M::Bit {
-        m.direct_bit(self.0)
-    }
-    #[inline(always)]
-    fn latch<M: Mcs51Machine>(self, m: &mut M) -> M::Bit {
-        m.direct_bit_latch(self.0)
-    }
-    #[inline(always)]
-    fn set_if<M: Mcs51Machine>(self, m: &mut M, condition: M::Bit, value: M::Bit) {
-        m.set_direct_bit_if(condition, self.0, value);
-    }
-}
-
-/// All eight bits where `on`, else none.
-#[inline(always)]
-fn all<M: Mcs51Machine>(on: bool) -> M::Bit {
-    M::bit(on)
 }
 
 /// The bit, or its complement where `invert`.
@@ -298,7 +169,7 @@ bodies! {
     }
     fn mul(m) {
         let product = M::Wide::mul(m.acc(), m.b());
-        m.set_carry(all::<M>(false));
+        m.set_carry(M::bit(false));
         m.set_overflow(!product.hi().is_zero());
         m.set_acc(product.lo());
         m.set_b(product.hi());
@@ -306,7 +177,7 @@ bodies! {
     fn div(m) {
         let (a, b) = (m.acc(), m.b());
         let (quotient, rest) = a.div_rem(b);
-        m.set_carry(all::<M>(false));
+        m.set_carry(M::bit(false));
         m.set_overflow(b.is_zero());
         m.set_acc(quotient);
         m.set_b(rest);
@@ -420,7 +291,7 @@ bodies! {
         m.set_acc(a ^ halves);
     }
     fn set_bit<P: BitPlace>(m, p: P, on: bool) {
-        p.set(m, all::<M>(on));
+        p.set(m, M::bit(on));
     }
     fn cpl_bit<P: BitPlace>(m, p: P) {
         let v = !p.latch(m);
@@ -448,7 +319,7 @@ bodies! {
     }
     fn jbc<P: BitPlace>(m, p: P, t: Rel) {
         let v = p.latch(m);
-        p.set_if(m, v, all::<M>(false));
+        p.set_if(m, v, M::bit(false));
         m.relative_if(v, t.0);
     }
     fn call(m, target: u16) {
@@ -466,7 +337,7 @@ bodies! {
         m.jump(u32::from(target));
     }
     fn sjmp(m, t: Rel) {
-        m.relative_if(all::<M>(true), t.0);
+        m.relative_if(M::bit(true), t.0);
     }
     fn jmp_dptr(m) {
         let target = m.dptr() + M::Wide::join(M::Word::from(0), m.acc());

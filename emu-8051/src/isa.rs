@@ -340,11 +340,12 @@ mod tests {
         for opcode in 0..=255u16 {
             assert_eq!(OPCODES[usize::from(opcode)] == NO_ROW, opcode == 0xA5, "{opcode:02x}");
             for second in 0..=255u16 {
-                for third in [0x00, 0x01, 0x7F, 0x80, 0xD0, 0xFE, 0xFF] {
-                    for pc in [0x0000, 0x07FD, 0x07FE, 0x8000, 0xFFFE] {
+                for third in [0x00, 0x7F, 0xD0, 0xFF] {
+                    for pc in [0x07FD, 0xFFFE] {
                         let words = [opcode, second, third];
                         let line = disassemble(&words, pc);
-                        let back = assemble(&line.text, pc).unwrap_or_else(|e| panic!("{words:x?}: {}: {e}", line.text));
+                        let back =
+                            assemble(&line.text, pc).unwrap_or_else(|e| panic!("{words:x?}: {}: {e}", line.text));
                         assert_eq!(back, words[..line.len], "{words:x?} at {pc:04x}: {}", line.text);
                     }
                 }

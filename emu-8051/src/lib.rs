@@ -7,4 +7,18 @@
 #![forbid(unsafe_code)]
 
 pub mod chips;
+pub mod isa;
+pub mod operands;
 pub mod periph;
+pub mod soc;
+
+mod boundary;
+mod cpu;
+mod exec;
+mod hot;
+mod place;
+mod predecode;
+mod record;
+mod turn;
+
+pub use cpu::{Mcs51, Options, Readings};

@@ -140,7 +140,10 @@ fn in_page(value: i32, _: u32, site: &Site) -> Result<u32, String> {
     if value & !0x7FF == page {
         Ok(value as u32 & 0x7FF)
     } else {
-        Err(format!("target 0x{value:04X} is not in the page 0x{page:04X} to 0x{:04X} of the next instruction", page + 0x7FF))
+        Err(format!(
+            "target 0x{value:04X} is not in the page 0x{page:04X} to 0x{:04X} of the next instruction",
+            page + 0x7FF
+        ))
     }
 }
 

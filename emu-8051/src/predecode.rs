@@ -48,8 +48,7 @@ impl Code {
         let erased = decode([0xFF; 3], 0, external);
         let ops = || Box::new([erased; SPAN]);
         let (marked, plain) = ([ops(), ops()], ops());
-        let mut code =
-            Code { bytes, ops: marked, plain, loops: BTreeMap::new(), traps: BTreeSet::new(), external };
+        let mut code = Code { bytes, ops: marked, plain, loops: BTreeMap::new(), traps: BTreeSet::new(), external };
         code.predecode(0, used as u32);
         code
     }

@@ -161,6 +161,11 @@ pub const END_OF_TIME: u64 = 1 << 62;
 pub trait Bus: Clone {
     /// Reads a register as the program does, with side effects.
     fn read(&mut self, reg: u16, now: u64) -> (u8, Wake);
+    /// Reads a register as an instruction does that modifies and writes it back: where that makes a difference, the latch
+    /// of a port instead of its pins.
+    fn read_latch(&mut self, reg: u16, now: u64) -> (u8, Wake) {
+        self.read(reg, now)
+    }
     /// Reads a register without side effects.
     fn peek(&self, reg: u16, now: u64) -> u8;
     /// Writes a register.

@@ -52,6 +52,13 @@ pub enum Event {
         /// Its level from then on.
         level: Level,
     },
+    /// Chip and outside drive a pin against each other from now on.
+    Contention {
+        /// When.
+        at: Time,
+        /// Which pin.
+        pin: PinId,
+    },
     /// A serial port finished a byte (the last stop bit has passed).
     Sent {
         /// When.
@@ -68,7 +75,7 @@ impl Event {
     #[must_use]
     pub const fn at(&self) -> Time {
         match self {
-            Event::Edge { at, .. } | Event::Sent { at, .. } => *at,
+            Event::Edge { at, .. } | Event::Contention { at, .. } | Event::Sent { at, .. } => *at,
         }
     }
 }

@@ -57,7 +57,8 @@ impl Close {
     pub fn new(chip: &'static Chip, watches: Vec<Watch>, filled: Option<&[Range]>) -> Close {
         let fresh = filled.map(|filled| {
             let ram = u32::from(chip.ram_start)..u32::from(chip.ram_start) + u32::from(chip.ram_len);
-            let unwritten = ram.map(|addr| !filled.iter().any(|r| r.space == chip.ram && (r.start..r.end).contains(&addr)));
+            let unwritten =
+                ram.map(|addr| !filled.iter().any(|r| r.space == chip.ram && (r.start..r.end).contains(&addr)));
             Fresh { space: chip.ram, start: chip.ram_start, unwritten: unwritten.collect() }
         });
         Close { spaces: chip.spaces, watches, fresh, ..Close::default() }
@@ -84,7 +85,9 @@ impl Probe for Close {
                 self.fault = Some((self.pc, Fault::UninitialisedRead { space, addr }));
             }
         }
-        let hit = |w: &Watch| w.write == write && w.range.space == space && (w.range.start..w.range.end).contains(&u32::from(addr));
+        let hit = |w: &Watch| {
+            w.write == write && w.range.space == space && (w.range.start..w.range.end).contains(&u32::from(addr))
+        };
         if self.seen.is_none()
             && let Some(watch) = self.watches.iter().position(hit)
         {

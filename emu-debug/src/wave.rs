@@ -90,7 +90,7 @@ impl Wave {
                 self.out.change_vector(self.byte, bits)?;
                 self.out.change_scalar(self.sent, Value::V1)
             }
-            Event::Sent { .. } => Ok(()),
+            Event::Sent { .. } | Event::Contention { .. } => Ok(()),
         }
     }
 }

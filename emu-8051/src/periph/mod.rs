@@ -5,6 +5,8 @@
 //! set (S5P2), a program reads, and at the end writes (S6P2). So a part that is synced to a cycle has done everything up to
 //! S5P2 of it, and what is written then acts from the next cycle on.
 
+pub mod map;
+pub mod ports;
 pub mod serial;
 pub mod timer;
 pub mod timer2;

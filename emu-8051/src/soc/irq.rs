@@ -103,6 +103,12 @@ impl Interrupts {
         if self.ie & EA == 0 { 0 } else { self.ie & !EA }
     }
 
+    /// The external interrupt `n` has woken the chip, and is served at the boundary before cycle `t` although its level has
+    /// gone.
+    pub const fn remember(&mut self, n: usize, t: u64) {
+        self.polled = (t, 1 << (2 * n));
+    }
+
     /// RETI: the interrupt of the highest level in progress has ended.
     pub const fn reti(&mut self) {
         self.in_progress &= if self.in_progress & 2 != 0 { !2 } else { !1 };

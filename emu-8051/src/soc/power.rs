@@ -19,7 +19,9 @@ pub const PD: u8 = 0x02;
 pub const IDL: u8 = 0x01;
 
 /// AUXR: the watchdog does not drive the reset pin.
-pub const DISRTO: u8 = 0x01;
+pub const DISRTO: u8 = 0x08;
+/// AUXR: ALE only at MOVX; stored, and without effect here.
+pub const DISALE: u8 = 0x01;
 /// AUXR: the watchdog rests in idle.
 pub const WDIDLE: u8 = 0x10;
 
@@ -49,8 +51,7 @@ pub struct Power {
 
 impl Power {
     /// Running.
-    pub const START: Power =
-        Power { down: None, reset_at: NEVER, requested: None, held_until: None, pulse_end: NEVER };
+    pub const START: Power = Power { down: None, reset_at: NEVER, requested: None, held_until: None, pulse_end: NEVER };
 
     /// The oscillator stands.
     pub const fn down(&self) -> bool {

@@ -70,7 +70,9 @@ impl Soc {
             at::PCON => {
                 let writable = match (self.part.cmos, self.part.at89s) {
                     (false, _) => power::SMOD,
-                    (true, at89s) => power::SMOD | power::GF | power::PD | power::IDL | if at89s { power::POF } else { 0 },
+                    (true, at89s) => {
+                        power::SMOD | power::GF | power::PD | power::IDL | if at89s { power::POF } else { 0 }
+                    }
                 };
                 self.pcon = kept(self.pcon) & writable;
                 self.enter_power_modes(t);
@@ -81,7 +83,7 @@ impl Soc {
             at::TL1 => self.timers.set_tl(1, value),
             at::TH0 => self.timers.set_th(0, value),
             at::TH1 => self.timers.set_th(1, value),
-            at::AUXR if self.part.at89s => self.auxr = value & (power::DISRTO | power::WDIDLE | 0x02 | 0x01),
+            at::AUXR if self.part.at89s => self.auxr = value & (power::DISRTO | power::WDIDLE | power::DISALE),
             at::WDTRST if self.part.at89s => self.watchdog.write(value, t),
             at::SCON => {
                 self.poll(t);

@@ -1,0 +1,131 @@
+//! The state of the core, and its registers at their direct addresses.
+
+use emu_core::countdown::Countdown;
+
+use crate::periph::map::at;
+
+/// The state of the core that every instruction touches. Bytes and flags stand in words of their own: side by side they would
+/// be kept packed in one host register.
+#[derive(Debug, Clone, Copy)]
+pub struct Hot {
+    /// Program counter; may stand behind FFFFh until it is masked.
+    pub pc: u32,
+    /// Cycles and instructions.
+    pub time: Countdown,
+    /// Accumulator.
+    pub acc: u32,
+    /// Register B.
+    pub b: u32,
+    /// CY, 0 or 1.
+    pub cy: u32,
+    /// AC: bit 3.
+    pub ac: u32,
+    /// OV: bit 7.
+    pub ov: u32,
+    /// RS1 and RS0 in their places in PSW: the address of R0.
+    pub bank: u32,
+    /// F0 and PSW.1 in their places in PSW.
+    pub user: u32,
+    /// Stack pointer.
+    pub sp: u32,
+    /// The data pointer in use.
+    pub dptr: u32,
+    /// The other data pointer, on chips that have two.
+    pub other_dptr: u32,
+    /// AUXR1.DPS: the second data pointer is in use.
+    pub dps: u32,
+    /// The boundary at this cycle takes no interrupt: RETI or a write of IE or IP came before it.
+    pub hold_at: u64,
+    /// The op at `pc` needs the slow path.
+    pub escape: bool,
+    /// The probe asked for a stop.
+    pub stop: bool,
+}
+
+/// Bits of PSW that are stored as they are.
+const USER: u32 = 0x22;
+
+impl Hot {
+    /// After reset at cycle 0 (user's manual, "Reset", table of reset values).
+    pub const START: Hot = Hot {
+        pc: 0,
+        time: Countdown::START,
+        acc: 0,
+        b: 0,
+        cy: 0,
+        ac: 0,
+        ov: 0,
+        bank: 0,
+        user: 0,
+        sp: 7,
+        dptr: 0,
+        other_dptr: 0,
+        dps: 0,
+        hold_at: u64::MAX,
+        escape: false,
+        stop: false,
+    };
+
+    /// PSW, with the parity of A as it is now.
+    #[inline(always)]
+    pub const fn psw(&self) -> u8 {
+        let parity = self.acc.count_ones() & 1;
+        (self.cy << 7 | (self.ac & 8) << 3 | self.user | self.bank | (self.ov & 0x80) >> 5 | parity) as u8
+    }
+
+    /// Writes PSW; P stays what A makes it.
+    #[inline(always)]
+    pub const fn set_psw(&mut self, psw: u8) {
+        let psw = psw as u32;
+        self.cy = psw >> 7;
+        self.ac = psw >> 3 & 8;
+        self.ov = psw << 5 & 0x80;
+        self.bank = psw & 0x18;
+        self.user = psw & USER;
+    }
+
+    /// The register of the core at a direct address; `None` where there is none. `dual`: there are two data pointers.
+    #[inline(always)]
+    pub const fn core(&self, addr: u8, dual: bool) -> Option<u8> {
+        let (first, second) = if self.dps == 0 { (self.dptr, self.other_dptr) } else { (self.other_dptr, self.dptr) };
+        Some(match addr {
+            at::ACC => self.acc as u8,
+            at::B => self.b as u8,
+            at::PSW => self.psw(),
+            at::SP => self.sp as u8,
+            at::DPL => first as u8,
+            at::DPH => (first >> 8) as u8,
+            at::DP1L if dual => second as u8,
+            at::DP1H if dual => (second >> 8) as u8,
+            at::AUXR1 if dual => self.dps as u8,
+            _ => return None,
+        })
+    }
+
+    /// Writes the register of the core at a direct address; false where there is none.
+    #[inline(always)]
+    pub const fn set_core(&mut self, addr: u8, value: u8, dual: bool) -> bool {
+        let v = value as u32;
+        match addr {
+            at::ACC => self.acc = v,
+            at::B => self.b = v,
+            at::PSW => self.set_psw(value),
+            at::SP => self.sp = v,
+            at::DPL if self.dps == 0 => self.dptr = self.dptr & 0xFF00 | v,
+            at::DPH if self.dps == 0 => self.dptr = self.dptr & 0x00FF | v << 8,
+            at::DPL => self.other_dptr = self.other_dptr & 0xFF00 | v,
+            at::DPH => self.other_dptr = self.other_dptr & 0x00FF | v << 8,
+            at::DP1L if dual && self.dps == 0 => self.other_dptr = self.other_dptr & 0xFF00 | v,
+            at::DP1H if dual && self.dps == 0 => self.other_dptr = self.other_dptr & 0x00FF | v << 8,
+            at::DP1L if dual => self.dptr = self.dptr & 0xFF00 | v,
+            at::DP1H if dual => self.dptr = self.dptr & 0x00FF | v << 8,
+            at::AUXR1 if dual => {
+                if v & 1 != self.dps {
+                    (self.dptr, self.other_dptr, self.dps) = (self.other_dptr, self.dptr, v & 1);
+                }
+            }
+            _ => return false,
+        }
+        true
+    }
+}
