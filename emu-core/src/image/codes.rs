@@ -112,6 +112,51 @@ pub const CODES: &[Code] = &[
         "At most 100 errors of an ELF file are shown. The closing note counts the others that were seen."),
 ];
 
+/// All codes that [`super::load_symbols`] gives, for `emu explain`.
+#[rustfmt::skip]
+pub const SYMBOL_CODES: &[Code] = &[
+    row("SYM001", "not a file of symbols",
+        "Symbols are read from what SDCC's tools write: the linker's .map, the .cdb of a build with --debug, the .rst \
+         listings that the linker updates, and .lst listings whose areas are absolute. They are told apart by their \
+         first lines. Mend: give one of these; an image (HEX, ELF) is given as the program."),
+    row("SYM002", "the file is empty",
+        "There is nothing but white space in the file. Mend: look at the messages of the tool that wrote it."),
+    row("SYM003", "a damaged record in a .cdb file",
+        "A record is a letter, a colon and fields, one a line, as in L:G$main$0$0:8A. Records of kinds that are not \
+         needed (M, T and others) are passed over, but symbols (S, F) and link addresses (L) must be whole. Mend: build \
+         anew."),
+    row("SYM004", "an address beyond its memory",
+        "Program memory and external RAM end at 0xFFFF, internal RAM, registers and bits at 0xFF. Larger addresses in \
+         code are those of banks. Mend: link without banks; otherwise the file is damaged."),
+    row("SYM005", "a listing without final addresses",
+        "The assembler writes a .lst before the linker has placed the areas, so its addresses count from the start of \
+         each area. The linker writes the same listing with final addresses beside it, as .rst. A .lst is taken only \
+         where each area that has an address is absolute (ABS). Mend: give the .rst."),
+    row("SYM006", "a map in columns",
+        "Without its option for wide maps the linker writes three or four symbols a line and cuts their names to 8 or 9 \
+         characters. Mend: link with -w; sdcc gives it by itself."),
+    row("SYM007", "no link addresses",
+        "The compiler writes a .cdb (or .adb) with the symbols of a module and the linker adds their addresses. Without \
+         them it is not known where anything is. Mend: give --debug to the link step too, and take the .cdb that is \
+         named as the image."),
+    row("SYM008", "the files disagree",
+        "Two of the files give different addresses for the same public name, so they are of different builds. The \
+         message names both places. Mend: build anew and give the files of one build."),
+    row("SYM009", "a damaged line in a map",
+        "In a map the line of a symbol has a value, a name and a module; the value is in the radix that the head of the \
+         page names. Mend: link anew."),
+    row("SYM010", "a damaged line in a listing",
+        "Left of the source a line of a listing has an address of 4 to 8 hexadecimal digits or none, bytes of two digits \
+         and the line's number, in fixed columns. Listings in octal (-q) or decimal (-d) are not read. Mend: assemble \
+         with -l and without -q and -d, and link anew."),
+    row("SYM011", "names in a map may be cut off",
+        "A warning: the linker cuts names in a map to 32 characters, so a name of that length may be the head of a \
+         longer one. It can be used as it stands if no other is cut to the same. Debugging names of that length are left \
+         out. Mend: give the .cdb or the .rst files too."),
+    row("SYM012", "more faults than are shown",
+        "At most 100 errors and 100 warnings of one file of symbols are shown. The closing note counts the others."),
+];
+
 const fn row(code: &'static str, title: &'static str, explain: &'static str) -> Code {
     Code { code, title, explain }
 }

@@ -8,7 +8,7 @@
 //!   hex.rs   lines to records to addresses          elf.rs   sections to load addresses, symbols
 //!   line.rs  one line and its faults                place.rs bytes into memories: outside, overlap, half words
 //!   write.rs segments to HEX                        faults.rs the list of faults and its limit
-//!   codes.rs the table of codes
+//!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC writes
 //! ```
 
 mod codes;
@@ -17,14 +17,16 @@ mod faults;
 mod hex;
 mod line;
 mod place;
+mod symbols;
 mod write;
 
 use diag::Diagnostic;
 
-pub use codes::CODES;
+pub use codes::{CODES, SYMBOL_CODES};
 pub use elf::load_elf;
 pub use faults::LIMIT;
 pub use hex::load_hex;
+pub use symbols::{LineAt, LineKind, SymbolFile, SymbolSpaces, Symbols, load_symbols};
 pub use write::write_hex;
 
 /// One memory that an image may fill: a window in the address space of the image file.
@@ -54,7 +56,7 @@ pub struct Segment {
 /// A name for an address.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SymbolAt {
-    /// The name as the linker wrote it.
+    /// The name as the linker wrote it, or one of the names that [`load_symbols`] derives from it.
     pub name: String,
     /// Name of the memory.
     pub space: &'static str,

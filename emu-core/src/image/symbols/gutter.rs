@@ -1,0 +1,104 @@
+//! What stands left of the source text in a line of a listing: address or value, bytes, cycles, line number.
+//!
+//! ```text
+//!         000139 05 18            [12]   11         inc nudges      address, bytes, cycles, line
+//!         000079                        539 _on_timer:              a label
+//!                              000005     9 limit = 5               a value
+//!                74 65 78 74                                        more bytes of the line before
+//!         000002 E5*00            [12]   12 1$:     mov a, nudges   `*` marks a byte that the linker will change
+//!      0139 AA F0               512         mov     r2,b            SDCC 2: 16-bit addresses, no cycles
+//! ```
+
+/// Where the line number ends: with addresses of 24 bits (SDCC 3 and 4) and of 16 bits (SDCC 2).
+const WIDTHS: [usize; 2] = [39, 31];
+/// An address begins before this column and a value behind it.
+const ADDRESS: usize = 10;
+/// The first column where bytes may stand.
+const BYTES: usize = 8;
+
+/// One line of a listing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Row<'t> {
+    pub address: Option<u32>,
+    /// The value of a symbol that is given one.
+    pub value: Option<u32>,
+    /// True when bytes stand behind the address.
+    pub bytes: bool,
+    /// True when the linker will still change a byte.
+    pub relocated: bool,
+    /// True when the line has no number: it goes on with the bytes of the one before.
+    pub more: bool,
+    /// The source text.
+    pub source: &'t str,
+}
+
+/// The column where line numbers end, by the first line of a listing.
+pub(super) fn width(first: &str) -> Option<usize> {
+    WIDTHS.into_iter().find(|&width| {
+        let (Some(gutter), Some(rest)) = (first.get(..width), first.get(width..)) else { return false };
+        (gutter == "1" || gutter.ends_with(" 1"))
+            && (rest.is_empty() || rest.starts_with([' ', '\t']))
+            && row(first, width).is_some()
+    })
+}
+
+/// Takes a line apart; nothing when it is none of a listing.
+pub(super) fn row(line: &str, width: usize) -> Option<Row<'_>> {
+    // A line number of more than five digits moves the source to the right.
+    let digits = line.get(width..).map_or(0, |rest| rest.bytes().take_while(u8::is_ascii_digit).count());
+    let at = (width + digits).min(line.len());
+    let (gutter, source) = (line.get(..at)?, line.get(at..)?);
+    let source = source.strip_prefix(' ').unwrap_or(source);
+    let mut row = Row { address: None, value: None, bytes: false, relocated: false, more: true, source };
+    let body = gutter.trim_end();
+    let start = body.len() - body.trim_start().len();
+    let body = body.get(start..)?;
+    let (body, number) = match body.rfind(' ') {
+        _ if gutter.len() < width => (body, None),
+        Some(at) => (body.get(..at)?.trim_end(), body.get(at + 1..)),
+        None => ("", Some(body)),
+    };
+    if let Some(number) = number {
+        number.parse::<u32>().ok()?;
+        row.more = false;
+    }
+    if body.is_empty() {
+        return (!row.more).then_some(row);
+    }
+    if row.more {
+        (start >= BYTES && source.is_empty()).then_some(())?;
+        row.bytes = true;
+        row.relocated = pairs(body)?;
+        return Some(row);
+    }
+    let (first, rest) = body.split_once(' ').unwrap_or((body, ""));
+    let number = hex(first)?;
+    if start < ADDRESS {
+        let code = rest.split_once('[').map_or(rest, |(code, _)| code).trim();
+        row.address = Some(number);
+        row.bytes = !code.is_empty();
+        row.relocated = row.bytes && pairs(code)?;
+    } else {
+        rest.is_empty().then_some(())?;
+        row.value = Some(number);
+    }
+    Some(row)
+}
+
+/// Bytes of two digits with one character between them; true when one of those is a mark of the linker's.
+fn pairs(text: &str) -> Option<bool> {
+    let mut marked = false;
+    for group in text.as_bytes().chunks(3) {
+        match group {
+            [a, b, rest @ ..] if a.is_ascii_hexdigit() && b.is_ascii_hexdigit() => {
+                marked |= rest.first().is_some_and(|mark| *mark != b' ');
+            }
+            _ => return None,
+        }
+    }
+    Some(marked)
+}
+
+fn hex(text: &str) -> Option<u32> {
+    (text.len() >= 4 && text.bytes().all(|b| b.is_ascii_hexdigit())).then(|| u32::from_str_radix(text, 16).ok())?
+}

@@ -1,0 +1,244 @@
+//! Listings of the assembler: `.lst` before linking, `.rst` with the addresses that the linker gave.
+//!
+//! Both look alike. In a `.rst` addresses and bytes are final, while the values of symbols that are defined by `.` stay
+//! those of the assembler and are not used.
+
+use std::collections::{HashMap, HashSet};
+
+use diag::Pos;
+
+use super::gutter::{self, Row};
+use super::names::{self, Debug};
+use super::{Faults, Found, LineKind, Mem, extension, numbered, pos_of, short};
+
+/// Lines that may follow the first line of a page: radix, title, subtitle, a blank one.
+const PAGE_HEAD: u32 = 4;
+
+/// Reads a listing; `file` is its name.
+pub(super) fn read(file: &str, text: &str, found: &mut Found, faults: &mut Faults) {
+    let Some(width) = text.lines().find_map(|line| gutter::width(line.trim_end())) else {
+        let cause = || "no line of the file is line 1 of a listing".to_owned();
+        return faults.error("SYM010", Pos::default(), cause, "give a listing of sdas8051, or link anew");
+    };
+    let mut page = Page::new(file, text, width);
+    let mut head = 0;
+    for (number, line) in numbered(text) {
+        if line.trim_start_matches('\u{c}').starts_with("ASxxxx Assembler") {
+            head = PAGE_HEAD;
+            continue;
+        }
+        let row = gutter::row(line, width);
+        if head > 0 && row.is_none() {
+            if matches!(line, "Symbol Table" | "Area Table") {
+                break;
+            }
+            head -= 1;
+            continue;
+        }
+        match row {
+            Some(row) => {
+                head = 0;
+                if let Err((part, cause)) = page.row(number, line, row, found, faults) {
+                    let hint = "give the .rst that the linker writes beside it";
+                    return faults.error("SYM005", pos_of(number, line, part), || cause, hint);
+                }
+            }
+            None if line.is_empty() => {}
+            None => {
+                let cause = || format!("the line is none of a listing in hexadecimal: {:?}", short(line.trim_start()));
+                faults.error(
+                    "SYM010",
+                    pos_of(number, line, line.trim_start()),
+                    cause,
+                    "the file is damaged: build anew",
+                );
+            }
+        }
+        if faults.full() {
+            return;
+        }
+    }
+}
+
+/// What is known of an area.
+#[derive(Clone, Copy)]
+struct Area {
+    mem: Mem,
+    absolute: bool,
+}
+
+/// The state while lines are read.
+struct Page<'t> {
+    file: &'t str,
+    /// True for a `.lst`, whose areas must be absolute.
+    unlinked: bool,
+    /// True when the compiler wrote the source, so that its comments name lines of C.
+    compiled: bool,
+    /// True under the heading of the bits among the special function registers.
+    bits: bool,
+    module: &'t str,
+    public: HashSet<&'t str>,
+    areas: HashMap<&'t str, Area>,
+    name: &'t str,
+    area: Area,
+    /// Lines of C that wait for the address of their code.
+    waiting: Vec<(&'t str, u32)>,
+}
+
+impl<'t> Page<'t> {
+    fn new(file: &'t str, text: &'t str, width: usize) -> Self {
+        // Names may be declared public behind their label.
+        let sources = text.lines().filter_map(|line| Some(gutter::row(line.trim_end(), width)?.source.trim_start()));
+        let public = sources.filter_map(|s| s.strip_prefix(".globl")).flat_map(|s| {
+            let names = s.split_once(';').map_or(s, |(names, _)| names);
+            names.split([',', ' ', '\t']).filter(|name| !name.is_empty())
+        });
+        Page {
+            file,
+            unlinked: extension(file) == "lst",
+            compiled: false,
+            bits: false,
+            module: "",
+            public: public.collect(),
+            areas: HashMap::new(),
+            name: "_CODE",
+            // The assembler's area without a name has no attributes, which makes it internal RAM.
+            area: Area { mem: Mem::Idata, absolute: false },
+            waiting: Vec::new(),
+        }
+    }
+
+    /// One line. The error is the part of the line and the reason why the listing has no final addresses.
+    fn row(
+        &mut self,
+        number: u32,
+        line: &'t str,
+        row: Row<'t>,
+        found: &mut Found,
+        faults: &mut Faults,
+    ) -> Result<(), (&'t str, String)> {
+        if row.relocated {
+            return Err((line.trim_start(), "the listing has bytes that the linker will change".to_owned()));
+        }
+        if row.more {
+            return Ok(());
+        }
+        let Some(addr) = row.address else {
+            self.without_address(number, line, row, found, faults);
+            return Ok(());
+        };
+        if self.unlinked && !self.area.absolute {
+            let cause = format!("the area {} is not absolute, so the addresses of a .lst are not final", self.name);
+            return Err((line.trim_start(), cause));
+        }
+        if let Some((name, global)) = label(row.source) {
+            let names = self.names(name, global);
+            found.place(self.area.mem, addr, 0, names, pos_of(number, line, name), faults);
+        }
+        if row.bytes && self.area.mem == Mem::Code {
+            let pos = Pos::new(number, 0, 0);
+            found.line(addr, LineKind::Listing, self.file, number, pos, faults);
+            for (file, line) in self.waiting.drain(..) {
+                found.line(addr, LineKind::C, file, line, pos, faults);
+            }
+        }
+        Ok(())
+    }
+
+    fn without_address(&mut self, number: u32, line: &'t str, row: Row<'t>, found: &mut Found, faults: &mut Faults) {
+        let source = row.source.trim_start();
+        if let Some(comment) = source.strip_prefix(';') {
+            self.comment(comment);
+            return;
+        }
+        let mut words = source.split_whitespace();
+        match (words.next(), row.value) {
+            (Some(".module"), _) => self.module = words.next().unwrap_or_default(),
+            (Some(".optsdcc"), _) => self.compiled = true,
+            (Some(".area"), _) => self.enter(source.trim_start_matches(".area").trim()),
+            (Some(_), Some(_)) => {
+                // In a data area a symbol that is given a literal number is a place, elsewhere a constant.
+                let given = equate(source).filter(|_| self.area.mem != Mem::Code && self.name != "_CODE");
+                if let Some((name, value)) = given {
+                    let mem = if self.area.mem == Mem::Sfr && self.bits { Mem::Bit } else { self.area.mem };
+                    found.place(mem, value, 0, self.names(name, false), pos_of(number, line, name), faults);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn names(&self, name: &str, global: bool) -> Vec<names::Name> {
+        if global || self.public.contains(name) { names::linked(name) } else { names::local(self.module, name) }
+    }
+
+    fn comment(&mut self, text: &'t str) {
+        match text.trim() {
+            "special function bits" => self.bits = true,
+            "special function registers" => self.bits = false,
+            _ => {}
+        }
+        // `;<tab>main.c:22: ticks++;`
+        let Some(place) = text.strip_prefix('\t').filter(|_| self.compiled) else { return };
+        let found = place.match_indices(':').find_map(|(at, _)| {
+            let (line, _) = place.get(at + 1..)?.split_once(':')?;
+            let digits = !line.is_empty() && line.bytes().all(|b| b.is_ascii_digit());
+            Some((place.get(..at)?, line.parse().ok().filter(|_| digits)?))
+        });
+        self.waiting.extend(found);
+    }
+
+    /// `NAME (ATTRIBUTES)`; the attributes stand at least where the name comes first.
+    fn enter(&mut self, text: &'t str) {
+        let (name, attributes) = text.split_once('(').map_or((text, None), |(n, a)| (n, Some(a)));
+        let name = name.split([' ', '\t', ';']).next().unwrap_or_default();
+        let attributes = attributes.and_then(|a| a.split_once(')')).map(|(a, _)| a.to_ascii_uppercase());
+        let known = self.areas.get(name).copied();
+        let area = match (attributes, known) {
+            (Some(attributes), _) => {
+                let has = |wanted| attributes.split(',').any(|a| a.trim() == wanted);
+                let mem = if has("CODE") {
+                    Mem::Code
+                } else if has("XDATA") {
+                    Mem::Xdata
+                } else if has("BIT") {
+                    Mem::Bit
+                } else if name.starts_with("RSEG") {
+                    Mem::Sfr
+                } else {
+                    Mem::Idata
+                };
+                Area { mem, absolute: has("ABS") }
+            }
+            (None, Some(known)) => known,
+            (None, None) => Area { mem: Mem::Idata, absolute: false },
+        };
+        self.areas.insert(name, area);
+        self.waiting.clear();
+        (self.name, self.area) = (name, area);
+    }
+}
+
+/// The label that a line begins with, and whether two colons make it public. Labels of digits and `$` are local to a few
+/// lines.
+fn label(source: &str) -> Option<(&str, bool)> {
+    let (name, rest) = source.trim_start().split_once(':')?;
+    let fits = name.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'.' | b'$'));
+    let fits = fits && !name.is_empty() && !name.starts_with(|c: char| c.is_ascii_digit());
+    fits.then_some((name, rest.starts_with(':')))
+}
+
+/// `name = 0x80`, for debugging names nothing.
+fn equate(source: &str) -> Option<(&str, u32)> {
+    let (name, value) = source.split_once('=')?;
+    let value = value.trim_start_matches('=');
+    let value = value.split_once(';').map_or(value, |(value, _)| value).trim();
+    let name = name.trim();
+    let value = match value.strip_prefix("0x").or_else(|| value.strip_prefix("0X")) {
+        Some(digits) if digits.bytes().all(|b| b.is_ascii_hexdigit()) => u32::from_str_radix(digits, 16).ok()?,
+        None if value.bytes().all(|b| b.is_ascii_digit()) => value.parse().ok()?,
+        _ => return None,
+    };
+    let plain = !matches!(names::debug(name), Some(Debug::Symbol { .. }));
+    (plain && !name.is_empty() && !name.contains(char::is_whitespace)).then_some((name, value))
+}

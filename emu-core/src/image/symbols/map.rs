@@ -1,0 +1,173 @@
+//! The linker's map: areas with their symbols.
+//!
+//! ```text
+//!   Area                                    Addr        Size        Decimal Bytes (Attributes)
+//!   --------------------------------        ----        ----        ------- ----- ------------
+//!   XSEG                                00000002    0000000B =          11. bytes (REL,CON,XDATA)
+//!
+//!         Value  Global                              Global Defined In Module
+//!         -----  --------------------------------   ------------------------
+//!   D:   00000002  _far_word                          main
+//! ```
+//! SDCC 2 writes `  0D:0002    _far_word` without a module.
+
+use diag::Pos;
+
+use super::names::{self, Debug, Rank};
+use super::{CUT, Faults, Found, LineKind, Mem, numbered, pos_of, short};
+
+/// The linker cuts names to this many characters; a name of this length may be a longer one.
+const NAME: usize = 32;
+
+/// True for the line above a table of areas.
+pub(super) fn is_heading(line: &str) -> bool {
+    line.starts_with("Area ") && line.contains("Addr")
+}
+
+/// Reads a map.
+pub(super) fn read(text: &str, found: &mut Found, faults: &mut Faults) {
+    let mut radix = 16;
+    let mut area: Option<Area> = None;
+    let mut seen = false;
+    let mut cut = 0u32;
+    for (number, line) in numbered(text) {
+        if faults.full() {
+            return;
+        }
+        let line = line.trim_start_matches('\u{c}');
+        if ["Files Linked", "Libraries Linked", "User Base Address", "User Global"].iter().any(|t| line.starts_with(t))
+        {
+            break;
+        }
+        if line.is_empty() || line.starts_with("ASxxxx Linker") || is_heading(line) || is_rule(line) {
+            continue;
+        }
+        if let Some(wanted) = radix_of(line) {
+            radix = wanted;
+        } else if line.starts_with("[ Bank") {
+        } else if let Some(next) = Area::read(line) {
+            area = Some(next);
+            seen = true;
+        } else if line.matches("Value").count() > 1 {
+            let cause = || "the map has its symbols in columns, with names cut to 8 or 9 characters".to_owned();
+            let hint = "link with the option for wide maps (-Wl-w; sdcc gives it by itself)";
+            return faults.error("SYM006", Pos::new(number, 0, 0), cause, hint);
+        } else if line.trim_start().starts_with("Value") {
+        } else if let Some(area) = &area {
+            symbol(number, line, area, radix, &mut cut, found, faults);
+        } else {
+            damaged(number, line, line, "a line before the first area", faults);
+        }
+    }
+    if !seen && faults.none() {
+        let cause = || "the map has no area".to_owned();
+        faults.error("SYM009", Pos::default(), cause, "the file is cut off: link anew");
+    }
+    if cut > 0 {
+        let cause =
+            || format!("{cut} names of {NAME} characters may be cut off by the linker; lines named so are left out");
+        faults.warning(CUT, Pos::default(), cause, "give the .cdb or the .rst files too, which have them whole");
+    }
+}
+
+/// A line of dashes and spaces.
+fn is_rule(line: &str) -> bool {
+    line.contains('-') && line.bytes().all(|b| b == b'-' || b == b' ')
+}
+
+fn radix_of(line: &str) -> Option<u32> {
+    match line.split_whitespace().next()? {
+        // An old version cannot spell it.
+        "Hexadecimal" | "Hexidecimal" => Some(16),
+        "Octal" => Some(8),
+        "Decimal" => Some(10),
+        _ => None,
+    }
+}
+
+/// An area of the linker.
+struct Area {
+    /// None for absolute values, of which the map does not say what they are.
+    mem: Option<Mem>,
+}
+
+impl Area {
+    /// The line of an area: name, address, size, attributes.
+    fn read(line: &str) -> Option<Self> {
+        let (head, attributes) = line.split_once(" bytes (")?;
+        let attributes = attributes.strip_suffix(')')?;
+        let name = head.split_whitespace().next()?;
+        let has = |wanted| attributes.split(',').any(|a| a == wanted);
+        let mem = if has("CODE") {
+            Some(Mem::Code)
+        } else if has("XDATA") {
+            Some(Mem::Xdata)
+        } else if has("BIT") {
+            Some(Mem::Bit)
+        } else if name == "." || name.contains(".ABS.") {
+            None
+        } else if name.starts_with("RSEG") {
+            Some(Mem::Sfr)
+        } else {
+            Some(Mem::Idata)
+        };
+        Some(Area { mem })
+    }
+}
+
+/// The line of a symbol: memory, value, name, module.
+fn symbol(number: u32, line: &str, area: &Area, radix: u32, cut: &mut u32, found: &mut Found, faults: &mut Faults) {
+    // The memory is said by the area as well; in front of the value it is `C:`, `D:` or `B:`, in old maps `0D:`.
+    let body = match line.split_once(':') {
+        Some((page, rest)) if matches!(page.trim(), "B" | "C" | "D" | "0B" | "0C" | "0D") => rest,
+        _ => line,
+    };
+    let mut words = body.split_whitespace();
+    let (Some(value), Some(name)) = (words.next(), words.next()) else {
+        return damaged(number, line, line, "wanted a value and a name", faults);
+    };
+    let digits = value.bytes().all(|b| b.is_ascii_alphanumeric());
+    let Some(addr) = u32::from_str_radix(value, radix).ok().filter(|_| digits) else {
+        return damaged(number, line, value, "the value is no number", faults);
+    };
+    let module = words.next();
+    if words.next().is_some() {
+        return damaged(number, line, line, "wanted a value, a name and a module", faults);
+    }
+    let of_linker = module.is_none() && (name.starts_with("l_") || name.starts_with("s_"));
+    if of_linker || name == ".__.ABS." {
+        // Lengths and starts of areas are numbers that the linker makes, and no places.
+        return;
+    }
+    let pos = pos_of(number, line, name);
+    let may_be_cut = name.chars().count() >= NAME;
+    *cut += u32::from(may_be_cut);
+    match (names::debug(name), area.mem) {
+        (Some(_), _) if may_be_cut => {}
+        // The debugging names of absolute values stand beside their plain names.
+        (Some(Debug::End), _) | (Some(Debug::Symbol { .. }), None) => {}
+        (Some(Debug::CLine { file, line }), _) => found.line(addr, LineKind::C, file, line, pos, faults),
+        (Some(Debug::AsmLine { module, line }), _) => {
+            found.line(addr, LineKind::Asm, &format!("{module}.asm"), line, pos, faults);
+        }
+        (Some(Debug::Symbol { scope, name, block, .. }), Some(mem)) => {
+            found.place(mem, addr, 0, names::in_c(scope, name, block), pos, faults);
+        }
+        (None, Some(_)) if may_be_cut && looks_like_debug(name) => {}
+        (None, Some(mem)) if may_be_cut => {
+            found.place(mem, addr, 0, vec![(Rank::Cut, name.to_owned())], pos, faults);
+        }
+        (None, Some(mem)) => found.place(mem, addr, 0, names::linked(name), pos, faults),
+        (None, None) => found.unplaced.push((name.to_owned(), addr)),
+    }
+}
+
+/// The head of a debugging name whose tail is cut off.
+fn looks_like_debug(name: &str) -> bool {
+    name.starts_with("XG$") || name.starts_with(['A', 'C', 'F', 'G', 'L', 'X']) && name.contains(['$', '.'])
+}
+
+fn damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut Faults) {
+    let cause = || format!("{what}: {:?}", short(part.trim_start()));
+    faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link anew");
+}

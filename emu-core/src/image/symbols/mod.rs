@@ -1,0 +1,313 @@
+//! Symbols and source lines of programs for MCS-51, as SDCC's tools write them beside the image.
+//!
+//! ```text
+//!   main.map   the linker's map: global names by area          map.rs
+//!   main.cdb   debugging records of the compiler and linker    cdb.rs
+//!   main.rst   a module's listing with final addresses         listing.rs, gutter.rs
+//!   main.lst   the same before linking; taken only where all its areas are absolute
+//!   names.rs   debugging names taken apart; which place gets which name
+//! ```
+//!
+//! Each of the files knows something that the others do not, so several are read together. What each gives and how
+//! names are chosen stands in `docs/formats/sdcc.md`.
+
+mod cdb;
+mod gutter;
+mod listing;
+mod map;
+mod names;
+
+use diag::{Diagnostic, Pos};
+
+use super::faults::Faults;
+use super::{Image, SymbolAt};
+use names::Entry;
+
+/// A file of symbols, read into memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SymbolFile<'b> {
+    /// Its name, for messages. Its extension only decides where the content does not: `.lst` and `.rst` look alike.
+    pub name: &'b str,
+    /// Its content.
+    pub bytes: &'b [u8],
+}
+
+/// What the emulated chip calls the memories that SDCC knows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SymbolSpaces {
+    /// Program memory, byte addresses 0 to 0xFFFF.
+    pub code: &'static str,
+    /// Internal RAM as indirect addressing sees it, 0 to 0xFF: SDCC's `data`, `idata`, overlays, banks and stack.
+    pub idata: &'static str,
+    /// Special function registers, 0x80 to 0xFF.
+    pub sfr: &'static str,
+    /// External RAM, 0 to 0xFFFF: SDCC's `xdata` and `pdata`.
+    pub xdata: &'static str,
+    /// Bits by bit address, 0 to 0xFF.
+    pub bit: &'static str,
+}
+
+impl SymbolSpaces {
+    /// The names that the emulated 8051 uses.
+    pub const MCS51: Self = SymbolSpaces { code: "code", idata: "idata", sfr: "sfr", xdata: "xdata", bit: "bit" };
+
+    fn name(self, mem: Mem) -> &'static str {
+        match mem {
+            Mem::Code => self.code,
+            Mem::Idata => self.idata,
+            Mem::Sfr => self.sfr,
+            Mem::Xdata => self.xdata,
+            Mem::Bit => self.bit,
+        }
+    }
+}
+
+/// What a line belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum LineKind {
+    /// A line of C.
+    C,
+    /// A line of an assembler source, most often one that the compiler wrote.
+    Asm,
+    /// A line of the listing that was read, counted in that file.
+    Listing,
+}
+
+/// The line that the code from an address on was made of.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct LineAt {
+    /// Byte address in program memory.
+    pub addr: u32,
+    /// What the line belongs to.
+    pub kind: LineKind,
+    /// Name of the file, without a path where SDCC left it out.
+    pub file: String,
+    /// Line, from 1.
+    pub line: u32,
+}
+
+/// What files of symbols say.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Symbols {
+    /// The symbols in the order code, idata, sfr, xdata, bit, then by address and name. A place has one row for each of
+    /// its names; no name occurs twice in one memory.
+    pub symbols: Vec<SymbolAt>,
+    /// The lines by address, kind, file and line; none twice.
+    pub lines: Vec<LineAt>,
+    /// Names with a value but no memory, by name: a map does not tell a register at 0x80 from a bit at 0x80 or from a
+    /// mere constant. What another of the files explains is not listed.
+    pub unplaced: Vec<(String, u32)>,
+    /// What is odd about the files, though not wrong.
+    pub warnings: Vec<Diagnostic>,
+}
+
+impl Symbols {
+    /// The line of one kind that the code at a byte address belongs to: the nearest that begins there or before. Of
+    /// several that begin at the same address it is the last, whose code it is; the others made none.
+    #[must_use]
+    pub fn line(&self, kind: LineKind, addr: u32) -> Option<&LineAt> {
+        let end = self.lines.partition_point(|line| line.addr <= addr);
+        self.lines.get(..end)?.iter().rev().find(|line| line.kind == kind)
+    }
+}
+
+/// Reads the symbol files of one program together: SDCC's `.map`, `.cdb`, `.rst` and `.lst`, told apart by content.
+///
+/// # Errors
+/// All faults of all files (codes in [`super::SYMBOL_CODES`]), file by file in the order of their places, at most
+/// [`super::LIMIT`] of each; then the names on which the files disagree.
+pub fn load_symbols(files: &[SymbolFile], spaces: SymbolSpaces) -> Result<Symbols, Vec<Diagnostic>> {
+    let mut found = Found::default();
+    let (mut refused, mut warnings) = (Vec::new(), Vec::new());
+    for (index, file) in files.iter().enumerate() {
+        let mut faults = Faults::new(file.name, MORE);
+        found.file = index;
+        read(file, &mut found, &mut faults);
+        match faults.finish(Image::default()) {
+            Ok(loaded) => warnings.extend(loaded.warnings),
+            Err(all) => refused.extend(all),
+        }
+    }
+    // Files with faults disagree for reasons that are already told.
+    if refused.is_empty() {
+        warnings.retain(|warning| !(found.whole && warning.code == CUT));
+        let symbols = names::settle(&found.entries, spaces, files, &mut refused);
+        if refused.is_empty() {
+            return Ok(found.into_symbols(symbols, warnings));
+        }
+    }
+    Err(refused)
+}
+
+/// Code of the note that counts what is not shown.
+const MORE: &str = "SYM012";
+/// Code of the warning of names that are cut off, which needs no telling when another file has them whole.
+const CUT: &str = "SYM011";
+
+/// The memories of an MCS-51.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Mem {
+    Code,
+    Idata,
+    Sfr,
+    Xdata,
+    Bit,
+}
+
+impl Mem {
+    const fn last(self) -> u32 {
+        match self {
+            Mem::Code | Mem::Xdata => 0xFFFF,
+            Mem::Idata | Mem::Sfr | Mem::Bit => 0xFF,
+        }
+    }
+}
+
+/// What the readers find.
+#[derive(Default)]
+struct Found {
+    /// Number of the file that is being read.
+    file: usize,
+    /// True when a file was read that has long names whole.
+    whole: bool,
+    entries: Vec<Entry>,
+    lines: Vec<LineAt>,
+    unplaced: Vec<(String, u32)>,
+}
+
+impl Found {
+    /// Adds a place with its names. A register of several bytes is given as one number with a byte for each address,
+    /// lowest first; each gets a row of its own, `name.0` being the low byte.
+    fn place(&mut self, mem: Mem, addr: u32, size: u32, names: Vec<names::Name>, pos: Pos, faults: &mut Faults) {
+        let file = self.file;
+        if mem == Mem::Sfr && addr > 0xFF {
+            let bytes = addr.to_le_bytes();
+            let used = 4 - addr.leading_zeros() as usize / 8;
+            for (at, &byte) in bytes.iter().enumerate().take(used) {
+                let names = names.iter().map(|(rank, name)| (*rank, format!("{name}.{at}"))).collect();
+                self.entries.push(Entry { mem: direct(byte.into()), addr: byte.into(), size: 1, names, pos, file });
+            }
+            return;
+        }
+        if addr > mem.last() {
+            let cause = || format!("the address 0x{addr:X} is beyond the last of its memory, 0x{:X}", mem.last());
+            let hint = "code banks are not emulated: link the program without them";
+            return faults.error("SYM004", pos, cause, hint);
+        }
+        let mem = if mem == Mem::Sfr { direct(addr) } else { mem };
+        self.entries.push(Entry { mem, addr, size, names, pos, file });
+    }
+
+    fn line(&mut self, addr: u32, kind: LineKind, file: &str, line: u32, pos: Pos, faults: &mut Faults) {
+        if addr > Mem::Code.last() {
+            let cause = || format!("the address 0x{addr:X} is beyond the last of its memory, 0x{:X}", Mem::Code.last());
+            let hint = "code banks are not emulated: link the program without them";
+            return faults.error("SYM004", pos, cause, hint);
+        }
+        self.lines.push(LineAt { addr, kind, file: file.to_owned(), line });
+    }
+
+    fn into_symbols(mut self, symbols: Vec<SymbolAt>, warnings: Vec<Diagnostic>) -> Symbols {
+        self.lines.sort_unstable();
+        self.lines.dedup();
+        let known: std::collections::HashSet<&str> =
+            symbols.iter().map(|s| s.name.strip_suffix(".0").unwrap_or(&s.name)).collect();
+        self.unplaced.retain(|(name, _)| !known.contains(name.as_str()));
+        self.unplaced.sort_unstable();
+        self.unplaced.dedup();
+        Symbols { symbols, lines: self.lines, unplaced: self.unplaced, warnings }
+    }
+}
+
+/// A direct address below 0x80 is internal RAM.
+fn direct(addr: u32) -> Mem {
+    if addr < 0x80 { Mem::Idata } else { Mem::Sfr }
+}
+
+fn read(file: &SymbolFile, found: &mut Found, faults: &mut Faults) {
+    let text = String::from_utf8_lossy(file.bytes);
+    if text.trim().is_empty() {
+        let cause = || "there is nothing but white space in the file".to_owned();
+        return faults.error("SYM002", Pos::default(), cause, "look at the messages of the tool that wrote it");
+    }
+    match kind(file, &text) {
+        Some(Kind::Map) => map::read(&text, found, faults),
+        Some(Kind::Cdb) => {
+            found.whole = true;
+            cdb::read(&text, found, faults);
+        }
+        Some(Kind::Listing) => {
+            found.whole = true;
+            listing::read(file.name, &text, found, faults);
+        }
+        None => {
+            let cause = || format!("{}, wanted an SDCC .map, .cdb, .rst or .lst", what(file.bytes));
+            faults.error(
+                "SYM001",
+                Pos::default(),
+                cause,
+                "give the linker's map, the .cdb of a --debug build or a .rst",
+            );
+        }
+    }
+}
+
+enum Kind {
+    Map,
+    Cdb,
+    Listing,
+}
+
+/// The kind of a file by its first lines, and where they say nothing by its extension.
+fn kind(file: &SymbolFile, text: &str) -> Option<Kind> {
+    if file.bytes.contains(&0) || file.bytes.starts_with(b":") {
+        return None;
+    }
+    let mut heads = text.lines().filter(|line| !line.trim().is_empty()).take(8);
+    let first = heads.next()?.trim_start_matches('\u{c}');
+    if first.starts_with("ASxxxx Linker") {
+        return Some(Kind::Map);
+    }
+    if first.starts_with("ASxxxx Assembler") || gutter::width(first).is_some() {
+        return Some(Kind::Listing);
+    }
+    if matches!(first.as_bytes(), [b'M' | b'F' | b'S' | b'T' | b'L', b':', ..]) {
+        return Some(Kind::Cdb);
+    }
+    match extension(file.name).as_str() {
+        "map" if heads.any(map::is_heading) => Some(Kind::Map),
+        "cdb" => Some(Kind::Cdb),
+        "rst" | "lst" => Some(Kind::Listing),
+        _ => None,
+    }
+}
+
+fn what(bytes: &[u8]) -> &'static str {
+    match bytes {
+        [0x7F, b'E', b'L', b'F', ..] => "the file is an ELF image, which has its own symbols",
+        [b':', ..] => "the file is an Intel HEX image, which has no symbols",
+        _ if bytes.contains(&0) => "the file is binary",
+        _ => "the kind of the file is unknown",
+    }
+}
+
+fn extension(name: &str) -> String {
+    name.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase()
+}
+
+/// The lines of a text with their numbers, from 1, without line ends and trailing spaces.
+fn numbered(text: &str) -> impl Iterator<Item = (u32, &str)> {
+    (1..).zip(text.lines().map(str::trim_end))
+}
+
+/// Where `part`, which is a slice of `line`, stands in the line.
+fn pos_of(number: u32, line: &str, part: &str) -> Pos {
+    let before = (part.as_ptr() as usize).saturating_sub(line.as_ptr() as usize);
+    let column = line.get(..before).map_or(0, |text| text.chars().count());
+    Pos::new(number, column as u32 + 1, part.chars().count().max(1) as u32)
+}
+
+/// A text of bearable length for messages.
+fn short(text: &str) -> String {
+    text.chars().take(60).collect()
+}

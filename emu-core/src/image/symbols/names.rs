@@ -1,0 +1,197 @@
+//! Names: the debugging names that SDCC gives to symbols, taken apart, and the choice of names for each place.
+//!
+//! ```text
+//!   G$name$level$block              global                 XG$.. XF..   end of a function
+//!   Fmodule$name$level$block        static of a module     A$module$line              assembler line
+//!   Lmodule.func$name$level$block   static of a function   C$file$line$level$block    line of C
+//! ```
+//! CDB File Format (SDCC's `cdbfileformat`), sections 3 and 4; level is `1_0` in newer versions, `1` in older ones and
+//! `0` for functions.
+
+use std::collections::BTreeMap;
+
+use diag::{Diagnostic, Pos, Severity};
+
+use super::{Mem, SymbolFile, SymbolSpaces};
+use crate::image::SymbolAt;
+
+/// A name and how strong its claim is.
+pub(super) type Name = (Rank, String);
+
+/// How strong the claim of a place on a name is. The strongest has it; of several equal ones none has it, except that
+/// two places for one [`Rank::Exact`] name are an error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Rank {
+    /// A name as the linker knows it.
+    Exact,
+    /// A static with all that tells it from others: `module.name`, `module.function.name$block`.
+    Full,
+    /// The name in C of a global: without the underscore.
+    Plain,
+    /// A static of a function without its block, and without its module.
+    Near,
+    /// A static by its name alone.
+    Bare,
+    /// A name that may be cut off.
+    Cut,
+}
+
+/// A place with its names.
+pub(super) struct Entry {
+    pub mem: Mem,
+    pub addr: u32,
+    pub size: u32,
+    pub names: Vec<Name>,
+    pub pos: Pos,
+    pub file: usize,
+}
+
+/// A debugging name, taken apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Debug<'t> {
+    Symbol {
+        scope: Scope<'t>,
+        name: &'t str,
+        level: &'t str,
+        block: &'t str,
+    },
+    /// The end of a function.
+    End,
+    AsmLine {
+        module: &'t str,
+        line: u32,
+    },
+    CLine {
+        file: &'t str,
+        line: u32,
+    },
+}
+
+/// Where a name is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Scope<'t> {
+    Global,
+    Module(&'t str),
+    /// `module.function`, or `function` alone as old versions write it.
+    Function(&'t str),
+}
+
+/// Takes a debugging name apart; nothing for any other name.
+pub(super) fn debug(text: &str) -> Option<Debug<'_>> {
+    if let Some(rest) = text.strip_prefix("A$") {
+        let (module, line) = rest.rsplit_once('$')?;
+        return Some(Debug::AsmLine { module: some(module)?, line: line.parse().ok()? });
+    }
+    let mut parts = text.rsplitn(3, '$');
+    let (block, level) = (some(parts.next()?)?, some(parts.next()?)?);
+    let (scope, name) = parts.next()?.split_once('$')?;
+    if !block.bytes().all(|b| b.is_ascii_digit()) || !level.bytes().all(|b| b.is_ascii_digit() || b == b'_') {
+        return None;
+    }
+    if scope == "C" {
+        let (file, line) = name.rsplit_once('$')?;
+        return Some(Debug::CLine { file: some(file)?, line: line.parse().ok()? });
+    }
+    let scope = match (scope.get(..1)?, scope.get(1..)?) {
+        ("G", "") => Scope::Global,
+        ("F", module) => Scope::Module(some(module)?),
+        ("L", function) => Scope::Function(some(function)?),
+        ("X", rest) if rest == "G" || rest.starts_with(['F', 'L']) => return Some(Debug::End),
+        _ => return None,
+    };
+    // Functions have the level `0` in one kind of record and `0_0` in the other.
+    let level = level.split_once('_').map_or(level, |(level, _)| level);
+    Some(Debug::Symbol { scope, name: some(name)?, level, block })
+}
+
+fn some(text: &str) -> Option<&str> {
+    (!text.is_empty()).then_some(text)
+}
+
+/// The names of a symbol that the linker calls `name`.
+pub(super) fn linked(name: &str) -> Vec<Name> {
+    let plain = name.strip_prefix('_').and_then(some).map(|plain| (Rank::Plain, plain.to_owned()));
+    std::iter::once((Rank::Exact, name.to_owned())).chain(plain).collect()
+}
+
+/// The names of a label that only its module knows.
+pub(super) fn local(module: &str, name: &str) -> Vec<Name> {
+    let plain = name.strip_prefix('_').and_then(some);
+    let each = [Some(name), plain].into_iter().flatten();
+    let full = |name: &str| (!module.is_empty()).then(|| (Rank::Full, format!("{module}.{name}")));
+    each.flat_map(|name| full(name).into_iter().chain([(Rank::Bare, name.to_owned())])).collect()
+}
+
+/// The names of a symbol that C calls `name`.
+pub(super) fn in_c(scope: Scope, name: &str, block: &str) -> Vec<Name> {
+    match scope {
+        Scope::Global => linked(&format!("_{name}")),
+        Scope::Module(module) => {
+            vec![
+                (Rank::Full, format!("{module}.{name}")),
+                (Rank::Bare, format!("_{name}")),
+                (Rank::Bare, name.to_owned()),
+            ]
+        }
+        Scope::Function(path) => {
+            let mut names = vec![
+                (Rank::Full, format!("{path}.{name}${block}")),
+                (Rank::Near, format!("{path}.{name}")),
+                (Rank::Bare, name.to_owned()),
+            ];
+            if let Some((_, function)) = path.rsplit_once('.') {
+                names.push((Rank::Near, format!("{function}.{name}")));
+            }
+            names
+        }
+    }
+}
+
+/// Gives each name to the place with the strongest claim, and adds a fault for each name on which files disagree.
+pub(super) fn settle(
+    entries: &[Entry],
+    spaces: SymbolSpaces,
+    files: &[SymbolFile],
+    refused: &mut Vec<Diagnostic>,
+) -> Vec<SymbolAt> {
+    let mut claims: BTreeMap<(Mem, &str), Vec<(Rank, &Entry)>> = BTreeMap::new();
+    for entry in entries {
+        for (rank, name) in &entry.names {
+            claims.entry((entry.mem, name)).or_default().push((*rank, entry));
+        }
+    }
+    let mut symbols = Vec::new();
+    for ((mem, name), claims) in claims {
+        let Some(best) = claims.iter().map(|(rank, _)| *rank).min() else { continue };
+        let mut strong = claims.iter().filter(|(rank, _)| *rank == best).map(|(_, entry)| *entry);
+        let Some(first) = strong.next() else { continue };
+        match strong.find(|entry| entry.addr != first.addr) {
+            None => {
+                let same = claims.iter().filter(|(_, entry)| entry.addr == first.addr);
+                let size = same.map(|(_, entry)| entry.size).max().unwrap_or(0);
+                symbols
+                    .push((mem, SymbolAt { name: name.to_owned(), space: spaces.name(mem), addr: first.addr, size }));
+            }
+            Some(other) if best == Rank::Exact && refused.len() < crate::image::LIMIT => {
+                refused.push(disagreement(name, first, other, spaces, files));
+            }
+            Some(_) => {}
+        }
+    }
+    symbols.sort_by(|(a, x), (b, y)| (a, x.addr, &x.name).cmp(&(b, y.addr, &y.name)));
+    symbols.into_iter().map(|(_, symbol)| symbol).collect()
+}
+
+fn disagreement(name: &str, first: &Entry, other: &Entry, spaces: SymbolSpaces, files: &[SymbolFile]) -> Diagnostic {
+    let file = |entry: &Entry| files.get(entry.file).map_or("", |file| file.name);
+    let (space, name) = (spaces.name(first.mem), super::short(name));
+    let cause = format!(
+        "{space} symbol `{name}` is at 0x{:04X}, but at 0x{:04X} in {}:{}",
+        other.addr,
+        first.addr,
+        file(first),
+        first.pos.line
+    );
+    let hint = "the files are of different builds: build anew and give the files of one build";
+    Diagnostic::new(Severity::Error, "SYM008", file(other), other.pos, cause, hint)
+}
