@@ -146,7 +146,7 @@ pub fn chips() -> impl Iterator<Item = &'static Chip> {
 }
 
 /// The first of the family, from which the rows of all others derive.
-const I8051: Part = Part {
+pub(crate) const I8051: Part = Part {
     chip: Chip {
         name: "8051",
         family: Family::Mcs51,

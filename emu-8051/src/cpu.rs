@@ -77,7 +77,7 @@ impl Mcs51 {
     /// memory.
     #[must_use]
     pub fn with(chip: &'static Chip, image: &Image, init: RamInit, options: Options) -> Mcs51 {
-        let part = chips::part(chip.name).unwrap_or(&chips::PARTS[0]);
+        let part = chips::part(chip.name).unwrap_or(&chips::I8051);
         let options = Options { x2: options.x2 && part.x2, ..options };
         let mut program = vec![0xFF; image.end("code") as usize];
         image.fill("code", &mut program);

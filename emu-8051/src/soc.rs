@@ -55,8 +55,10 @@ pub struct Soc {
     logging: bool,
     /// In oscillator time.
     deadline: u64,
-    /// The cycle up to which timers and serial port were brought last.
+    /// The cycle up to which timers were brought last.
     synced: u64,
+    /// The first boundary at which an interrupt can be served, in oscillator time; 0 where that is to be found out.
+    irq_at: u64,
     /// Pins have changed and are to be sampled in this cycle.
     sample_at: u64,
 }
@@ -99,6 +101,7 @@ impl Soc {
             logging: false,
             deadline: NEVER,
             synced: 0,
+            irq_at: 0,
             sample_at: NEVER,
         };
         soc.reset(Reset::PowerOn, 0);
@@ -133,7 +136,8 @@ impl Soc {
         self.baud = Baud::START;
         self.rebase(t);
         self.sample(t);
-        self.schedule(t);
+        self.schedule();
+        self.irq_at = 0;
     }
 
     /// Drives a pin from outside at the machine cycle `at`, at once when that has passed.
@@ -142,7 +146,7 @@ impl Soc {
         let at = at.max(now);
         let place = self.drives.partition_point(|&(due, ..)| due <= at);
         self.drives.insert(place, (at, pin, level));
-        self.schedule(self.inner(now));
+        self.schedule();
         self.run(now);
     }
 
@@ -193,6 +197,7 @@ impl Soc {
     /// RETI.
     pub fn reti(&mut self) {
         self.interrupts.reti();
+        self.irq_at = 0;
     }
 
     /// Clocks of a machine cycle.
@@ -211,7 +216,7 @@ impl Soc {
                 self.run_cycle(self.inner(due));
             }
             self.run_power(due);
-            self.schedule(self.inner(due));
+            self.schedule();
         }
     }
 
@@ -257,6 +262,7 @@ impl Soc {
                 continue;
             }
             self.sampled[i] = high;
+            self.irq_at = 0;
             match pin {
                 pin::INT0 | pin::INT1 => {
                     let n = usize::from(pin == pin::INT1);
@@ -269,7 +275,7 @@ impl Soc {
                     self.timers.pin_t(usize::from(pin == pin::T1), high, t);
                 }
                 pin::RXD => {
-                    self.run_serial(t.saturating_sub(1));
+                    self.pass_ticks(t.saturating_sub(1));
                     self.serial.line(high);
                 }
                 pin::T2 => {
@@ -291,6 +297,9 @@ impl Soc {
 
     /// Steps of the serial port: lines that change now or later, bytes that have gone out.
     fn took(&mut self, step: Step, t: u64) {
+        if step.flags != 0 {
+            self.irq_at = 0;
+        }
         for edge in step.edges() {
             if edge.at.cycle <= t && edge.at.phase == 0 { self.put(edge) } else { self.edges.push_back(edge) }
         }
@@ -353,12 +362,11 @@ impl Soc {
         }
     }
 
-    /// Works out the next deadline after the cycle `t`.
-    fn schedule(&mut self, t: u64) {
+    /// Works out the next deadline, interrupts aside.
+    fn schedule(&mut self) {
         let edge = self.edges.front().map_or(NEVER, |edge| edge.at.cycle);
         let toggle = self.timer2.as_ref().map_or(NEVER, |timer2| timer2.next_toggle() / 6);
-        let parts = edge.min(toggle).min(self.sample_at).min(self.next_serial()).min(self.watchdog.next());
-        self.deadline = parts.min(self.next_interrupt(t));
+        self.deadline = edge.min(toggle).min(self.sample_at).min(self.next_serial()).min(self.watchdog.next());
     }
 }
 
@@ -402,18 +410,22 @@ impl Bus for Soc {
         }
         self.sync(t);
         self.store(addr, mask, value, t);
-        self.schedule(t);
+        self.schedule();
+        self.irq_at = 0;
         Wake(Wake::DEADLINE.0 | if matches!(addr, at::IE | at::IP) { Wake::HOLD.0 } else { 0 })
     }
 
     fn fire(&mut self, now: u64) -> u64 {
         self.run(now);
-        if self.interrupts.enabled() != 0 && !self.power.stops_core() {
-            let t = self.inner(now);
-            self.sync(t);
-            self.schedule(t);
+        if self.power.stops_core() {
+            return self.due();
         }
-        self.due()
+        let t = self.inner(now);
+        if self.irq_at <= t {
+            self.sync(t);
+            self.irq_at = self.next_interrupt(t);
+        }
+        self.due().min(self.irq_at.saturating_add(self.frozen))
     }
 
     fn steady_until(&self, reg: u16, now: u64) -> u64 {
@@ -426,10 +438,10 @@ impl Bus for Soc {
             soc.run(now);
             return soc.pending(now);
         }
-        if self.interrupts.enabled() == 0 || self.power.stops_core() {
+        let t = self.inner(now);
+        if self.irq_at > t || self.power.stops_core() {
             return None;
         }
-        let t = self.inner(now);
         if self.synced < t {
             let mut soc = self.clone();
             soc.sync(t);
@@ -445,7 +457,8 @@ impl Bus for Soc {
         self.pcon &= !power::IDL;
         self.watchdog.resume(t);
         self.serve(vector);
-        self.schedule(t);
+        self.schedule();
+        self.irq_at = 0;
     }
 
     fn can_wake(&self, interrupts_enabled: bool) -> bool {

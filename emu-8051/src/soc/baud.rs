@@ -5,6 +5,7 @@ use emu_core::NEVER;
 
 use super::Soc;
 use super::power::SMOD;
+use crate::periph::map::pin;
 
 /// T2CON bits: timer 2 clocks the receiver, the transmitter.
 const RCLK: u8 = 0x20;
@@ -77,11 +78,19 @@ impl Soc {
         self.baud.rx = self.counted(self.source(Side::Rx), t);
     }
 
-    /// Brings the serial port up to S5P2 of cycle `t`, the first at which it has anything to do.
+    /// Brings the serial port up to S5P2 of cycle `t`, the first at which it has anything to do, if it has.
     pub(super) fn run_serial(&mut self, t: u64) {
+        let idle = self.serial.tx_wait().is_none() && self.serial.rx_wait().is_none();
+        if !idle || self.serial.shift_next() <= t {
+            self.pass_ticks(t);
+        }
+    }
+
+    /// The same, with the ticks that an idle port lets pass: before something is done to it or its clocks.
+    pub(super) fn pass_ticks(&mut self, t: u64) {
         while self.serial.shift_next() <= t {
             let cycle = self.serial.shift_next();
-            let step = self.serial.shift_step(cycle, self.ports.pin(crate::periph::map::pin::RXD).high);
+            let step = self.serial.shift_step(cycle, self.ports.pin(pin::RXD).high);
             self.took(step, cycle);
         }
         let mut ticks = self.ticks(Side::Tx, t);
@@ -95,7 +104,7 @@ impl Soc {
         let mut ticks = self.ticks(Side::Rx, t);
         while let Some(wait) = self.serial.rx_wait().filter(|&wait| wait <= ticks) {
             self.serial.rx_pass(wait - 1);
-            let sample = self.ports.pin(crate::periph::map::pin::RXD).high;
+            let sample = self.ports.pin(pin::RXD).high;
             let step = self.serial.rx_step(t, sample);
             self.took(step, t);
             ticks -= wait;

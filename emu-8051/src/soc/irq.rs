@@ -114,6 +114,11 @@ impl Interrupts {
         self.in_progress &= if self.in_progress & 2 != 0 { !2 } else { !1 };
     }
 
+    /// No interrupt can be served before the one in progress ends.
+    const fn all_in_progress(&self) -> bool {
+        self.in_progress & 2 != 0
+    }
+
     /// The one of `requests` that would be served now.
     const fn choose(&self, requests: u8) -> Option<u8> {
         let enabled = requests & self.enabled();
@@ -170,29 +175,34 @@ impl Soc {
         self.interrupts.choose(self.requests(t))
     }
 
-    /// The next boundary at which an interrupt can be served that is not served at `t`: NEVER where nothing comes by itself.
+    /// The first boundary from the one before cycle `t` on at which an interrupt can be served, everything being synced to
+    /// `t`; NEVER where none comes by itself or before another ends.
     pub(super) fn next_interrupt(&self, t: u64) -> u64 {
         let enabled = self.interrupts.enabled();
-        if enabled == 0 {
+        if enabled == 0 || self.interrupts.all_in_progress() {
             return NEVER;
+        }
+        if self.served(t).is_some() {
+            return t;
         }
         let delay = if self.readings.sample_now { 1 } else { 2 };
         let later = |since: u64| if since.saturating_add(delay) > t { since.saturating_add(delay) } else { NEVER };
-        let mut next = NEVER;
+        let is = |source: u8| enabled & bit(source) != 0;
+        let mut next = if self.interrupts.polled.0 > t { self.interrupts.polled.0 } else { NEVER };
         for n in 0..2 {
             let external = &self.interrupts.external[n];
-            if enabled & bit(irq::INT0 + 2 * n as u8) != 0 && external.flag() {
+            if is(irq::INT0 + 2 * n as u8) && external.flag() {
                 next = next.min(later(external.since()));
             }
-            if enabled & bit(irq::TIMER0 + 2 * n as u8) != 0 {
+            if is(irq::TIMER0 + 2 * n as u8) {
                 let set = if self.timers.flag(n) { self.timers.since(n) } else { self.timers.next_flag(n) };
                 next = next.min(later(set));
             }
         }
-        if enabled & bit(irq::SERIAL) != 0 && self.serial.scon() & 3 != 0 {
+        if is(irq::SERIAL) && self.serial.scon() & 3 != 0 {
             next = next.min(later(self.serial.since()));
         }
-        if let Some(timer2) = self.timer2.as_ref().filter(|_| enabled & bit(irq::TIMER2) != 0) {
+        if let Some(timer2) = self.timer2.as_ref().filter(|_| is(irq::TIMER2)) {
             next = next.min(later(if timer2.since() == NEVER { timer2.next_flag() } else { timer2.since() }));
         }
         next

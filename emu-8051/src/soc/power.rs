@@ -190,6 +190,7 @@ impl Soc {
                 self.wake_oscillator(due);
                 let t = self.inner(due);
                 self.interrupts.remember(n, t);
+                self.irq_at = 0;
                 self.sample_at = t;
                 return;
             }
@@ -241,7 +242,6 @@ impl Soc {
         let t = self.synced;
         self.watchdog.next() != NEVER
             || self.next_interrupt(t) != NEVER
-            || self.served(t).is_some()
             || self.interrupts.enabled() & 1 << 4 != 0 && (self.serial.busy() || self.serial.receiving())
     }
 }

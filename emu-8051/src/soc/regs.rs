@@ -66,6 +66,11 @@ impl Soc {
     /// Writes the bits of `mask` at the end of cycle `t`, everything being synced to it.
     pub(super) fn store(&mut self, addr: u8, mask: u8, value: u8, t: u64) {
         let kept = |old: u8| old & !mask | value & mask;
+        // What the baud clocks hang on.
+        let clocks = !matches!(addr, at::TL0 | at::TH0 | at::IE | at::IP);
+        if clocks {
+            self.pass_ticks(t);
+        }
         match addr {
             at::PCON => {
                 let writable = match (self.part.cmos, self.part.at89s) {
@@ -111,7 +116,9 @@ impl Soc {
             }
         }
         self.clock_out(t);
-        self.rebase(t);
+        if clocks {
+            self.rebase(t);
+        }
     }
 
     /// The bit of timer 2 in IE and IP, on chips that have it.
@@ -155,7 +162,7 @@ impl Soc {
             listens |= SAMPLED.contains(&pin);
         }
         if listens {
-            self.schedule(t);
+            self.schedule();
         }
         !listens && self.events.len() == logged
     }
