@@ -3,6 +3,7 @@
 use emu_core::chip::Chip;
 use emu_core::cpu::{Fault, Probe};
 
+use crate::bits::{self, BIT};
 use crate::place::Range;
 
 /// An access that was waited for.
@@ -16,18 +17,21 @@ pub struct Access {
     pub space: &'static str,
     /// Address in it.
     pub addr: u16,
-    /// The byte read or written.
+    /// The byte read or written; in the memory `bit` 0 or 1.
     pub value: u8,
 }
 
 /// Looks at every access: watches, and RAM that is read before it was written.
-#[derive(Debug, Clone, Default)]
+///
+/// Where single bits have addresses of their own, an access to a bit is one to its byte too, and an access to a byte is one
+/// to each of its bits.
+#[derive(Debug, Clone)]
 pub struct Close {
     /// The first access that a watch saw.
     pub seen: Option<Access>,
     /// The first byte of RAM that was read before it was written: program word and fault.
     pub fault: Option<(u32, Fault)>,
-    spaces: &'static [(&'static str, u32)],
+    chip: &'static Chip,
     watches: Vec<Watch>,
     fresh: Option<Fresh>,
     pc: u32,
@@ -36,18 +40,19 @@ pub struct Close {
 /// Accesses to wait for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Watch {
-    /// Bytes of data memory.
+    /// Bytes of data memory, or bits.
     pub range: Range,
     /// Writes; otherwise reads.
     pub write: bool,
 }
 
-/// Bytes of RAM not written so far.
+/// RAM not written so far.
 #[derive(Debug, Clone)]
 struct Fresh {
     space: &'static str,
     start: u16,
-    unwritten: Vec<bool>,
+    /// For each byte the bits that were not written.
+    unwritten: Vec<u8>,
 }
 
 impl Close {
@@ -57,11 +62,51 @@ impl Close {
     pub fn new(chip: &'static Chip, watches: Vec<Watch>, filled: Option<&[Range]>) -> Close {
         let fresh = filled.map(|filled| {
             let ram = u32::from(chip.ram_start)..u32::from(chip.ram_start) + u32::from(chip.ram_len);
-            let unwritten =
-                ram.map(|addr| !filled.iter().any(|r| r.space == chip.ram && (r.start..r.end).contains(&addr)));
+            let is_filled = |addr| filled.iter().any(|r| r.space == chip.ram && (r.start..r.end).contains(&addr));
+            let unwritten = ram.map(|addr| if is_filled(addr) { 0 } else { 0xFF });
             Fresh { space: chip.ram, start: chip.ram_start, unwritten: unwritten.collect() }
         });
-        Close { spaces: chip.spaces, watches, fresh, ..Close::default() }
+        Close { seen: None, fault: None, chip, watches, fresh, pc: 0 }
+    }
+
+    /// The access as it is told, if a watch waits for it.
+    fn watched(&self, space: &'static str, addr: u16, value: u8, write: bool) -> Option<Access> {
+        self.watches.iter().enumerate().filter(|(_, w)| w.write == write).find_map(|(watch, w)| {
+            let (space, addr, value) = w.hit(self.chip, space, addr, value)?;
+            Some(Access { watch, pc: self.pc, space, addr, value })
+        })
+    }
+}
+
+impl Watch {
+    /// Memory, address and value of an access as they are told, if it touches the range.
+    fn hit(&self, chip: &Chip, space: &'static str, addr: u16, value: u8) -> Option<(&'static str, u16, u8)> {
+        let at = u32::from(addr);
+        let within =
+            |space: &str, at: u32| self.range.space == space && (self.range.start..self.range.end).contains(&at);
+        if within(space, at) {
+            return Some((space, addr, value));
+        }
+        if space == BIT {
+            let (byte_space, byte, _) = bits::byte_of(chip, at)?;
+            return within(byte_space, byte).then_some((space, addr, value));
+        }
+        // A byte, where bits are waited for: the first of them that it has.
+        let eight = (self.range.space == BIT).then(|| bits::of_byte(chip, space, at)).flatten()?;
+        let first = eight.start.max(self.range.start);
+        (first < eight.end.min(self.range.end)).then(|| (BIT, first as u16, value >> (first - eight.start) & 1))
+    }
+}
+
+impl Fresh {
+    /// Notes an access to some bits of a byte; true when it reads what was not written.
+    fn reads_unwritten(&mut self, space: &str, addr: u32, mask: u8, write: bool) -> bool {
+        let at = addr.checked_sub(u32::from(self.start)).filter(|_| space == self.space);
+        let Some(unwritten) = at.and_then(|at| self.unwritten.get_mut(at as usize)) else { return false };
+        if write {
+            *unwritten &= !mask;
+        }
+        !write && *unwritten & mask != 0
     }
 }
 
@@ -75,23 +120,17 @@ impl Probe for Close {
     }
 
     fn data(&mut self, _at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
-        let space = self.spaces.get(usize::from(space)).map_or("", |(name, _)| name);
-        if let Some(fresh) = self.fresh.as_mut().filter(|fresh| fresh.space == space)
-            && let Some(unwritten) = fresh.unwritten.get_mut(usize::from(addr.wrapping_sub(fresh.start)))
-        {
-            if write {
-                *unwritten = false;
-            } else if *unwritten && self.fault.is_none() {
+        let space = self.chip.spaces.get(usize::from(space)).map_or("", |(name, _)| name);
+        if let Some(fresh) = &mut self.fresh {
+            let bit = if space == BIT { bits::byte_of(self.chip, u32::from(addr)) } else { None };
+            let (byte_space, byte, mask) =
+                bit.map_or((space, u32::from(addr), 0xFF), |(space, byte, position)| (space, byte, 1 << position));
+            if fresh.reads_unwritten(byte_space, byte, mask, write) && self.fault.is_none() {
                 self.fault = Some((self.pc, Fault::UninitialisedRead { space, addr }));
             }
         }
-        let hit = |w: &Watch| {
-            w.write == write && w.range.space == space && (w.range.start..w.range.end).contains(&u32::from(addr))
-        };
-        if self.seen.is_none()
-            && let Some(watch) = self.watches.iter().position(hit)
-        {
-            self.seen = Some(Access { watch, pc: self.pc, space, addr, value });
+        if self.seen.is_none() {
+            self.seen = self.watched(space, addr, value, write);
         }
         self.seen.is_some() || self.fault.is_some()
     }

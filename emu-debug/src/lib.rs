@@ -6,12 +6,14 @@
 //!   stimulus.rs  "10ms:PB0=1" to drives of pins             uart.rs   what the chip sends, and texts waited for in it
 //!   until.rs     "pin PB5=1" to conditions                  close.rs  accesses waited for, RAM read before written
 //!   text.rs      "\n\x41" to bytes and back                 wave.rs   pins and bytes as a VCD file
+//!   bits.rs      bits with addresses of their own, and the bytes that they are parts of
 //! ```
 //!
 //! The readers of text give their error as one sentence that says what was found and what is wanted.
 
 #![forbid(unsafe_code)]
 
+pub mod bits;
 pub mod close;
 pub mod place;
 pub mod run;

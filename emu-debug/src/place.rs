@@ -3,16 +3,18 @@
 use emu_core::chip::Chip;
 use emu_core::image::SymbolAt;
 
+use crate::bits::{self, BIT};
+
 /// What a name may stand for.
 #[derive(Debug, Clone, Copy)]
 pub struct Names<'a> {
     /// The chip, for memories and registers.
     pub chip: &'static Chip,
-    /// Symbols of the image; none for HEX.
+    /// Symbols of the program; a HEX file has none.
     pub symbols: &'a [SymbolAt],
 }
 
-/// Some bytes of one memory.
+/// Some bytes of one memory, or single bits of the memory `bit`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Range {
     /// The memory, as [`Chip::spaces`] names it.
@@ -25,14 +27,15 @@ pub struct Range {
 
 impl Names<'_> {
     /// Bytes of a memory: `data:0x100` is one byte, `data:0x100..0x120` ends before 0x120. An address is a number
-    /// (decimal or 0x), a symbol of the program, or in `data` a register of the chip.
+    /// (decimal or 0x), a symbol of the program, in the memory of the chip's registers one of them by name, and in `bit` a
+    /// named bit or a bit of a byte (`0x20.3`, `P1.0`).
     ///
     /// # Errors
     /// No such memory, no address, a range without bytes or beyond the memory.
     pub fn range(&self, text: &str) -> Result<Range, String> {
         let spaces = || self.chip.spaces.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
         let Some((space, addresses)) = text.split_once(':') else {
-            return Err(format!("`{text}` names no memory; write {}:0x100 (memories: {})", "data", spaces()));
+            return Err(format!("`{text}` names no memory; write {} (memories: {})", self.example(), spaces()));
         };
         let Some(&(space, size)) = self.chip.spaces.iter().find(|(name, _)| *name == space.trim()) else {
             return Err(format!("{} has no memory `{space}`; memories are {}", self.chip.name, spaces()));
@@ -73,40 +76,74 @@ impl Names<'_> {
     }
 
     fn word_up_to(&self, text: &str, most: u32) -> Result<u32, String> {
-        let byte = self.address("flash", text)?;
+        let byte = self.address(self.chip.code, text)?;
         if byte % self.chip.word_bytes != 0 {
             return Err(format!("0x{byte:x} is not the start of a word; program addresses are even byte addresses"));
         }
         if byte > most {
             let last = self.chip.flash - 1;
-            return Err(format!("0x{byte:x} reaches beyond flash, whose last address is 0x{last:x}"));
+            return Err(format!("0x{byte:x} reaches beyond {}, whose last address is 0x{last:x}", self.chip.code));
         }
         Ok(byte / self.chip.word_bytes)
     }
 
-    /// The symbol at or before a byte address of flash, as `main` or `main+0x12`; nothing before the first.
+    /// The symbol at or before a byte address of program memory, as `main` or `main+0x12`; nothing before the first.
     #[must_use]
     pub fn near(&self, byte: u32) -> Option<String> {
-        let code = self.symbols.iter().filter(|s| s.space == "flash" && s.addr <= byte);
+        let code = self.symbols.iter().filter(|s| s.space == self.chip.code && s.addr <= byte);
         let symbol = code.max_by_key(|s| (s.addr, s.size))?;
         let offset = byte - symbol.addr;
         Some(if offset == 0 { symbol.name.clone() } else { format!("{}+0x{offset:x}", symbol.name) })
     }
 
+    /// A place in RAM as it is written, for messages: `data:0x100`, `idata:0x30`.
+    #[must_use]
+    pub fn example(&self) -> String {
+        // Below lie the registers of the core where RAM begins with them.
+        format!("{}:0x{:x}", self.chip.ram, self.chip.ram_start.max(0x30))
+    }
+
     fn address(&self, space: &str, text: &str) -> Result<u32, String> {
         let text = text.trim();
-        if text.starts_with(|c: char| c.is_ascii_digit()) {
-            return number(text).ok_or_else(|| format!("`{text}` is no address; write 0x1a2 or 418"));
-        }
         if let Some(symbol) = self.symbols.iter().find(|s| s.space == space && s.name == text) {
             return Ok(symbol.addr);
         }
-        let register = self.chip.reg(text).filter(|_| space == "data").map(u32::from);
-        register.ok_or_else(|| match text {
+        if let Some((byte, position)) = text.rsplit_once('.').filter(|_| space == BIT && self.chip.bit(text).is_none())
+        {
+            return self.bit_of(byte, position);
+        }
+        if text.starts_with(|c: char| c.is_ascii_digit()) {
+            return number(text).ok_or_else(|| format!("`{text}` is no address; write 0x1a2 or 418"));
+        }
+        let named = match space {
+            BIT => self.chip.bit(text),
+            _ => self.chip.reg(text).filter(|_| space == self.chip.reg_space),
+        };
+        named.map(u32::from).ok_or_else(|| match text {
             "" => "an address is missing".to_owned(),
             _ if self.symbols.is_empty() => format!("`{text}` is no address (the image has no symbols)"),
             _ => format!("the image has no symbol `{text}` in {space}"),
         })
+    }
+
+    /// Address of the bit `position` of a byte, which is a number or a name in RAM or among the registers of the chip.
+    fn bit_of(&self, byte: &str, position: &str) -> Result<u32, String> {
+        let (ram, registers) = (self.chip.ram, self.chip.reg_space);
+        let place = |space| Some((space, self.address(space, byte).ok()?));
+        let found = [ram, registers].into_iter().filter_map(place).collect::<Vec<_>>();
+        let Some(&(_, addr)) = found.first() else {
+            return Err(format!("`{byte}` is no byte of {ram} or {registers}"));
+        };
+        let bits = found.into_iter().find_map(|(space, addr)| bits::of_byte(self.chip, space, addr));
+        let Some(bits) = bits else {
+            return Err(format!(
+                "the bits of 0x{addr:x} have no addresses; those of {ram} 0x20 to 0x2f have, and of {registers} those of every eighth byte"
+            ));
+        };
+        match number(position) {
+            Some(position @ 0..=7) => Ok(bits.start + position),
+            _ => Err(format!("`{position}` is no bit of a byte; those are 0 to 7")),
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, Fault, Probe, Stop};
-use emu_core::pins::Level;
+use emu_core::pins::{Level, PinId};
 
 use crate::close::{Access, Close, Watch};
 use crate::place::Range;
@@ -69,6 +69,8 @@ pub struct Ended {
     pub reason: Reason,
     /// What the chip sent over its first serial port.
     pub uart: Vec<u8>,
+    /// Pins that chip and outside drove against each other, each with the first machine cycle of that.
+    pub contention: Vec<(PinId, u64)>,
 }
 
 /// Runs `cpu` as `plan` says. `wave` is written along and ended; `go_on` is called with all bytes sent so far before the
@@ -148,7 +150,7 @@ fn run_with<C: Cpu, P: Probe>(
         }
     }
     let here = pins.iter().position(|&(pin, level)| cpu.level(pin) == level);
-    let mut tools = Tools { uart: Uart::new(texts), text: None, pins, pin: here, wave, close };
+    let mut tools = Tools { uart: Uart::new(texts), text: None, pins, pin: here, contention: Vec::new(), wave, close };
     let seen = |tools: &Tools<P>| {
         let text = tools.text.and_then(|i| meanings.get(i).copied());
         let pin = || tools.pin.and_then(|i| pin_conditions.get(i)).map(|&i| Reason::Until(i, None));
@@ -182,5 +184,5 @@ fn run_with<C: Cpu, P: Probe>(
     if let Some(wave) = tools.wave.take() {
         wave.finish(cpu.cycle())?;
     }
-    Ok(Ended { reason, uart: tools.uart.sent })
+    Ok(Ended { reason, uart: tools.uart.sent, contention: tools.contention })
 }

@@ -23,7 +23,8 @@ pub struct Drive {
 /// No such pin or level.
 pub fn pin_level(chip: &Chip, text: &str) -> Result<(PinId, Level), String> {
     let Some((name, level)) = text.split_once('=') else {
-        return Err(format!("`{text}` gives no level; write PB0=1, PB0=0 or PB0=z"));
+        let pin = example_pin(chip, 0);
+        return Err(format!("`{text}` gives no level; write {pin}=1, {pin}=0 or {pin}=z"));
     };
     let name = name.trim();
     let pin = chip.pin(name).filter(|&pin| present(chip, pin));
@@ -46,7 +47,7 @@ pub fn pin_level(chip: &Chip, text: &str) -> Result<(PinId, Level), String> {
 /// As those.
 pub fn drive(chip: &Chip, clock: Clock, text: &str) -> Result<Drive, String> {
     let Some((time, rest)) = text.split_once(':') else {
-        return Err(format!("`{text}` gives no time; write 10ms:PB0=0"));
+        return Err(format!("`{text}` gives no time; write 10ms:{}=0", example_pin(chip, 0)));
     };
     let at = clock.cycles(time)?;
     let (pin, level) = pin_level(chip, rest)?;
@@ -60,6 +61,12 @@ pub fn queue<C: Cpu>(cpu: &mut C, drives: &[Drive]) {
     for drive in sorted {
         cpu.drive(Time::at(drive.at), drive.pin, drive.level);
     }
+}
+
+/// The name of the pin at position `n` of those that the package has, for messages.
+#[must_use]
+pub fn example_pin(chip: &Chip, n: usize) -> &'static str {
+    chip.pins.iter().filter(|p| p.dip != 0).nth(n).map_or("PIN", |p| p.name)
 }
 
 /// The package has the pin.

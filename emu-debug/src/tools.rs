@@ -16,6 +16,8 @@ pub struct Tools<C> {
     pub pins: Vec<(PinId, Level)>,
     /// Position of the level that was seen, if one was.
     pub pin: Option<usize>,
+    /// Pins that chip and outside drove against each other, each with the first cycle of that.
+    pub contention: Vec<(PinId, u64)>,
     /// Waveform.
     pub wave: Option<Wave>,
     /// What looks at instructions and accesses.
@@ -46,6 +48,9 @@ impl<C: Probe> Probe for Tools<C> {
         match event {
             Event::Edge { pin, level, .. } if self.pin.is_none() => {
                 self.pin = self.pins.iter().position(|wanted| *wanted == (pin, level));
+            }
+            Event::Contention { at, pin } if self.contention.iter().all(|(other, _)| *other != pin) => {
+                self.contention.push((pin, at.cycle));
             }
             Event::Sent { uart: 0, byte, .. } => {
                 let text = self.uart.byte(byte);

@@ -3,7 +3,7 @@
 use emu_core::pins::{Level, PinId};
 
 use crate::place::{Names, Range};
-use crate::stimulus::pin_level;
+use crate::stimulus::{example_pin, pin_level};
 use crate::text::{escape, unescape};
 
 /// A condition.
@@ -13,9 +13,9 @@ pub enum Until {
     Pc(u32),
     /// The pin has this level, from the start or by a change.
     Pin(PinId, Level),
-    /// The program reads one of these bytes of data memory.
+    /// The program reads one of these bytes of data memory, or one of these bits.
     Read(Range),
-    /// The program writes one of these bytes of data memory.
+    /// The program writes one of these bytes of data memory, or one of these bits.
     Write(Range),
     /// The chip has sent these bytes one after the other.
     Uart(Vec<u8>),
@@ -46,9 +46,12 @@ pub fn until(names: &Names<'_>, text: &str) -> Result<Until, String> {
             }
             Ok(Until::Uart(unescape(inner)?))
         }
-        _ => Err(format!(
-            "`{text}` is no condition; write pc=0x1a2, `pin PB5=1`, `write data:0x100`, `read data:0x100` or `uart \"text\"`"
-        )),
+        _ => {
+            let (pin, place) = (example_pin(names.chip, 5), names.example());
+            Err(format!(
+                "`{text}` is no condition; write pc=0x1a2, `pin {pin}=1`, `write {place}`, `read {place}` or `uart \"text\"`"
+            ))
+        }
     }
 }
 
@@ -88,8 +91,11 @@ fn has_bare_quote(text: &str) -> bool {
 
 fn data(names: &Names<'_>, text: &str) -> Result<Range, String> {
     let range = names.range(text)?;
-    if matches!(range.space, "flash" | "code" | "eeprom") {
-        return Err(format!("accesses are watched in data memory, not in {}", range.space));
+    let watched = |space: &str| space != names.chip.code && space != "eeprom";
+    if !watched(range.space) {
+        let memories: Vec<&str> =
+            names.chip.spaces.iter().map(|(name, _)| *name).filter(|name| watched(name)).collect();
+        return Err(format!("accesses are watched in {} memory, not in {}", memories.join(", "), range.space));
     }
     Ok(range)
 }

@@ -1,0 +1,124 @@
+//! Memories of several kinds, and bits with addresses of their own, case by case in `bits.txt`: what people type, and which
+//! accesses are seen.
+
+use emu_avr::chips::ATMEGA328P;
+use emu_core::chip::{Chip, PinDef, Reg};
+use emu_core::cpu::Probe;
+use emu_core::image::SymbolAt;
+use emu_debug::close::Watch;
+use emu_debug::stimulus::pin_level;
+use emu_debug::until::until;
+use emu_debug::{Close, Names, Until};
+
+/// Memories as an 8052 has them.
+const CHIP: Chip = Chip {
+    name: "test",
+    code: "code",
+    flash: 0x1_0000,
+    ram: "idata",
+    ram_start: 0,
+    ram_len: 256,
+    word_bytes: 1,
+    reg_space: "sfr",
+    regs: &[Reg { name: "TCON", addr: 0x88 }, Reg { name: "TL0", addr: 0x8A }, Reg { name: "P1", addr: 0x90 }],
+    bits: &[Reg { name: "TF0", addr: 0x8D }],
+    pins: &[PinDef { name: "P1.0", dip: 1, note: "" }, PinDef { name: "RST", dip: 9, note: "" }],
+    spaces: &[("code", 0x1_0000), ("idata", 256), ("sfr", 256), ("xdata", 0x1_0000), ("bit", 256)],
+    ..ATMEGA328P
+};
+
+/// Reads `write idata:0x20 read bit:3`: all accesses in order, then `write bit:0=1` what is done, then what is seen.
+fn seen(waits: &str, done: &str) -> String {
+    let names = Names { chip: &CHIP, symbols: &[] };
+    let mut watches = Vec::new();
+    let trap = waits.trim() == "trap";
+    if !trap {
+        match until(&names, waits) {
+            Ok(Until::Read(range)) => watches.push(Watch { range, write: false }),
+            Ok(Until::Write(range)) => watches.push(Watch { range, write: true }),
+            other => panic!("{waits}: {other:?}"),
+        }
+    }
+    let mut close = Close::new(&CHIP, watches, trap.then_some(&[]));
+    for (i, access) in done.split(',').map(str::trim).enumerate() {
+        let (word, rest) = access.split_once(' ').expect("read or write");
+        let (place, value) = rest.split_once('=').expect("a value");
+        let range = names.range(place).expect("a place");
+        let space = CHIP.space(range.space).expect("a memory");
+        let stop = close.data(0, space, range.start as u16, value.parse().expect("a byte"), word == "write");
+        assert_eq!(stop, close.seen.is_some() || close.fault.is_some());
+        if let Some(a) = close.seen {
+            return format!("{i} {}:0x{:02x} {}", a.space, a.addr, a.value);
+        }
+        if let Some((_, fault)) = close.fault {
+            return format!("{i} {fault}");
+        }
+    }
+    "nothing".to_owned()
+}
+
+fn read(section: &str, text: &str) -> Result<String, String> {
+    let symbol = |name: &str, space, addr| SymbolAt { name: name.to_owned(), space, addr, size: 1 };
+    let symbols = [
+        symbol("_main", "code", 0x62),
+        symbol("_flags", "idata", 0x21),
+        symbol("_count", "idata", 0x30),
+        symbol("_done", "bit", 0x09),
+        symbol("_count", "xdata", 0x200),
+    ];
+    let names = Names { chip: &CHIP, symbols: &symbols };
+    match section {
+        "range" => names.range(text).map(|r| format!("{} {} {}", r.space, r.start, r.end)),
+        "until" => until(&names, text).map(|u| u.describe(&names)),
+        "pin" => pin_level(&CHIP, text).map(|(pin, level)| format!("{pin} {level:?}")),
+        "near" => Ok(names.near(text.parse().expect("an address")).unwrap_or_default()),
+        "seen" => {
+            let (waits, done) = text.split_once('|').expect("waits | accesses");
+            Ok(seen(waits, done.trim()))
+        }
+        other => panic!("no section {other}"),
+    }
+}
+
+#[test]
+fn readers_and_watches() {
+    let (mut section, mut wrong, mut count) = ("", Vec::new(), 0);
+    for line in include_str!("bits.txt").lines().filter(|l| !l.is_empty() && !l.starts_with('#')) {
+        if let Some(rest) = line.strip_prefix('[') {
+            section = rest.split(']').next().unwrap_or_default();
+            continue;
+        }
+        let (text, wanted) = line.rsplit_once("= ").expect("text = meaning");
+        let found = read(section, text.trim_end());
+        let same = match (&found, wanted.strip_prefix('!')) {
+            (Err(error), Some(part)) => error.contains(part),
+            (Ok(found), None) => found == wanted,
+            _ => false,
+        };
+        count += 1;
+        if !same {
+            wrong.push(format!("[{section}] {line}\n    found {found:?}"));
+        }
+    }
+    assert!(count > 50, "only {count} cases were read");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Every bit belongs to one byte, and that byte has it: bits 00h to 7Fh to bytes 20h to 2Fh, bits 80h to FFh to the
+/// registers at multiples of 8.
+#[test]
+fn bits_and_bytes_agree() {
+    for bit in 0..256u32 {
+        let (space, byte, position) = emu_debug::bits::byte_of(&CHIP, bit).expect("a bit");
+        assert_eq!(
+            (space, byte * 8 + position),
+            if bit < 128 { ("idata", 256 + bit) } else { ("sfr", (bit - bit % 8) * 8 + bit % 8) }
+        );
+        let eight = emu_debug::bits::of_byte(&CHIP, space, byte).expect("bits");
+        assert_eq!(eight.start + position, bit);
+    }
+    assert_eq!(emu_debug::bits::byte_of(&CHIP, 256), None);
+    assert_eq!(emu_debug::bits::byte_of(&ATMEGA328P, 0), None);
+    let with_bits = |space: &str| (0..256).filter(|&b| emu_debug::bits::of_byte(&CHIP, space, b).is_some()).count();
+    assert_eq!(["idata", "sfr", "xdata", "code", "bit"].map(with_bits), [16, 16, 0, 0, 0]);
+}
