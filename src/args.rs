@@ -4,8 +4,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use emu_core::chip::Chip;
 use ladder::Dialect;
 
-use crate::nearest::nearest;
-use crate::{check, chips, compile, disasm, draw, explain, run, shell, sim};
+use crate::{check, chips, compile, disasm, draw, explain, family, run, shell, sim};
 
 const TOUR: &str = "\
 A short tour:
@@ -56,7 +55,7 @@ pub enum Verb {
     /// Compile a ladder program, run it on the chip, compare every scan with the reference.
     Check(check::CheckArgs),
     /// Run a HEX or ELF image on an emulated chip.
-    Run(run::RunArgs),
+    Run(Box<run::RunArgs>),
     /// Compile a ladder program to Intel HEX.
     Compile(compile::CompileArgs),
     /// Run a ladder program on the reference evaluator, scan by scan.
@@ -109,7 +108,7 @@ impl Verb {
 #[derive(Debug, Args)]
 pub struct Mcu {
     /// The chip, such as `atmega328p` (`emu chips` lists them).
-    #[arg(long = "mcu", value_name = "CHIP", value_parser = chip)]
+    #[arg(long = "mcu", value_name = "CHIP", value_parser = family::chip)]
     pub chip: &'static Chip,
 }
 
@@ -123,17 +122,6 @@ pub struct Ladder {
     /// 0.2: ldmicro-5).
     #[arg(long, value_name = "DIALECT", value_parser = dialect)]
     pub dialect: Option<Dialect>,
-}
-
-/// The chip `name`.
-pub fn chip(name: &str) -> Result<&'static Chip, String> {
-    emu_avr::chips::chip(name).ok_or_else(|| {
-        let names = || emu_avr::chips::CHIPS.iter().map(|c| c.name);
-        match nearest(&name.to_ascii_lowercase(), names()) {
-            Some(near) => format!("no chip of this name; did you mean `{near}`? (`emu chips` lists all)"),
-            None => format!("no chip of this name; chips are {}", names().collect::<Vec<_>>().join(", ")),
-        }
-    })
 }
 
 fn dialect(name: &str) -> Result<Dialect, String> {

@@ -1,12 +1,11 @@
 //! `emu chips`: the chips and what they have.
 
 use clap::Args;
-use emu_avr::chips::CHIPS;
 use emu_core::chip::Chip;
 use serde_json::{Value, json};
 
 use crate::fail::{Failure, exit};
-use crate::output;
+use crate::{family, output};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -25,10 +24,10 @@ pub struct ChipsArgs {
 /// Lists the chips.
 pub fn chips(args: &ChipsArgs) -> Result<u8, Failure> {
     if args.json {
-        output::json(&json!({ "schema": 1, "chips": CHIPS.iter().map(|c| document(c)).collect::<Vec<_>>() }))?;
+        output::json(&json!({ "schema": 1, "chips": family::chips().map(document).collect::<Vec<_>>() }))?;
     } else {
-        let width = CHIPS.iter().map(|c| c.name.len()).max().unwrap_or(0);
-        let lines = CHIPS.iter().map(|c| format!("{:width$}  {}\n", c.name, c.title));
+        let width = family::chips().map(|c| c.name.len()).max().unwrap_or(0);
+        let lines = family::chips().map(|c| format!("{:width$}  {}\n", c.name, c.title));
         output::print(lines.collect::<String>())?;
     }
     Ok(exit::OK)
@@ -38,6 +37,7 @@ fn document(chip: &Chip) -> Value {
     let pins = chip.pins.iter().filter(|p| p.dip != 0);
     json!({
         "name": chip.name,
+        "family": family::name(chip.family),
         "title": chip.title,
         "source": chip.source,
         "flash": chip.flash,
@@ -47,5 +47,6 @@ fn document(chip: &Chip) -> Value {
         "default_hz": chip.default_hz,
         "pins": pins.map(|p| json!({ "name": p.name, "dip": p.dip, "note": p.note })).collect::<Vec<_>>(),
         "vectors": chip.vectors,
+        "spaces": chip.spaces.iter().map(|(name, bytes)| json!({ "name": name, "bytes": bytes })).collect::<Vec<_>>(),
     })
 }

@@ -4,11 +4,12 @@ use std::fs::File;
 use std::io::{self, Read as _};
 
 use emu_core::chip::Chip;
-use emu_core::image::{self, ElfMachine, Image};
+use emu_core::image::{self, ElfMachine, Image, SymbolFile};
 use ladder::{Dialect, Program};
 
 use crate::codes::{UNREADABLE, about_file, reason};
 use crate::fail::Failure;
+use crate::family;
 use crate::report::{Terminal, report};
 
 /// Largest file, in bytes.
@@ -43,6 +44,38 @@ pub fn image(file: &str, chip: &Chip, terminal: &Terminal) -> Result<Image, Fail
             Ok(loaded.image)
         }
         Err(faults) => Err(Failure::Refused(faults, bytes)),
+    }
+}
+
+/// The image as [`image`] reads it, and with its symbols those of symbol files; warnings are told.
+pub fn image_with_symbols(file: &str, symbols: &[String], chip: &Chip, terminal: &Terminal) -> Result<Image, Failure> {
+    let Some(spaces) = family::symbol_spaces(chip) else {
+        return match symbols.first() {
+            None => image(file, chip, terminal),
+            Some(_) => Err(Failure::Usage(format!(
+                "--symbols reads what SDCC writes for the 8051; a program for {} has its symbols in its ELF file",
+                chip.name
+            ))),
+        };
+    };
+    let mut image = image(file, chip, terminal)?;
+    let files = symbols.iter().map(|name| Ok((name, bytes(name)?))).collect::<Result<Vec<_>, Failure>>()?;
+    let read: Vec<SymbolFile<'_>> = files.iter().map(|(name, bytes)| SymbolFile { name, bytes }).collect();
+    // Complaints are drawn with the text of one file, so those about several are not drawn.
+    let text = |about: &[diag::Diagnostic]| {
+        let named = files.iter().find(|(name, _)| about.iter().all(|d| d.file == **name));
+        named.map(|(_, bytes)| bytes.clone()).unwrap_or_default()
+    };
+    match image::load_symbols(&read, spaces) {
+        Ok(found) => {
+            report(terminal, &found.warnings, &text(&found.warnings));
+            image.symbols.extend(found.symbols);
+            Ok(image)
+        }
+        Err(faults) => {
+            let text = text(&faults);
+            Err(Failure::Refused(faults, text))
+        }
     }
 }
 

@@ -4,7 +4,8 @@
 //!   args.rs    verbs and their flags          input.rs   files, images, programs in
 //!   report.rs  complaints drawn for people    output.rs  results out, whole or not at all
 //!   fail.rs    exit codes, ways to fail       codes.rs   the codes CLI0xx
-//!                                             sink.rs    what the name of a result stands for
+//!   family.rs  the families of chips          sink.rs    what the name of a result stands for
+//!   mcs51.rs   flags of the 8051 family
 //! ```
 
 #![forbid(unsafe_code)]
@@ -18,7 +19,9 @@ mod disasm;
 mod draw;
 mod explain;
 mod fail;
+mod family;
 mod input;
+mod mcs51;
 mod nearest;
 mod output;
 mod report;

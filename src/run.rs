@@ -4,8 +4,8 @@ use std::io::Write;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use emu_avr::Avr;
 use emu_core::cpu::{Cpu, RamInit};
+use emu_core::image::Image;
 use emu_debug::run::levels;
 use emu_debug::stimulus::{drive, pin_level, queue};
 use emu_debug::text::unescape;
@@ -14,10 +14,11 @@ use emu_debug::{Clock, Drive, Ended, Names, Plan, Range, Reason, Wave, time};
 
 use crate::args::Mcu;
 use crate::fail::{Failure, exit};
+use crate::family::{Job, Setup, on_machine};
 use crate::output::Pending;
 use crate::report::Terminal;
 use crate::summary::{self, Story};
-use crate::{input, output};
+use crate::{input, mcs51, output};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -25,6 +26,7 @@ Examples:
   emu run hello.elf --mcu atmega328p --uart - --expect-uart 'done\\n' --fail-uart FAIL
   emu run press.hex --mcu atmega328p --set PD2=1 --at 10ms:PD2=0 --until 'pin PB5=1' --for 1s
   emu run app.elf --mcu atmega328p --until pc=main --peek data:0x100..0x120 --json
+  emu run test.ihx --mcu at89s52 --symbols test.map --until 'read xdata:0x7654' --uart -
 
 Exit codes: 0 halted, or what was waited for came, or a limit that was asked for; 1 --fail-uart was seen, or the program
 halted while --until or --expect-uart still waited; 4 a fault of the program; 5 a limit came while something still
@@ -55,20 +57,23 @@ pub struct RunArgs {
     /// not written ends the run with exit code 4.
     #[arg(long, value_name = "FILL", default_value = "zero", value_parser = ram)]
     ram: Ram,
-    /// Drive a pin from the start: PB0=1, PB0=0, PB0=z (let go). Repeatable.
+    /// Drive a pin from the start: PB0=1, P1.0=0, PB0=z (let go). Repeatable.
     #[arg(long, value_name = "PIN=LEVEL")]
     set: Vec<String>,
     /// Drive a pin from a time on: 10ms:PB0=0, 1000c:PB0=z. Repeatable.
     #[arg(long, value_name = "TIME:PIN=LEVEL")]
     at: Vec<String>,
-    /// End when this comes true: pc=0x1a2 (byte address or symbol), 'pin PB5=1', 'write data:0x100', 'read data:0x100',
+    /// End when this comes true: pc=0x1a2 (byte address or symbol), 'pin PB5=1', 'write data:0x100', 'read xdata:0x7654',
     /// 'uart "text"'. Repeatable; any of them ends the run.
     #[arg(long, value_name = "COND")]
     until: Vec<String>,
-    /// Show memory at the end: data:0x100..0x120 (end excluded), flash:0, eeprom:0..16; names of registers and ELF
-    /// symbols are addresses too. Repeatable.
+    /// Show memory at the end: data:0x100..0x120 (end excluded), flash:0, sfr:P1, bit:0x20.3; names of registers and of
+    /// the program are addresses too. Repeatable.
     #[arg(long, value_name = "RANGE")]
     peek: Vec<String>,
+    /// Names for addresses, for the 8051 family: a .map, .cdb or .rst file of SDCC. Repeatable.
+    #[arg(long, value_name = "FILE")]
+    symbols: Vec<String>,
     /// Write the pins and the bytes sent as a waveform (VCD); - is standard output.
     #[arg(long, value_name = "FILE")]
     vcd: Option<String>,
@@ -87,6 +92,8 @@ pub struct RunArgs {
     /// One JSON document on standard output.
     #[arg(long)]
     pub json: bool,
+    #[command(flatten)]
+    mcs51: mcs51::Flags,
 }
 
 /// Bytes (a type of its own, since clap takes a list of bytes for a repeated flag).
@@ -112,7 +119,7 @@ fn ram(text: &str) -> Result<Ram, String> {
 }
 
 /// What the flags come to on the chosen chip.
-struct Job {
+struct Planned {
     clock: Clock,
     plan: Plan,
     drives: Vec<Drive>,
@@ -127,22 +134,68 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         [stdout, ("--uart", args.uart.as_deref().unwrap_or("")), ("--vcd", args.vcd.as_deref().unwrap_or(""))];
     let used: Vec<_> = outputs.into_iter().filter(|(_, file)| !file.is_empty()).collect();
     output::owners(&used)?;
-    output::spares(&args.image, &used)?;
+    for file in std::iter::once(&args.image).chain(&args.symbols) {
+        output::spares(file, &used)?;
+    }
     let to_stdout = used.iter().any(|(_, file)| output::is_stdout(file));
-    let image = input::image(&args.image, chip, terminal)?;
-    let names = Names { chip, symbols: &image.symbols };
-    let init = match args.ram {
+    let mcs51 = args.mcs51.options(chip)?;
+    let hz = args.clock.unwrap_or(chip.default_hz);
+    let image = input::image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
+    if hz > chip.max_hz {
+        let why = format!("{} runs at up to {} Hz", chip.name, chip.max_hz);
+        return Err(Failure::value("--clock <HZ>", &hz.to_string(), &why));
+    }
+    let ram = match args.ram {
         Ram::Fill(init) => init,
         Ram::Trap => RamInit::Zero,
     };
-    let mut cpu = Avr::new(chip, &image, init);
-    let mut job = job(args, &names, cpu.clocks_per_cycle())?;
-    let filled = image.segments.iter().filter(|s| s.space == "data");
-    job.plan.filled =
-        filled.map(|s| Range { space: s.space, start: s.addr, end: s.addr + s.bytes.len() as u32 }).collect();
-    cpu.set_clock_hz(job.clock.hz);
-    queue(&mut cpu, &job.drives);
+    on_machine(chip, &image, &Setup { hz, ram, mcs51 }, Headless { args, image: &image, hz, to_stdout })
+}
 
+/// A run without a user.
+struct Headless<'a> {
+    args: &'a RunArgs,
+    image: &'a Image,
+    hz: u64,
+    /// Standard output carries something else than the summary.
+    to_stdout: bool,
+}
+
+impl Job for Headless<'_> {
+    type Out = Result<u8, Failure>;
+
+    fn on<C: Cpu>(self, mut cpu: C) -> Self::Out {
+        let (args, image, chip) = (self.args, self.image, cpu.chip());
+        let names = Names { chip, symbols: &image.symbols };
+        let mut job = planned(args, &names, Clock { hz: self.hz, clocks_per_cycle: cpu.clocks_per_cycle() })?;
+        let filled = image.segments.iter().filter(|s| s.space == chip.ram);
+        job.plan.filled =
+            filled.map(|s| Range { space: s.space, start: s.addr, end: s.addr + s.bytes.len() as u32 }).collect();
+        for (text, range) in &job.peek {
+            if let Some(addr) = (range.start..range.end).find(|&addr| cpu.peek(range.space, addr).is_none()) {
+                let why = format!("{} has nothing at {}:0x{addr:x}", chip.name, range.space);
+                return Err(Failure::value("--peek <RANGE>", text, &why));
+            }
+        }
+        queue(&mut cpu, &job.drives);
+        let ended = recorded(args, &mut cpu, &job)?;
+        let story = Story { cpu: &cpu, names, clock: job.clock, plan: &job.plan, ended: &ended, peek: &job.peek };
+        summary::complain(&story);
+        if args.json {
+            output::json(&summary::document(&story))?;
+        } else if self.to_stdout {
+            output::tell(&summary::text(&story));
+        } else {
+            output::print(summary::text(&story))?;
+        }
+        let asked = args.time.is_some() || args.cycles.is_some();
+        Ok(code(&job.plan, &ended, asked))
+    }
+}
+
+/// Runs and writes along what `--uart` and `--vcd` ask for.
+fn recorded<C: Cpu>(args: &RunArgs, cpu: &mut C, job: &Planned) -> Result<Ended, Failure> {
+    let chip = cpu.chip();
     let uart_file = args.uart.as_deref().filter(|f| !output::is_stdout(f)).map(Pending::new).transpose()?;
     let vcd_file = args.vcd.as_deref().filter(|f| !output::is_stdout(f)).map(Pending::new).transpose()?;
     let vcd_name = args.vcd.as_deref().unwrap_or_default();
@@ -152,11 +205,11 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         (Some(_), Some(file)) => Some(file.writer()?),
         (Some(_), None) => Some(Box::new(std::io::BufWriter::new(std::io::stdout())) as Box<dyn Write>),
     };
-    let wave = wave.map(|out| Wave::new(out, chip, job.clock, &levels(&cpu, chip))).transpose().map_err(vcd_error)?;
+    let wave = wave.map(|out| Wave::new(out, chip, job.clock, &levels(cpu, chip))).transpose().map_err(vcd_error)?;
 
     let raw = args.uart.as_deref().is_some_and(output::is_stdout);
     let (start, mut printed, mut broken) = (Instant::now(), 0, None);
-    let ended = emu_debug::run(&mut cpu, &job.plan, wave, &mut |sent| {
+    let ended = emu_debug::run(cpu, &job.plan, wave, &mut |sent| {
         if raw && broken.is_none() {
             broken = output::print(sent.get(printed..).unwrap_or_default()).err();
             printed = sent.len();
@@ -175,28 +228,11 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         file.complete()?;
     }
     vcd_file.map_or(Ok(()), Pending::complete)?;
-
-    let story = Story { cpu: &cpu, names, clock: job.clock, plan: &job.plan, ended: &ended, peek: &job.peek };
-    summary::complain(&story);
-    if args.json {
-        output::json(&summary::document(&story))?;
-    } else if to_stdout {
-        output::tell(&summary::text(&story));
-    } else {
-        output::print(summary::text(&story))?;
-    }
-    let asked = args.time.is_some() || args.cycles.is_some();
-    Ok(code(&job.plan, &ended, asked))
+    Ok(ended)
 }
 
-fn job(args: &RunArgs, names: &Names<'_>, clocks_per_cycle: u32) -> Result<Job, Failure> {
+fn planned(args: &RunArgs, names: &Names<'_>, clock: Clock) -> Result<Planned, Failure> {
     let chip = names.chip;
-    let hz = args.clock.unwrap_or(chip.default_hz);
-    if hz > chip.max_hz {
-        let why = format!("{} runs at up to {} Hz", chip.name, chip.max_hz);
-        return Err(Failure::value("--clock <HZ>", &hz.to_string(), &why));
-    }
-    let clock = Clock { hz, clocks_per_cycle };
     let time = args.time.as_deref().unwrap_or(DEFAULT_LIMIT);
     let limit = match args.cycles {
         Some(n) if n > time::MAX_CYCLES => {
@@ -227,7 +263,7 @@ fn job(args: &RunArgs, names: &Names<'_>, clocks_per_cycle: u32) -> Result<Job, 
         trap_ram: matches!(args.ram, Ram::Trap),
         filled: Vec::new(),
     };
-    Ok(Job { clock, plan, drives, peek: peek.collect::<Result<_, _>>()? })
+    Ok(Planned { clock, plan, drives, peek: peek.collect::<Result<_, _>>()? })
 }
 
 /// The exit code: a condition of --until ends the run well unless --expect-uart still waits.

@@ -1,6 +1,5 @@
 //! How a run went, for people and as JSON.
 
-use emu_avr::{Avr, isa};
 use emu_core::cpu::{Cpu, Fault};
 use emu_core::pins::Level;
 use emu_debug::text::escape;
@@ -9,10 +8,13 @@ use serde_json::{Map, Value, json};
 
 use crate::output;
 
+/// Words of the longest instruction of any family.
+const LONGEST: u32 = 3;
+
 /// Everything that is told about a run.
-pub struct Story<'a> {
+pub struct Story<'a, C> {
     /// The chip at the end.
-    pub cpu: &'a Avr,
+    pub cpu: &'a C,
     /// Names of addresses.
     pub names: Names<'a>,
     /// Seconds.
@@ -25,7 +27,7 @@ pub struct Story<'a> {
     pub peek: &'a [(String, Range)],
 }
 
-impl Story<'_> {
+impl<C: Cpu> Story<'_, C> {
     /// One word for the end.
     fn reason(&self) -> &'static str {
         match self.ended.reason {
@@ -72,9 +74,11 @@ impl Story<'_> {
 
     /// The instruction at the end, as text.
     fn instruction(&self) -> String {
-        let byte = |addr| self.cpu.peek("flash", addr % self.names.chip.flash).unwrap_or(0xFF);
-        let word = |addr| u16::from_le_bytes([byte(addr), byte(addr + 1)]);
-        isa::disassemble(&[word(self.pc()), word(self.pc() + 2)], self.pc() / 2).text
+        let (chip, size) = (self.names.chip, self.names.chip.word_bytes);
+        let byte = |addr: u32| u16::from(self.cpu.peek(chip.code, addr % chip.flash).unwrap_or(0xFF));
+        let word = |start: u32| (0..size).rev().fold(0, |high, i| high << 8 | byte(start + i));
+        let words: Vec<u16> = (0..LONGEST).map(|i| word(self.pc() + i * size)).collect();
+        (chip.isa.disassemble)(&words, self.pc() / size).text
     }
 
     /// `0x0086 (main+0x4)`.
@@ -99,6 +103,12 @@ impl Story<'_> {
         })
     }
 
+    /// Pins that chip and outside drove against each other, with the first cycle of that.
+    fn contention(&self) -> impl Iterator<Item = (&'static str, u64)> {
+        let name = |pin: u8| self.names.chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
+        self.ended.contention.iter().map(move |&(pin, cycle)| (name(pin), cycle))
+    }
+
     fn register(&self, name: &str) -> u32 {
         match (name, self.cpu.reg(name)) {
             ("PC", _) => self.cpu.pc() * self.names.chip.word_bytes,
@@ -107,12 +117,18 @@ impl Story<'_> {
     }
 }
 
-/// Says on standard error what the program did wrong, if it did.
-pub fn complain(story: &Story<'_>) {
+/// Says on standard error what pins were driven against each other, and what the program did wrong, if it did.
+pub fn complain<C: Cpu>(story: &Story<'_, C>) {
+    for (pin, cycle) in story.contention() {
+        output::tell(&format!(
+            "warning: chip and outside drive {pin} against each other from cycle {cycle} on; the chip wins\n  \
+             hint: let the pin go with --set {pin}=z or --at TIME:{pin}=z while the chip drives it\n"
+        ));
+    }
+    let erased = story.names.chip.isa.erased;
+    let out_of_code = format!("0x{erased:x} is erased memory: the program ran or jumped out of its code");
     let (what, hint) = match story.ended.reason {
-        Reason::Illegal { word: 0xFFFF, .. } => {
-            ("no instruction", "0xffff is erased memory: the program ran or jumped out of its code")
-        }
+        Reason::Illegal { word, .. } if word == erased => ("no instruction", out_of_code.as_str()),
         Reason::Illegal { .. } => ("no instruction", "is the image built for this chip?"),
         Reason::Fault { fault: Fault::SelfProgramming, .. } => {
             ("a fault of the program", "boot loaders and other programs that write flash do not run yet")
@@ -128,7 +144,7 @@ pub fn complain(story: &Story<'_>) {
 }
 
 /// The JSON document.
-pub fn document(story: &Story<'_>) -> Value {
+pub fn document<C: Cpu>(story: &Story<'_, C>) -> Value {
     let cpu = story.cpu;
     let mut stop = json!({ "reason": story.reason(), "pc": story.pc() });
     if let Some(detail) = story.detail() {
@@ -138,7 +154,8 @@ pub fn document(story: &Story<'_>) -> Value {
     let pins = story.pins().map(|(name, level)| (name.to_owned(), json!(level)));
     let hex = |range: &Range| story.bytes(range).iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     let peek = story.peek.iter().map(|(text, range)| (text.clone(), json!(hex(range))));
-    json!({
+    let contention: Vec<Value> = story.contention().map(|(pin, cycle)| json!({ "pin": pin, "cycle": cycle })).collect();
+    let mut document = json!({
         "schema": 1,
         "mcu": story.names.chip.name,
         "clock_hz": story.clock.hz,
@@ -150,11 +167,15 @@ pub fn document(story: &Story<'_>) -> Value {
         "pins": Value::Object(pins.collect::<Map<_, _>>()),
         "uart": story.ended.uart.iter().map(|&byte| char::from(byte)).collect::<String>(),
         "peek": Value::Object(peek.collect::<Map<_, _>>()),
-    })
+    });
+    if !contention.is_empty() {
+        document["contention"] = Value::Array(contention);
+    }
+    document
 }
 
 /// The summary for people.
-pub fn text(story: &Story<'_>) -> String {
+pub fn text<C: Cpu>(story: &Story<'_, C>) -> String {
     let cpu = story.cpu;
     let mut out = format!("stop       {}", story.reason());
     if let Some(detail) = story.detail() {
@@ -176,16 +197,7 @@ pub fn text(story: &Story<'_>) -> String {
     }
     let special: Vec<String> = special.iter().map(|name| format!("{name}=0x{:02x}", story.register(name))).collect();
     out.push_str(&format!("registers  {}\n", special.join(" ")));
-    let mut ports: Vec<(&str, String)> = Vec::new();
-    for (name, level) in story.pins() {
-        let (port, _) = name.split_at(name.len().saturating_sub(1));
-        match ports.last_mut() {
-            Some((last, levels)) if *last == port => levels.insert_str(0, level),
-            _ => ports.push((port, level.to_owned())),
-        }
-    }
-    let ports: Vec<String> = ports.iter().map(|(port, levels)| format!("{port}={levels}")).collect();
-    out.push_str(&format!("pins 7..0  {}\n", ports.join(" ")));
+    out.push_str(&format!("pins 7..0  {}\n", pins(story.pins())));
     if !story.ended.uart.is_empty() {
         out.push_str(&format!("uart       {}\n", escape(&story.ended.uart)));
     }
@@ -197,4 +209,32 @@ pub fn text(story: &Story<'_>) -> String {
         }
     }
     out
+}
+
+/// Ports with their pins from bit 7 down, `PB=zz1zzzzz P1=zzzz1111`, with `-` where one is missing in between; then the other
+/// pins.
+fn pins(pins: impl Iterator<Item = (&'static str, &'static str)>) -> String {
+    let (mut ports, mut others): (Vec<(&str, String)>, _) = (Vec::new(), Vec::new());
+    for (name, level) in pins {
+        let Some((port, bit)) = port_and_bit(name) else {
+            others.push(format!("{name}={level}"));
+            continue;
+        };
+        let i = ports.iter().position(|(other, _)| *other == port).unwrap_or(ports.len());
+        if i == ports.len() {
+            ports.push((port, String::new()));
+        }
+        let levels = &mut ports[i].1;
+        *levels = format!("{level}{levels:->bit$}");
+    }
+    ports.iter().map(|(port, levels)| format!("{port}={levels}")).chain(others).collect::<Vec<_>>().join(" ")
+}
+
+/// `PB5` is bit 5 of `PB`, `P1.0` bit 0 of `P1`. Other pins are in no port.
+fn port_and_bit(name: &str) -> Option<(&str, usize)> {
+    let (port, bit) = name.split_at_checked(2)?;
+    match bit.strip_prefix('.').unwrap_or(bit).as_bytes() {
+        [bit @ b'0'..=b'7'] => Some((port, usize::from(bit - b'0'))),
+        _ => None,
+    }
 }

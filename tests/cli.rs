@@ -79,19 +79,25 @@ fn transcripts() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// One line at a program word address, to words.
+type Assemble = fn(&str, u32) -> Result<Vec<u16>, emu_core::table::AsmError>;
+
 /// The HEX files of the transcripts come from the sources beside them, through our own assembler and writer.
 #[test]
 fn images_are_what_their_sources_say() {
-    for source in text_files("tests/cli/in", "s") {
+    let families: [(&str, Assemble, usize); 2] =
+        [("s", emu_avr::isa::assemble, 2), ("a51", emu_8051::isa::assemble, 1)];
+    let sources =
+        families.iter().flat_map(|family| text_files("tests/cli/in", family.0).into_iter().map(move |s| (s, family)));
+    for (source, &(_, assemble, word_bytes)) in sources {
         let mut words: Vec<u16> = Vec::new();
         for line in fs::read_to_string(&source).expect("a source").lines() {
             let code = line.split(';').next().unwrap_or_default().trim();
             if !code.is_empty() {
-                words
-                    .extend(emu_avr::isa::assemble(code, words.len() as u32).unwrap_or_else(|e| panic!("{code}: {e}")));
+                words.extend(assemble(code, words.len() as u32).unwrap_or_else(|e| panic!("{code}: {e}")));
             }
         }
-        let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
+        let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()[..word_bytes].to_vec()).collect();
         let hex = emu_core::image::write_hex(&[(0, &bytes)]);
         let file = source.with_extension("hex");
         if std::env::var_os("EMU_BLESS").is_some() {
@@ -180,6 +186,7 @@ fn damaged_files_never_break_emu() {
             (true, 1) => &["compile", "-", "--mcu", "atmega328p"],
             (true, _) => &["draw", "-"],
             (false, 0) => &["disasm", "-"],
+            (false, 1) => &["run", "-", "--mcu", "at89s52", "--for", "1ms"],
             (false, _) => &["run", "-", "--mcu", "atmega328p", "--for", "1ms"],
         };
         let args: Vec<String> = args.iter().map(|&a| a.to_owned()).collect();

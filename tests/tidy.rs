@@ -16,7 +16,7 @@ ladder:         diag
 ladder-eval:    ladder
 ladder-compile: ladder diag emu-core emu-avr
 emu-check:      ladder diag emu-core emu-avr emu-debug ladder-eval ladder-compile
-emu:            ladder diag emu-core emu-avr emu-debug ladder-eval ladder-compile emu-check
+emu:            ladder diag emu-core emu-avr emu-8051 emu-debug ladder-eval ladder-compile emu-check
 ";
 
 /// The wall: what the compiler may name of the emulators. Tables, chip data and images, never a machine.

@@ -1,0 +1,72 @@
+//! The families of chips: the one place that lists them. Everything else reads a chip's row or is generic over its machine.
+
+use emu_8051::Mcs51;
+use emu_avr::Avr;
+use emu_core::chip::{Chip, Family};
+use emu_core::cpu::{Cpu, RamInit};
+use emu_core::image::{Image, SymbolSpaces};
+
+use crate::nearest::nearest;
+
+/// All chips, family by family.
+pub fn chips() -> impl Iterator<Item = &'static Chip> {
+    emu_avr::chips::CHIPS.iter().copied().chain(emu_8051::chips::chips())
+}
+
+/// The chip `name` (case aside).
+pub fn chip(name: &str) -> Result<&'static Chip, String> {
+    chips().find(|c| c.name.eq_ignore_ascii_case(name)).ok_or_else(|| {
+        let names = || chips().map(|c| c.name);
+        match nearest(&name.to_ascii_lowercase(), names()) {
+            Some(near) => format!("no chip of this name; did you mean `{near}`? (`emu chips` lists all)"),
+            None => format!("no chip of this name; chips are {}", names().collect::<Vec<_>>().join(", ")),
+        }
+    })
+}
+
+/// Name of a family, for documents.
+pub fn name(family: Family) -> &'static str {
+    match family {
+        Family::Avr => "avr",
+        Family::Mcs51 => "mcs51",
+    }
+}
+
+/// Where the symbols go that linkers write into files of their own; nothing where the image brings its symbols along.
+pub fn symbol_spaces(chip: &Chip) -> Option<SymbolSpaces> {
+    match chip.family {
+        Family::Avr => None,
+        Family::Mcs51 => Some(SymbolSpaces::MCS51),
+    }
+}
+
+/// How a machine is built.
+#[derive(Debug, Clone, Copy)]
+pub struct Setup {
+    /// Oscillator, in Hz.
+    pub hz: u64,
+    /// What RAM holds after power-up.
+    pub ram: RamInit,
+    /// What only the 8051 family has.
+    pub mcs51: emu_8051::Options,
+}
+
+/// Something to do with a machine of whatever family.
+pub trait Job {
+    /// What comes of it.
+    type Out;
+    /// Does it, with a machine after power-up.
+    fn on<C: Cpu>(self, cpu: C) -> Self::Out;
+}
+
+/// Builds the machine of `chip`, with `image` in its memories, and does `job` with it.
+pub fn on_machine<J: Job>(chip: &'static Chip, image: &Image, setup: &Setup, job: J) -> J::Out {
+    match chip.family {
+        Family::Avr => {
+            let mut cpu = Avr::new(chip, image, setup.ram);
+            cpu.set_clock_hz(setup.hz);
+            job.on(cpu)
+        }
+        Family::Mcs51 => job.on(Mcs51::with(chip, image, setup.ram, setup.mcs51)),
+    }
+}

@@ -1,0 +1,86 @@
+//! The flags of `emu run` that belong to the 8051 family.
+
+use clap::{Args, ValueEnum};
+use emu_8051::chips::{self, Part};
+use emu_8051::{Options, Readings};
+use emu_core::chip::{Chip, Family};
+
+use crate::fail::Failure;
+
+/// The flags.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Only for the 8051 family")]
+pub struct Flags {
+    /// Code and XDATA are one memory, as boards wire it that load programs into RAM.
+    #[arg(long)]
+    von_neumann: bool,
+    /// Level of the EA pin: low fetches the program from outside from address 0 on. Default: high where the chip has
+    /// program memory.
+    #[arg(long, value_name = "LEVEL")]
+    ea: Option<Ea>,
+    /// Run at 6 clocks a machine cycle, on chips that can.
+    #[arg(long)]
+    x2: bool,
+    /// How to take a sentence of the manual that can be read two ways: interrupt-sample=previous or now, hold=write or
+    /// access. Repeatable.
+    #[arg(long, value_name = "NAME=READING", value_parser = reading)]
+    reading: Vec<Reading>,
+}
+
+/// Level of the EA pin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Ea {
+    /// Program memory on the chip.
+    High,
+    /// Program memory outside.
+    Low,
+}
+
+/// A reading of the manual (see [`Readings`]).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Reading {
+    /// Interrupt flags are polled as they are now, not as they were in the cycle before.
+    SampleNow(bool),
+    /// Reads of IE and IP hold interrupts back for an instruction too, not only writes.
+    HoldOnRead(bool),
+}
+
+fn reading(text: &str) -> Result<Reading, String> {
+    match text.split_once('=') {
+        Some(("interrupt-sample", "previous")) => Ok(Reading::SampleNow(false)),
+        Some(("interrupt-sample", "now")) => Ok(Reading::SampleNow(true)),
+        Some(("hold", "write")) => Ok(Reading::HoldOnRead(false)),
+        Some(("hold", "access")) => Ok(Reading::HoldOnRead(true)),
+        _ => Err("readings are interrupt-sample=previous, interrupt-sample=now, hold=write and hold=access".to_owned()),
+    }
+}
+
+impl Flags {
+    /// How the machine of `chip` is wired and how the manual is read; refuses flags that are not for it.
+    pub fn options(&self, chip: &Chip) -> Result<Options, Failure> {
+        let part = (chip.family == Family::Mcs51).then(|| chips::part(chip.name)).flatten();
+        let can = |able: fn(&Part) -> bool| part.is_some_and(able);
+        let given = [
+            ("--von-neumann", self.von_neumann, can(|part| part.bus), " with an external bus"),
+            ("--ea", self.ea.is_some(), can(|part| part.bus), " with an external bus"),
+            ("--ea high", self.ea == Some(Ea::High), can(|part| part.internal > 0), " with program memory on the chip"),
+            ("--x2", self.x2, can(|part| part.x2), " that run at 6 clocks a machine cycle"),
+            ("--reading", !self.reading.is_empty(), part.is_some(), ""),
+        ];
+        if let Some((flag, _, _, which)) = given.into_iter().find(|(_, given, can, _)| *given && !can) {
+            let which = if part.is_some() { which } else { "" };
+            let why = format!("{flag} is for chips of the 8051 family{which}; {} is none", chip.name);
+            return Err(Failure::Usage(why));
+        }
+        let mut readings = Readings::default();
+        for reading in &self.reading {
+            match reading {
+                Reading::SampleNow(now) => readings.sample_now = *now,
+                Reading::HoldOnRead(too) => readings.hold_on_read = *too,
+            }
+        }
+        // Without program memory on the chip the pin is low, as data sheets ask for.
+        let ea = self.ea.map_or(can(|part| part.internal > 0), |ea| ea == Ea::High);
+        Ok(Options { von_neumann: self.von_neumann, ea, x2: self.x2, readings })
+    }
+}
