@@ -158,7 +158,7 @@ impl Avr {
         let (start, counted, before) =
             (self.hot.time.now(), self.hot.time.instructions(), (registers(self), self.hot.flags));
         let promised = steady(self, start);
-        if promised.min(deadline) - start < WORTH {
+        if promised.min(deadline).saturating_sub(start) < WORTH {
             self.blind_until = start + BLIND;
             return;
         }

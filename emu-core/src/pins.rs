@@ -99,6 +99,12 @@ pub struct Pin {
 }
 
 impl Pin {
+    /// A pin that nothing drives and that reads high until something has pulled it low.
+    #[must_use]
+    pub const fn charged() -> Pin {
+        Pin { own: Level::Float, pull_up: false, outside: Level::Float, high: true, before: true, changed: 0 }
+    }
+
     /// Level of the wire.
     #[must_use]
     pub const fn level(&self) -> Level {

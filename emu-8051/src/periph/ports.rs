@@ -36,7 +36,8 @@ impl Ports {
     pub fn new(part: &Part, bus: bool) -> Ports {
         let mut ports = Ports {
             latch: [0xFF; 4],
-            pins: [Pin::default(); PINS],
+            // What nothing drives reads high until something has pulled it low.
+            pins: [Pin::charged(); PINS],
             txd_low: false,
             rxd_low: false,
             t2_low: false,
@@ -44,8 +45,7 @@ impl Ports {
             bus,
             comparator: part.comparator,
         };
-        // What nothing drives reads high until something has pulled it low.
-        ports.pins.iter_mut().take(32).for_each(|pin| pin.high = true);
+        ports.pins[usize::from(pin::RST)] = Pin::default();
         (0..PINS as PinId).for_each(|pin| _ = ports.settle(pin, 0));
         ports
     }
