@@ -47,6 +47,8 @@ pub struct Setup {
     pub hz: u64,
     /// What RAM holds after power-up.
     pub ram: RamInit,
+    /// The pins of an external bus are looked at.
+    pub bus: bool,
     /// What only the 8051 family has.
     pub mcs51: emu_8051::Options,
 }
@@ -67,6 +69,10 @@ pub fn on_machine<J: Job>(chip: &'static Chip, image: &Image, setup: &Setup, job
             cpu.set_clock_hz(setup.hz);
             job.on(cpu)
         }
-        Family::Mcs51 => job.on(Mcs51::with(chip, image, setup.ram, setup.mcs51)),
+        Family::Mcs51 => {
+            let mut cpu = Mcs51::with(chip, image, setup.ram, setup.mcs51);
+            cpu.show_bus(setup.bus);
+            job.on(cpu)
+        }
     }
 }

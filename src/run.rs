@@ -149,7 +149,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         Ram::Fill(init) => init,
         Ram::Trap => RamInit::Zero,
     };
-    on_machine(chip, &image, &Setup { hz, ram, mcs51 }, Headless { args, image: &image, hz, to_stdout })
+    on_machine(chip, &image, &Setup { hz, ram, bus: args.vcd.is_some(), mcs51 }, Headless { args, image: &image, hz, to_stdout })
 }
 
 /// A run without a user.

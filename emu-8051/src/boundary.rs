@@ -6,6 +6,7 @@ use emu_core::cpu::{Bus, Cpu, NEVER, Probe, Reset, Stop};
 
 use crate::cpu::Mcs51;
 use crate::isa::Kind;
+use crate::soc::Transfer;
 use crate::turn::space;
 
 /// Cycles of peace from which on it is worth to look for turns to jump over.
@@ -143,7 +144,7 @@ impl Mcs51 {
         if self.part.bus {
             let value = self.hot.acc as u8;
             self.write_external(addr, value);
-            self.soc.external_access(last);
+            self.soc.external_access(Transfer { addr, value, write: true }, last);
             if P::DATA {
                 self.hot.stop |= probe.data(last, space::XDATA, addr, value, true);
             }

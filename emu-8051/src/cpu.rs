@@ -121,6 +121,11 @@ impl Mcs51 {
         self.skip = on;
     }
 
+    /// Lets a probe see the edges of the bus under MOVX, or not (as it is at first, since they are many).
+    pub fn show_bus(&mut self, on: bool) {
+        self.soc.show_bus(on);
+    }
+
     /// The chip around the core.
     #[must_use]
     pub fn soc(&self) -> &Soc {

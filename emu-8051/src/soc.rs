@@ -12,6 +12,7 @@ use emu_core::cpu::{Bus, NEVER, Reset, Wake};
 use emu_core::pins::{Event, Level, Pin, PinId, Time};
 
 mod baud;
+mod bus;
 mod irq;
 mod power;
 mod regs;
@@ -24,6 +25,7 @@ use crate::periph::serial::{Edge, Line, Serial, Step};
 use crate::periph::timer::Timers;
 use crate::periph::timer2::Timer2;
 use baud::Baud;
+pub use bus::Transfer;
 use irq::Interrupts;
 use power::{Power, Watchdog};
 
@@ -53,6 +55,8 @@ pub struct Soc {
     drives: VecDeque<(u64, PinId, Level)>,
     events: VecDeque<Event>,
     logging: bool,
+    /// Edges of MOVX are logged too.
+    shows_bus: bool,
     /// In oscillator time.
     deadline: u64,
     /// The cycle up to which timers were brought last.
@@ -99,6 +103,7 @@ impl Soc {
             drives: VecDeque::new(),
             events: VecDeque::new(),
             logging: false,
+            shows_bus: false,
             deadline: NEVER,
             synced: 0,
             irq_at: 0,
@@ -180,18 +185,6 @@ impl Soc {
     #[must_use]
     pub fn port2(&self) -> u8 {
         self.ports.latch(2)
-    }
-
-    /// An access to external memory would change the latch of port 0.
-    #[inline]
-    #[must_use]
-    pub fn port0_holds_zeros(&self) -> bool {
-        self.ports.latch(0) != 0xFF
-    }
-
-    /// An access to external memory leaves ones in the latch of port 0.
-    pub fn external_access(&mut self, now: u64) -> Wake {
-        self.write_bits(u16::from(at::P0), 0xFF, 0xFF, now)
     }
 
     /// RETI.
@@ -374,8 +367,10 @@ impl Bus for Soc {
     fn read(&mut self, reg: u16, now: u64) -> (u8, Wake) {
         let due = self.due() <= now;
         self.run(now);
-        self.sync(self.inner(now));
         let addr = reg as u8;
+        if port_of(addr).is_none() {
+            self.sync(self.inner(now));
+        }
         let hold = self.readings.hold_on_read && matches!(addr, at::IE | at::IP);
         let wake = Wake(if due { Wake::DEADLINE.0 } else { 0 } | if hold { Wake::HOLD.0 } else { 0 });
         (self.show(addr), wake)

@@ -12,7 +12,7 @@ use crate::exec::*;
 use crate::hot::Hot;
 use crate::isa::{Kind, Mcs51Op, mcs51_table};
 use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, RamBit, Rel, Ri, Rn};
-use crate::soc::Soc;
+use crate::soc::{Soc, Transfer};
 
 /// Bytes of program memory, and of external RAM.
 pub const SPAN: usize = 0x1_0000;
@@ -92,6 +92,16 @@ impl<P: Probe> Turn<'_, P> {
         value
     }
 
+    /// A byte has gone over the bus.
+    #[inline(always)]
+    fn moved(&mut self, transfer: Transfer) {
+        if self.bus.minds_movx() {
+            let at = self.last();
+            let wake = use_bus(self.bus, transfer, at);
+            self.wake(wake);
+        }
+    }
+
     /// Writes the bits of `mask` of the register at a direct address from 80h on.
     #[inline(always)]
     fn write_sfr(&mut self, addr: u8, mask: u8, value: u8) {
@@ -120,10 +130,10 @@ fn write_bus(bus: &mut Soc, addr: u8, mask: u8, value: u8, at: u64) -> Wake {
     bus.write_bits(u16::from(addr), mask, value, at)
 }
 
-/// An external access leaves ones in the latch of port 0 (user's manual, "Accessing external memory").
+/// MOVX does something to the ports.
 #[inline(never)]
-fn free_port0(bus: &mut Soc, at: u64) -> Wake {
-    bus.external_access(at)
+fn use_bus(bus: &mut Soc, transfer: Transfer, at: u64) -> Wake {
+    bus.external_access(transfer, at)
 }
 
 impl<P: Probe> Machine for Turn<'_, P> {
@@ -341,22 +351,14 @@ impl<P: Probe> Mcs51Machine for Turn<'_, P> {
     fn xdata(&mut self, addr: Pair) -> Byte {
         let value = self.xdata[usize::from(addr.0)];
         self.saw(space::XDATA, addr.0, value, false);
-        if self.bus.port0_holds_zeros() {
-            let at = self.last();
-            let wake = free_port0(self.bus, at);
-            self.wake(wake);
-        }
+        self.moved(Transfer { addr: addr.0, value, write: false });
         Byte(value)
     }
     #[inline(always)]
     fn set_xdata(&mut self, addr: Pair, value: Byte) {
         self.saw(space::XDATA, addr.0, value.0, true);
         self.xdata[usize::from(addr.0)] = value.0;
-        if self.bus.port0_holds_zeros() {
-            let at = self.last();
-            let wake = free_port0(self.bus, at);
-            self.wake(wake);
-        }
+        self.moved(Transfer { addr: addr.0, value: value.0, write: true });
     }
     #[inline(always)]
     fn page(&mut self) -> Byte {

@@ -259,8 +259,11 @@ impl Soc {
         self.edge(pin, changed, at);
     }
 
-    /// Logs the edge of a pin, if there was one, and tells the receiver of its line.
+    /// Logs the edge of a pin, if there was one, and a fight over it, and tells the receiver of its line.
     fn edge(&mut self, pin: PinId, changed: Option<Level>, at: u64) {
+        if self.logging && self.ports.pin(pin).contention() {
+            self.events.push_back(Event::Contention { at: Time::at(at), pin });
+        }
         let Some(level) = changed else { return };
         if self.logging {
             self.events.push_back(Event::Edge { at: Time::at(at), pin, level });

@@ -51,8 +51,10 @@ pub mod pin {
     pub const INT1: PinId = 27;
     pub const T0:   PinId = 28;
     pub const T1:   PinId = 29;
+    pub const WR:   PinId = 30;
     /// Output of the comparator, where there is one.
     pub const OUT:  PinId = 30;
+    pub const RD:   PinId = 31;
     pub const RST:  PinId = 32;
 }
 

@@ -119,7 +119,9 @@ impl Ports {
         self.pin(8).high && !self.pin(9).high
     }
 
-    const fn is_bus(&self, pin: PinId) -> bool {
+    /// The pin belongs to program memory outside.
+    #[must_use]
+    pub const fn is_bus(&self, pin: PinId) -> bool {
         self.bus && matches!(pin / 8, 0 | 2)
     }
 

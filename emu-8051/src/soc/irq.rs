@@ -187,7 +187,8 @@ impl Soc {
         }
         let delay = if self.readings.sample_now { 1 } else { 2 };
         let later = |since: u64| if since.saturating_add(delay) > t { since.saturating_add(delay) } else { NEVER };
-        let is = |source: u8| enabled & bit(source) != 0;
+        let above = if self.interrupts.in_progress == 0 { 0xFF } else { self.interrupts.ip };
+        let is = |source: u8| enabled & above & bit(source) != 0;
         let mut next = if self.interrupts.polled.0 > t { self.interrupts.polled.0 } else { NEVER };
         for n in 0..2 {
             let external = &self.interrupts.external[n];

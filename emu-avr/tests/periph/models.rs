@@ -24,6 +24,7 @@ fn ports_agree_with_wires_stepped_at_every_cycle() {
         let mut wires = [Wire::default(); 24];
         let mut shown = [Level::Float; 24];
         let mut queue: Vec<(u64, u8, Level)> = Vec::new();
+        let mut fought = [false; 24];
         for now in 0..2000 {
             if rng.one_in(6) {
                 let (at, pin, level) = (now + rng.below(9), rng.below(24) as u8, LEVELS[rng.below(3) as usize]);
@@ -36,7 +37,7 @@ fn ports_agree_with_wires_stepped_at_every_cycle() {
                 }
                 at > now
             });
-            let mut edges = Vec::new();
+            let (mut edges, mut fights) = (Vec::new(), Vec::new());
             for (i, wire) in wires.iter_mut().enumerate() {
                 let (n, bit) = (i / 8, i % 8);
                 let [output, high] = [ddr[n], port[n]].map(|reg| reg >> bit & 1 == 1);
@@ -45,6 +46,11 @@ fn ports_agree_with_wires_stepped_at_every_cycle() {
                 let driven = if own == Level::Float { wire.outside } else { own };
                 let level = if driven == Level::Float && pull { Level::High } else { driven };
                 wire.charge = [level == Level::High || level == Level::Float && wire.charge[0], wire.charge[0]];
+                let fight = own != Level::Float && wire.outside != Level::Float && own != wire.outside;
+                if fight && !fought[i] {
+                    fights.push(i as u8);
+                }
+                fought[i] = fight;
                 if level != shown[i] {
                     shown[i] = level;
                     edges.push((i as u8, level));
@@ -65,10 +71,14 @@ fn ports_agree_with_wires_stepped_at_every_cycle() {
             // Two drives of one pin in one cycle log two edges; the last one of each pin counts.
             let mut logged = [None; 24];
             while let Some(event) = soc.drain() {
-                let Event::Edge { at, pin, level } = event else { panic!("{event:?}") };
-                assert_eq!(at.cycle, now, "{event:?}, seed {seed}");
-                logged[usize::from(pin)] = Some(level);
+                assert_eq!(event.at().cycle, now, "{event:?}, seed {seed}");
+                match event {
+                    Event::Edge { pin, level, .. } => logged[usize::from(pin)] = Some(level),
+                    Event::Contention { pin, .. } => fights.retain(|&fight| fight != pin),
+                    Event::Sent { .. } => panic!("{event:?}"),
+                }
             }
+            assert!(fights.is_empty(), "contention at {fights:?} not told, seed {seed}, cycle {now}");
             for (pin, level) in edges {
                 assert_eq!(logged[usize::from(pin)], Some(level), "edge of pin {pin}, seed {seed}, cycle {now}");
             }
