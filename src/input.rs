@@ -70,6 +70,7 @@ pub fn image_with_symbols(file: &str, symbols: &[String], chip: &Chip, terminal:
         Ok(found) => {
             report(terminal, &found.warnings, &text(&found.warnings));
             image.symbols.extend(found.symbols);
+            image.lines = found.lines;
             Ok(image)
         }
         Err(faults) => {

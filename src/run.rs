@@ -149,7 +149,12 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         Ram::Fill(init) => init,
         Ram::Trap => RamInit::Zero,
     };
-    on_machine(chip, &image, &Setup { hz, ram, bus: args.vcd.is_some(), mcs51 }, Headless { args, image: &image, hz, to_stdout })
+    on_machine(
+        chip,
+        &image,
+        &Setup { hz, ram, bus: args.vcd.is_some(), mcs51 },
+        Headless { args, image: &image, hz, to_stdout },
+    )
 }
 
 /// A run without a user.
@@ -179,7 +184,9 @@ impl Job for Headless<'_> {
         }
         queue(&mut cpu, &job.drives);
         let ended = recorded(args, &mut cpu, &job)?;
-        let story = Story { cpu: &cpu, names, clock: job.clock, plan: &job.plan, ended: &ended, peek: &job.peek };
+        let lines = &image.lines;
+        let story =
+            Story { cpu: &cpu, names, lines, clock: job.clock, plan: &job.plan, ended: &ended, peek: &job.peek };
         summary::complain(&story);
         if args.json {
             output::json(&summary::document(&story))?;

@@ -1,6 +1,9 @@
 //! How a run went, for people and as JSON.
 
+use std::cmp::Reverse;
+
 use emu_core::cpu::{Cpu, Fault};
+use emu_core::image::LineAt;
 use emu_core::pins::Level;
 use emu_debug::text::escape;
 use emu_debug::{Clock, Ended, Names, Plan, Range, Reason};
@@ -17,6 +20,8 @@ pub struct Story<'a, C> {
     pub cpu: &'a C,
     /// Names of addresses.
     pub names: Names<'a>,
+    /// Source lines.
+    pub lines: &'a [LineAt],
     /// Seconds.
     pub clock: Clock,
     /// What was waited for.
@@ -83,8 +88,20 @@ impl<C: Cpu> Story<'_, C> {
 
     /// `0x0086 (main+0x4)`.
     fn place(&self) -> String {
-        let near = self.names.near(self.pc()).map_or(String::new(), |near| format!(" ({near})"));
-        format!("0x{:04x}{near}", self.pc())
+        let known: Vec<String> = self.names.near(self.pc()).into_iter().chain(self.line()).collect();
+        match known.as_slice() {
+            [] => format!("0x{:04x}", self.pc()),
+            known => format!("0x{:04x} ({})", self.pc(), known.join(", ")),
+        }
+    }
+
+    /// The source line at the end, `main.c:12`, where it is of the function in which the run ended; C goes before others.
+    fn line(&self) -> Option<String> {
+        let (chip, pc) = (self.names.chip, self.pc());
+        let function = self.names.symbols.iter().filter(|s| s.space == chip.code && s.addr <= pc).map(|s| s.addr).max();
+        let behind = self.lines.iter().filter(|line| (function.unwrap_or(0)..=pc).contains(&line.addr));
+        let line = behind.min_by_key(|line| (line.kind, Reverse(line.addr), Reverse(line.line)))?;
+        Some(format!("{}:{}", line.file, line.line))
     }
 
     fn bytes(&self, range: &Range) -> Vec<u8> {
@@ -149,6 +166,9 @@ pub fn document<C: Cpu>(story: &Story<'_, C>) -> Value {
     let mut stop = json!({ "reason": story.reason(), "pc": story.pc() });
     if let Some(detail) = story.detail() {
         stop["detail"] = json!(detail);
+    }
+    if let Some(line) = story.line() {
+        stop["line"] = json!(line);
     }
     let registers = story.names.chip.cpu_regs.iter().map(|name| ((*name).to_owned(), json!(story.register(name))));
     let pins = story.pins().map(|(name, level)| (name.to_owned(), json!(level)));

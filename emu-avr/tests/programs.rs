@@ -40,8 +40,7 @@ fn parse(text: &str) -> Vec<Program> {
         }
         let wanted =
             wanted.lines().take_while(|l| !l.starts_with('#')).flat_map(|l| l.split(';')).map(|w| w.trim().to_owned());
-        let image =
-            Image { segments: vec![Segment { space: "flash", addr: 0, bytes: flash }], symbols: vec![], entry: None };
+        let image = Image { segments: vec![Segment { space: "flash", addr: 0, bytes: flash }], ..Image::default() };
         programs.push(Program { name: name.to_owned(), image, wanted: wanted.filter(|w| !w.is_empty()).collect() });
     }
     programs

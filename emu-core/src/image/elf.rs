@@ -141,7 +141,7 @@ fn read(bytes: &[u8], spaces: &[Space], faults: &mut Faults) -> Result<Image, Er
         faults.error("ELF010", Pos::default(), cause, "link a program, not only data");
     }
     let symbols = symbols(&sections, bytes, spaces, faults)?;
-    Ok(Image { segments: placed.into_segments(), symbols, entry: Some(header.e_entry(Le)) })
+    Ok(Image { segments: placed.into_segments(), symbols, lines: Vec::new(), entry: Some(header.e_entry(Le)) })
 }
 
 fn tell(trouble: Trouble, pieces: &[Piece], piece: &Piece, spaces: &[Space], faults: &mut Faults) {

@@ -42,7 +42,12 @@ pub fn load_hex(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Ve
         reader.close(last);
     }
     let Reader { faults, placed, start, .. } = reader;
-    let image = Image { segments: placed.into_segments(), symbols: Vec::new(), entry: start.map(|(entry, _)| entry) };
+    let image = Image {
+        segments: placed.into_segments(),
+        symbols: Vec::new(),
+        lines: Vec::new(),
+        entry: start.map(|(entry, _)| entry),
+    };
     faults.finish(image)
 }
 

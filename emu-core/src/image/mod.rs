@@ -74,6 +74,8 @@ pub struct Image {
     pub segments: Vec<Segment>,
     /// The symbols in the order of the memories, then by address and name. Empty for a HEX file.
     pub symbols: Vec<SymbolAt>,
+    /// Source lines of the program by address; none unless a file of symbols was read.
+    pub lines: Vec<LineAt>,
     /// Start address that the file names, a byte address of the image file. For information: a chip starts at its
     /// reset vector.
     pub entry: Option<u32>,
