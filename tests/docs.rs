@@ -52,6 +52,19 @@ fn fits(wanted: &[&str], found: &[&str]) -> bool {
     }
 }
 
+/// Copies a folder with all that is in it.
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("a folder");
+    for entry in fs::read_dir(from).expect("a folder").flatten() {
+        let to = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &to);
+        } else {
+            fs::copy(entry.path(), to).expect("a copy");
+        }
+    }
+}
+
 #[test]
 fn every_command_of_the_pages_prints_what_they_say() {
     let mut pages = vec![root().join("README.md")];
@@ -64,10 +77,7 @@ fn every_command_of_the_pages_prints_what_they_say() {
         let stem = page.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("page-{stem}"));
         let _ = fs::remove_dir_all(&dir);
-        fs::create_dir_all(dir.join("examples")).expect("a folder");
-        for example in fs::read_dir(root().join("examples")).expect("examples").flatten() {
-            fs::copy(example.path(), dir.join("examples").join(example.file_name())).expect("a copy");
-        }
+        copy(&root().join("examples"), &dir.join("examples"));
         let text = fs::read_to_string(&page).expect("a page");
         let mut out = String::new();
         let mut lines = text.lines().peekable();
