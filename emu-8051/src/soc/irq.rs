@@ -87,15 +87,16 @@ pub struct Interrupts {
     pub external: [External; 2],
     /// Levels in progress: bit 0 low, bit 1 high.
     in_progress: u8,
-    /// Requests that were polled in the cycle before this one although a program was just clearing them.
-    polled: (u64, u8),
+    /// Requests that count at the boundaries before these two cycles as they were sampled, although a program took them back
+    /// after that.
+    polled: [(u64, u8); 2],
 }
 
 impl Interrupts {
     /// After reset, with INT0 and INT1 at these levels.
     pub const fn new(levels: [bool; 2]) -> Interrupts {
         let external = [External::new(levels[0]), External::new(levels[1])];
-        Interrupts { ie: 0, ip: 0, external, in_progress: 0, polled: (0, 0) }
+        Interrupts { ie: 0, ip: 0, external, in_progress: 0, polled: [(0, 0); 2] }
     }
 
     /// Sources that are enabled, as bits by number minus 1.
@@ -106,7 +107,7 @@ impl Interrupts {
     /// The external interrupt `n` has woken the chip, and is served at the boundary before cycle `t` although its level has
     /// gone.
     pub const fn remember(&mut self, n: usize, t: u64) {
-        self.polled = (t, 1 << (2 * n));
+        self.polled = [(t, 1 << (2 * n)), (0, 0)];
     }
 
     /// RETI: the interrupt of the highest level in progress has ended.
@@ -159,14 +160,15 @@ impl Soc {
 
     /// Requests that count at the boundary before cycle `t`, up to which everything is run.
     pub(super) fn requests(&self, t: u64) -> u8 {
-        let polled = if self.interrupts.polled.0 == t { self.interrupts.polled.1 } else { 0 };
-        self.stood(self.back(t)) | polled
+        let polled = self.interrupts.polled.iter().filter(|polled| polled.0 == t);
+        polled.fold(self.stood(self.back(t)), |requests, polled| requests | polled.1)
     }
 
-    /// Before a program writes flags at the end of cycle `t`: what stood before was polled in `t`, and will be served.
+    /// Before a program writes flags at the end of cycle `t`: what was sampled in the cycle before is polled in `t`, what was
+    /// sampled in `t` is polled in `t + 1`.
     pub(super) fn poll(&mut self, t: u64) {
         if !self.readings.sample_now {
-            self.interrupts.polled = (t + 1, self.stood(self.back(t + 1)));
+            self.interrupts.polled = [(t + 1, self.requests(t + 1)), (t + 2, self.stood(t))];
         }
     }
 
@@ -189,7 +191,8 @@ impl Soc {
         let later = |since: u64| if since.saturating_add(delay) > t { since.saturating_add(delay) } else { NEVER };
         let above = if self.interrupts.in_progress == 0 { 0xFF } else { self.interrupts.ip };
         let is = |source: u8| enabled & above & bit(source) != 0;
-        let mut next = if self.interrupts.polled.0 > t { self.interrupts.polled.0 } else { NEVER };
+        let later_polled = self.interrupts.polled.iter().filter(|polled| polled.0 > t && polled.1 & enabled != 0);
+        let mut next = later_polled.map(|polled| polled.0).min().unwrap_or(NEVER);
         for n in 0..2 {
             let external = &self.interrupts.external[n];
             if is(irq::INT0 + 2 * n as u8) && external.flag() {
@@ -218,7 +221,7 @@ impl Soc {
             irq::TIMER1 => self.timers.set_flag(1, false),
             _ => {}
         }
-        self.interrupts.polled = (0, 0);
+        self.interrupts.polled = [(0, 0); 2];
         let high = self.interrupts.ip & bit(source) != 0;
         self.interrupts.in_progress |= if high { 2 } else { 1 };
     }
