@@ -195,8 +195,14 @@ impl Soc {
         let mut next = later_polled.map(|polled| polled.0).min().unwrap_or(NEVER);
         for n in 0..2 {
             let external = &self.interrupts.external[n];
-            if is(irq::INT0 + 2 * n as u8) && external.flag() {
-                next = next.min(later(external.since()));
+            if is(irq::INT0 + 2 * n as u8) {
+                if external.flag() {
+                    next = next.min(later(external.since()));
+                }
+                // A level that has gone already may have been sampled for the next boundary.
+                if !external.edge && external.stood(self.back(t + 1)) {
+                    next = next.min(t + 1);
+                }
             }
             if is(irq::TIMER0 + 2 * n as u8) {
                 let set = if self.timers.flag(n) { self.timers.since(n) } else { self.timers.next_flag(n) };
