@@ -377,7 +377,7 @@ impl Bus for Soc {
     }
 
     fn read_latch(&mut self, reg: u16, now: u64) -> (u8, Wake) {
-        match port_of(reg as u8) {
+        match port_of(reg as u8).filter(|&port| !self.absent(port)) {
             Some(port) => (self.ports.latch(port), Wake::NONE),
             None => self.read(reg, now),
         }
@@ -462,7 +462,8 @@ impl Bus for Soc {
     }
 
     fn busy(&self) -> bool {
-        self.serial.busy() || !self.drives.is_empty() || !self.edges.is_empty()
+        let shifting = self.serial.shift_next() != NEVER;
+        self.serial.busy() || shifting || !self.drives.is_empty() || !self.edges.is_empty()
     }
 }
 

@@ -91,15 +91,19 @@ impl Ports {
 
     /// The outside drives a pin from the cycle `at` on; its new level if that changed.
     pub fn drive(&mut self, pin: PinId, level: Level, at: u64) -> Option<Level> {
-        self.pins.get_mut(usize::from(pin))?.outside = level;
-        self.settle(pin, at)
+        self.change(pin, at, |wire| wire.outside = level)
     }
 
     /// Settles a pin at the cycle `at` after something that drives it changed; its new level if that changed.
     pub fn settle(&mut self, pin: PinId, at: u64) -> Option<Level> {
+        self.change(pin, at, |_| ())
+    }
+
+    fn change(&mut self, pin: PinId, at: u64, outside: impl FnOnce(&mut Pin)) -> Option<Level> {
         let (own, pull_up) = self.own(pin);
         let wire = self.pins.get_mut(usize::from(pin))?;
         let before = wire.level();
+        outside(wire);
         (wire.own, wire.pull_up) = (own, pull_up);
         wire.settle(at);
         let after = wire.level();

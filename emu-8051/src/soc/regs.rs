@@ -22,9 +22,9 @@ impl Soc {
     pub(super) fn show(&self, addr: u8) -> u8 {
         let timers = &self.timers;
         match addr {
-            at::P0 => self.ports.input(0),
+            at::P0 if self.part.bus => self.ports.input(0),
             at::P1 => self.ports.input(1),
-            at::P2 => self.ports.input(2),
+            at::P2 if self.part.bus => self.ports.input(2),
             at::P3 => self.ports.input(3),
             at::PCON => self.pcon,
             at::TCON => self.tcon(),
@@ -149,8 +149,7 @@ impl Soc {
     /// Writes the bits of `mask` of a port's latch at the end of cycle `t`; pins follow in the next. True when nothing but
     /// those pins can have changed.
     pub(super) fn store_port(&mut self, port: usize, mask: u8, value: u8, t: u64) -> bool {
-        let absent = port & 1 == 0 && !self.part.bus;
-        if absent {
+        if self.absent(port) {
             return true;
         }
         let changed = self.ports.set_latch(port, self.ports.latch(port) & !mask | value & mask);
@@ -165,6 +164,11 @@ impl Soc {
             self.schedule();
         }
         !listens && self.events.len() == logged
+    }
+
+    /// True for ports 0 and 2 of the chips without them.
+    pub(super) const fn absent(&self, port: usize) -> bool {
+        port & 1 == 0 && !self.part.bus
     }
 
     /// How long a register keeps its value from the machine cycle `now` on, nothing being due at it.
