@@ -21,7 +21,14 @@ use emu_core::rng::Rng;
 use emu_core::{Cpu, Probe, Stop};
 use script::Case;
 
-const TEXTS: &[&str] = &[include_str!("programs/latency.txt")];
+const TEXTS: &[&str] = &[
+    include_str!("programs/latency.txt"),
+    include_str!("programs/interrupts.txt"),
+    include_str!("programs/ports.txt"),
+    include_str!("programs/timers.txt"),
+    include_str!("programs/serial.txt"),
+    include_str!("programs/power.txt"),
+];
 
 fn cases() -> Vec<Case> {
     TEXTS.iter().flat_map(|text| script::cases(text)).collect()

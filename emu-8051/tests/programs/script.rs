@@ -164,10 +164,13 @@ fn assemble(name: &str, lines: &[String], labels: &mut BTreeMap<String, u32>) ->
                     continue;
                 }
                 let (mnemonic, operands) = line.split_once(' ').unwrap_or((line, ""));
-                let known = |word: &str| match labels.get(word) {
-                    Some(at) => format!("0x{at:04x}"),
-                    None if pass == 0 && is_label(lines, word) => format!("0x{pc:04x}"),
-                    None => word.to_owned(),
+                let known = |operand: &str| {
+                    let (mark, word) = operand.strip_prefix('#').map_or(("", operand), |word| ("#", word));
+                    match labels.get(word) {
+                        Some(at) => format!("{mark}0x{at:04x}"),
+                        None if pass == 0 && is_label(lines, word) => format!("{mark}0x{pc:04x}"),
+                        None => operand.to_owned(),
+                    }
                 };
                 let operands: Vec<String> = operands.split(',').map(|word| known(word.trim())).collect();
                 let line = format!("{mnemonic} {}", operands.join(", "));
