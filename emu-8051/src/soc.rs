@@ -13,6 +13,7 @@ use emu_core::pins::{Event, Level, Pin, PinId, Time};
 
 mod baud;
 mod bus;
+mod clock;
 mod irq;
 mod power;
 mod regs;
@@ -38,6 +39,8 @@ pub struct Soc {
     ports: Ports,
     timers: Timers,
     timer2: Option<Timer2>,
+    /// Overflows of timer 2 whose toggle is on the pin.
+    toggled: u64,
     serial: Serial,
     baud: Baud,
     interrupts: Interrupts,
@@ -90,6 +93,7 @@ impl Soc {
             ports: Ports::new(part, bus),
             timers: Timers::new(0),
             timer2: None,
+            toggled: 0,
             serial: Serial::new(),
             baud: Baud::START,
             interrupts: Interrupts::new([true; 2]),
@@ -123,6 +127,7 @@ impl Soc {
         self.edges.clear();
         self.timers = Timers::new(t);
         self.timer2 = (self.part.timer2 != chips::Timer2::None).then(|| Timer2::new(t));
+        self.toggled = 0;
         self.serial = Serial::new();
         self.pcon = match why {
             Reset::PowerOn if self.part.at89s => power::POF,
@@ -316,21 +321,6 @@ impl Soc {
         self.settle(pin, edge.at.cycle, edge.at.phase);
     }
 
-    /// The clock output of timer 2 as it is at the cycle `t`.
-    fn clock_out(&mut self, t: u64) {
-        let Some(timer2) = &mut self.timer2 else { return };
-        let toggle = timer2.next_toggle();
-        if !self.ports.t2_low && toggle == NEVER {
-            return;
-        }
-        timer2.sync(t);
-        let low = timer2.clock_out() == Some(false);
-        if low != self.ports.t2_low {
-            self.ports.t2_low = low;
-            self.settle(pin::T2, t, (toggle % 6 * 2) as u8);
-        }
-    }
-
     /// Settles a pin at clock `phase` of cycle `t` after the chip changed what it does to it.
     fn settle(&mut self, pin: PinId, t: u64, phase: u8) {
         let changed = self.ports.settle(pin, t);
@@ -358,7 +348,7 @@ impl Soc {
     /// Works out the next deadline, interrupts aside.
     fn schedule(&mut self) {
         let edge = self.edges.front().map_or(NEVER, |edge| edge.at.cycle);
-        let toggle = self.timer2.as_ref().map_or(NEVER, |timer2| timer2.next_toggle() / 6);
+        let toggle = self.next_toggle().map_or(NEVER, |(state, _)| state / 6);
         self.deadline = edge.min(toggle).min(self.sample_at).min(self.next_serial()).min(self.watchdog.next());
     }
 }

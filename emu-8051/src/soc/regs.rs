@@ -115,7 +115,9 @@ impl Soc {
                 _ => {}
             }
         }
-        self.clock_out(t);
+        if matches!(addr, at::T2CON..=at::TH2) {
+            self.clock_written(t);
+        }
         if clocks {
             self.rebase(t);
         }
