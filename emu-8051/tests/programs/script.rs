@@ -105,7 +105,7 @@ fn build(name: String, source: &str, wanted: &str) -> Case {
         until: 2000,
         labels: BTreeMap::new(),
         wanted: wanted.split(';').map(|w| w.trim().to_owned()).filter(|w| !w.is_empty()).collect(),
-        image: Image { segments: vec![], symbols: vec![], entry: None },
+        image: Image::default(),
         name,
     };
     let mut lines = Vec::new();

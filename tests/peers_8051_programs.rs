@@ -1,0 +1,155 @@
+//! C programs compiled by SDCC in three memory models print and end here as they do on s51.
+//!
+//! Ignored by a plain `cargo test`; `.ci/peers` installs sdcc and s51 and runs it. What the programs have in common stands in
+//! `peers/s51_programs/print.h`, with the four ways of writing that the tests name.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+#[path = "peers/s51_programs/driver.rs"]
+mod driver;
+
+use driver::{build, ours, theirs};
+
+/// Programs without interrupts.
+const PLAIN: &str = "sort sieve crc format longs floats recurse structs tables bits pointers matrix queue digits words";
+
+const MODELS: [&str; 3] = ["small", "medium", "large"];
+
+fn source(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name)
+}
+
+/// A folder of its own for files that a test makes.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    folder
+}
+
+/// Runs a program to its end, which must be a good one.
+fn run(program: &Path, args: &[&str], dir: &Path) -> Output {
+    let output = Command::new(program).args(args).current_dir(dir).output();
+    let output = output.unwrap_or_else(|e| panic!("{}: {e}", program.display()));
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{} {args:?}: {}\n{errors}", program.display(), output.status);
+    output
+}
+
+/// Builds and runs a program in every memory model. Both must print the same; gives the model, the length of the text, the
+/// machine cycles of s51, and how many more it took here.
+fn compare(name: &str, way: &str) -> Vec<(&'static str, i64, u64, i64)> {
+    let pairs = MODELS.into_iter().map(|model| {
+        let hex = build(name, model, way);
+        let (theirs, ours) = (theirs(&hex), ours(&hex));
+        assert_eq!(ours.text, theirs.text, "{name} {model} {way}");
+        assert!(ours.text.ends_with('\n'), "{name} {model} {way}: {:?}", ours.text);
+        for line in known(name) {
+            assert!(
+                ours.text.lines().any(|l| l.trim_end() == line),
+                "{name} {model} {way}: no line `{line}` in\n{}",
+                ours.text
+            );
+        }
+        let difference = ours.cycles as i64 - theirs.cycles as i64;
+        println!("{name} {model} {way}: {} bytes, {} cycles, {difference:+}", ours.text.len(), theirs.cycles);
+        (model, ours.text.len() as i64, theirs.cycles, difference)
+    });
+    pairs.collect()
+}
+
+/// Lines that do not need an emulator to be known: `program: line`.
+const KNOWN: &str = "
+sieve: primes=550
+sieve: last=3989
+crc: C1 8FDD 414FA339 5BDC0FDA
+digits: 265252859812191058636308480000000
+digits: 314159265358979323846264
+digits: 012586269025
+recurse: fibonacci=233
+recurse: ackermann=9
+recurse: queens=4
+floats: 1.4142
+floats: 0.8415
+floats: 2.7183
+words: XXI CCXCIV DLXVII DCCCXL MCXIII MCCCLXXXVI MDCLIX MCMXXXII
+words: YWI=
+pointers: 5AA502
+irq_modes: pulses=37
+irq_idle: awake after each=200
+irq_pins: nested 5 3 10r 05
+";
+
+fn known(name: &str) -> impl Iterator<Item = &'static str> {
+    KNOWN.lines().filter_map(|line| line.split_once(": ")).filter(move |(n, _)| *n == name).map(|(_, line)| line)
+}
+
+/// No interrupts, and nothing that depends on where the dividers of the serial port stand: the same cycle.
+fn exact(way: &str) {
+    let differing: Vec<_> = PLAIN
+        .split(' ')
+        .flat_map(|name| compare(name, way).into_iter().filter(|row| row.3 != 0).map(move |row| (name, row)))
+        .collect();
+    assert!(differing.is_empty(), "{way}: {differing:?}");
+}
+
+#[test]
+#[ignore = "needs sdcc and s51: .ci/peers installs them"]
+fn programs_that_do_not_ask_for_ti_end_at_the_same_cycle() {
+    exact("PACED");
+}
+
+#[test]
+#[ignore = "needs sdcc and s51: .ci/peers installs them"]
+fn programs_that_ask_for_ti_end_at_the_same_cycle() {
+    exact("LOCKED");
+}
+
+#[test]
+#[ignore = "needs sdcc and s51: .ci/peers installs them"]
+fn programs_in_the_style_of_compiler_tests_end_at_the_same_cycle() {
+    exact("MODE0");
+}
+
+/// Timer 1 runs on, and the divider by 16 behind it (manual, "More about mode 1": transmission begins at the rollover after the write, TI
+/// is set at the 10th one). Bytes that follow each other closely take ten bits each, 480 cycles. s51 begins with the write
+/// and counts 160 overflows from there: a byte takes what the program needs between TI and the next write longer, and one
+/// that comes late need not wait for a rollover, a bit of 48 cycles at most.
+#[test]
+#[ignore = "needs sdcc and s51: .ci/peers installs them"]
+fn programs_that_send_while_the_divider_runs_print_the_same() {
+    for name in PLAIN.split(' ') {
+        for (model, bytes, _, difference) in compare(name, "POLLED") {
+            let allowed = -48 * bytes..=48 * bytes;
+            assert!(allowed.contains(&difference), "{name} {model}: {difference} cycles in {bytes} bytes");
+        }
+    }
+}
+
+/// `program way: least most`: machine cycles that the program ends later here than on s51, and why.
+///
+/// The manual ("How interrupts are handled"): a flag set in S5P2 of cycle n is polled in n + 1, and if that ends an instruction the call
+/// takes n + 2 and n + 3. s51 looks at the flags after every instruction and calls at once, one to four cycles earlier.
+const INTERRUPTS: &str = "
+irq_tick   LOCKED:     0 1000  200 interrupts reload their timer, so that what each comes later adds up: up to five cycles each
+irq_modes  LOCKED:     0   30  three waits for the last of many interrupts, at timers that reload themselves; a turn of the wait each
+irq_idle   LOCKED:     0    4  200 wakes by a timer that runs on; only the last one counts
+irq_pins   LOCKED:   -30    0  a level that the handler takes away calls it once, but on s51 once more; seven edges are not awaited
+irq_serial POLLED: -1350    0  135 bytes; up to ten cycles for the write after each TI, which s51 adds to the time of a byte
+";
+
+#[test]
+#[ignore = "needs sdcc and s51: .ci/peers installs them"]
+fn programs_with_interrupts_print_the_same() {
+    for line in INTERRUPTS.trim().lines() {
+        let (what, how) = line.split_once(':').unwrap_or_else(|| panic!("{line}"));
+        let (name, way) = what.split_once(' ').unwrap_or_else(|| panic!("{line}"));
+        let numbers: Vec<i64> = how.split_whitespace().take(2).map(|n| n.parse().expect("a number")).collect();
+        for (model, _, _, difference) in compare(name, way.trim()) {
+            assert!(
+                (numbers[0]..=numbers[1]).contains(&difference),
+                "{model}: {difference} cycles, not as in `{line}`"
+            );
+        }
+    }
+}
