@@ -66,6 +66,8 @@ pub struct Soc {
     synced: u64,
     /// The first boundary at which an interrupt can be served, in oscillator time; 0 where that is to be found out.
     irq_at: u64,
+    /// The deadline that the core was told last, in machine cycles.
+    told: u64,
     /// Pins have changed and are to be sampled in this cycle.
     sample_at: u64,
 }
@@ -111,6 +113,7 @@ impl Soc {
             deadline: NEVER,
             synced: 0,
             irq_at: 0,
+            told: NEVER,
             sample_at: NEVER,
         };
         soc.reset(Reset::PowerOn, 0);
@@ -358,7 +361,7 @@ impl Bus for Soc {
         let due = self.due() <= now;
         self.run(now);
         let addr = reg as u8;
-        if port_of(addr).is_none() {
+        if counts(addr) {
             self.sync(self.inner(now));
         }
         let hold = self.readings.hold_on_read && matches!(addr, at::IE | at::IP);
@@ -393,24 +396,34 @@ impl Bus for Soc {
             let quiet = self.store_port(port, mask, value, t);
             return if quiet && !due { Wake::NONE } else { Wake::DEADLINE };
         }
+        let logged = self.events.len();
         self.sync(t);
         self.store(addr, mask, value, t);
         self.schedule();
-        self.irq_at = 0;
-        Wake(Wake::DEADLINE.0 | if matches!(addr, at::IE | at::IP) { Wake::HOLD.0 } else { 0 })
+        self.irq_at = self.next_interrupt(t);
+        // The core need not look before it does so anyhow.
+        let sooner = self.due().min(self.irq_at.saturating_add(self.frozen)) < self.told;
+        let seen = sooner || due || self.events.len() != logged || addr == at::PCON;
+        match addr {
+            at::IE | at::IP => Wake(Wake::DEADLINE.0 | Wake::HOLD.0),
+            _ if seen => Wake::DEADLINE,
+            _ => Wake::NONE,
+        }
     }
 
     fn fire(&mut self, now: u64) -> u64 {
         self.run(now);
+        self.told = self.due();
         if self.power.stops_core() {
-            return self.due();
+            return self.told;
         }
         let t = self.inner(now);
         if self.irq_at <= t {
             self.sync(t);
             self.irq_at = self.next_interrupt(t);
         }
-        self.due().min(self.irq_at.saturating_add(self.frozen))
+        self.told = self.told.min(self.irq_at.saturating_add(self.frozen));
+        self.told
     }
 
     fn steady_until(&self, reg: u16, now: u64) -> u64 {
@@ -455,6 +468,11 @@ impl Bus for Soc {
         let shifting = self.serial.shift_next() != NEVER;
         self.serial.busy() || shifting || !self.drives.is_empty() || !self.edges.is_empty()
     }
+}
+
+/// True for registers that change with the counts of timers.
+const fn counts(addr: u8) -> bool {
+    matches!(addr, at::TCON..=at::TH1 | at::T2CON..=at::TH2)
 }
 
 /// The number of the port at a direct address.

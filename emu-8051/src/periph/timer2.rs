@@ -122,6 +122,10 @@ impl Timer2 {
             return;
         }
         let edge = self.plan.edge;
+        if edge == NEVER && self.plan.feed == Feed::Off {
+            (self.counts.synced, self.counts.behind) = (now, 1);
+            return;
+        }
         if edge > self.counts.synced && edge <= now && edge != NEVER {
             self.advance(edge);
             self.edge(edge);

@@ -93,6 +93,9 @@ impl Soc {
             let step = self.serial.shift_step(cycle, self.ports.pin(pin::RXD).high);
             self.took(step, cycle);
         }
+        if self.serial.mode() == 0 {
+            return;
+        }
         let mut ticks = self.ticks(Side::Tx, t);
         while let Some(wait) = self.serial.tx_wait().filter(|&wait| wait <= ticks) {
             self.serial.tx_pass(wait - 1);

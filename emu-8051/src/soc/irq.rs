@@ -68,6 +68,12 @@ impl External {
         self.levels.iter().find(|(from, _)| *from <= cycle).is_some_and(|(_, level)| !level)
     }
 
+    /// False where [`External::stood`] is, whatever the cycle.
+    const fn may_have_stood(&self) -> bool {
+        let [(_, now), (_, before), (_, first)] = self.levels;
+        if self.edge { self.flag } else { !(now & before & first) }
+    }
+
     /// The cycle from which on the request that stands now has stood.
     const fn since(&self) -> u64 {
         if self.edge { self.since } else { self.levels[0].0 }
@@ -139,18 +145,32 @@ const fn bit(source: u8) -> u8 {
 }
 
 impl Soc {
-    /// Sources whose request stood at S5P2 of `cycle`, as bits by number minus 1; everything is run up to `cycle` or later.
+    /// Enabled sources whose request stood at S5P2 of `cycle`, as bits by number minus 1; everything is run up to `cycle` or
+    /// later. Others are not asked: a write that enables them holds interrupts up until they have been polled anew.
     fn stood(&self, cycle: u64) -> u8 {
-        let timer = |n: usize| self.timers.flag(n) && self.timers.since(n) <= cycle;
-        let serial = self.serial.scon() & 3 != 0 && self.serial.since() <= cycle;
-        let timer2 = self.timer2.as_ref().is_some_and(|t| t.since() <= cycle);
         let [int0, int1] = &self.interrupts.external;
-        u8::from(int0.stood(cycle))
-            | u8::from(timer(0)) << 1
-            | u8::from(int1.stood(cycle)) << 2
-            | u8::from(timer(1)) << 3
-            | u8::from(serial) << 4
-            | u8::from(timer2) << 5
+        let set = u8::from(int0.may_have_stood())
+            | u8::from(self.timers.flag(0)) << 1
+            | u8::from(int1.may_have_stood()) << 2
+            | u8::from(self.timers.flag(1)) << 3
+            | u8::from(self.serial.scon() & 3 != 0) << 4
+            | u8::from(self.timer2.as_ref().is_some_and(|timer2| timer2.since() != NEVER)) << 5;
+        let mut left = self.interrupts.enabled() & set;
+        let mut requests = 0;
+        while left != 0 {
+            let source = left.trailing_zeros() as u8 + 1;
+            left &= left - 1;
+            let stood = match source {
+                irq::INT0 => self.interrupts.external[0].stood(cycle),
+                irq::INT1 => self.interrupts.external[1].stood(cycle),
+                irq::TIMER0 => self.timers.since(0) <= cycle,
+                irq::TIMER1 => self.timers.since(1) <= cycle,
+                irq::SERIAL => self.serial.since() <= cycle,
+                _ => self.timer2.as_ref().is_some_and(|timer2| timer2.since() <= cycle),
+            };
+            requests |= u8::from(stood) << (source - 1);
+        }
+        requests
     }
 
     /// How far back the requests stood that count at a boundary before cycle `t`.
@@ -167,7 +187,7 @@ impl Soc {
     /// Before a program writes flags at the end of cycle `t`: what was sampled in the cycle before is polled in `t`, what was
     /// sampled in `t` is polled in `t + 1`.
     pub(super) fn poll(&mut self, t: u64) {
-        if !self.readings.sample_now {
+        if !self.readings.sample_now && self.interrupts.enabled() != 0 {
             self.interrupts.polled = [(t + 1, self.requests(t + 1)), (t + 2, self.stood(t))];
         }
     }

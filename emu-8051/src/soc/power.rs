@@ -231,7 +231,8 @@ impl Soc {
         }
     }
 
-    /// True when something that is enabled can reset the chip or end its sleep without any pin being driven.
+    /// True when something that is enabled can reset the chip or end its sleep without any pin being driven. Interrupts as
+    /// [`Bus::fire`](emu_core::Bus::fire) has found them last.
     pub(super) fn wakes(&self) -> bool {
         if self.power.next() != NEVER || self.power.requested.is_some() {
             return true;
@@ -239,9 +240,8 @@ impl Soc {
         if self.power.down() {
             return false;
         }
-        let t = self.synced;
         self.watchdog.next() != NEVER
-            || self.next_interrupt(t) != NEVER
+            || self.irq_at != NEVER
             || self.interrupts.enabled() & 1 << 4 != 0 && (self.serial.busy() || self.serial.receiving())
     }
 }
