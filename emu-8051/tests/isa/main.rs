@@ -1,0 +1,8 @@
+//! What every instruction does: cases written by hand, all operands against plain integers, and that any way of running a
+//! program gives the same machine.
+
+mod bits;
+mod exhaustive;
+mod opcodes;
+mod rig;
+mod table;

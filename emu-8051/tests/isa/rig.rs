@@ -1,0 +1,62 @@
+//! A machine on which one instruction at a time is tried.
+
+use emu_8051::Mcs51;
+use emu_8051::chips::chip;
+use emu_8051::isa::assemble;
+use emu_core::image::Image;
+use emu_core::{Cpu, RamInit, Stop};
+
+pub const ACC: u32 = 0xE0;
+pub const B: u32 = 0xF0;
+pub const PSW: u32 = 0xD0;
+
+/// An 8052 with one instruction at [`Rig::PC`].
+pub struct Rig {
+    pub cpu: Mcs51,
+    pub len: u32,
+}
+
+impl Rig {
+    pub const PC: u32 = 0x1234;
+
+    pub fn new(line: &str) -> Rig {
+        let chip = chip("8052").expect("a chip of this crate");
+        let mut rig = Rig { cpu: Mcs51::new(chip, &Image::default(), RamInit::Random(0x51)), len: 0 };
+        rig.put_line(line);
+        rig
+    }
+
+    pub fn put_line(&mut self, line: &str) {
+        let bytes = assemble(line, Self::PC).unwrap_or_else(|e| panic!("{line}: {e}"));
+        for (addr, &byte) in (Self::PC..).zip(&bytes) {
+            assert!(self.cpu.poke("code", addr, byte as u8));
+        }
+        self.len = bytes.len() as u32;
+    }
+
+    pub fn put(&mut self, space: &str, addr: u32, value: u8) {
+        assert!(self.cpu.poke(space, addr, value), "{space}:{addr:02x}");
+    }
+
+    pub fn get(&self, space: &str, addr: u32) -> u8 {
+        self.cpu.peek(space, addr).unwrap_or_else(|| panic!("{space}:{addr:02x}"))
+    }
+
+    /// Executes the instruction; the cycles that it took.
+    pub fn go(&mut self) -> u64 {
+        self.cpu.set_pc(Self::PC);
+        let before = self.cpu.cycle();
+        assert_eq!(self.cpu.step(&mut ()), Stop::Limit);
+        self.cpu.cycle() - before
+    }
+
+    /// The program counter behind the instruction.
+    pub fn next(&self) -> u32 {
+        Self::PC + self.len
+    }
+}
+
+/// The parity of a byte: 1 for an odd number of ones.
+pub fn parity(byte: i32) -> i32 {
+    (0..8).map(|bit| byte >> bit & 1).sum::<i32>() % 2
+}
