@@ -9,6 +9,8 @@
 //! - `dump /b` writes raw bytes, about 1 us each, right behind the echo of the command.
 //! - A run executes about 5 million instructions a second. `state` tells the clocks since power-up; setting the program
 //!   counter and loading take none.
+//! - A push beyond FFh stops the run unless two classes of errors are switched off ([`SETTLE`]).
+//! - A dump of more than there is (RAM above 7Fh of an 8051) is short without a word.
 //! - A missing or broken file is not reported by its exit code, hence the checks here.
 
 use std::path::Path;
