@@ -179,7 +179,9 @@ fn all_opcodes_beside_s51() {
     for (why, counts) in LEFT_OUT.iter().zip(&tally.in_part) {
         println!("left out in {} states: {why}", counts.iter().sum::<u64>());
     }
-    println!("never drawn: JMP @A+DPTR beyond FFFFh, where there an instruction is lost (manual, JMP: modulo 65,536)");
+    println!(
+        "never drawn: a relative jump or JMP @A+DPTR over FFFFh to 0, where there an instruction is lost (manual, JMP)"
+    );
     let few: Vec<String> = (0..256)
         .filter(|&op| op != 0xA5 && tally.whole[op] < ENOUGH)
         .map(|op| format!("{op:02x}: {}", tally.whole[op]))
