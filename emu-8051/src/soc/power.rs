@@ -76,11 +76,20 @@ impl Power {
         self.reset_at.min(self.held_until.unwrap_or(NEVER)).min(self.pulse_end)
     }
 
+    /// The reset pin was high long enough.
+    const fn request(&mut self) {
+        self.requested = Some(false);
+        self.held_until = Some(NEVER);
+    }
+
     /// The reset pin has this level from the machine cycle `now` on.
     pub fn reset_pin(&mut self, high: bool, now: u64) {
         if high {
             self.reset_at = now + RESET_CYCLES;
         } else {
+            if self.reset_at <= now {
+                self.request();
+            }
             self.reset_at = NEVER;
             if self.held_until == Some(NEVER) {
                 self.held_until = Some(now + RELEASE_CYCLES);
@@ -201,8 +210,7 @@ impl Soc {
     pub(super) fn run_power(&mut self, now: u64) {
         if self.power.reset_at <= now {
             self.power.reset_at = NEVER;
-            self.power.requested = Some(false);
-            self.power.held_until = Some(NEVER);
+            self.power.request();
         }
         if self.power.pulse_end <= now {
             self.power.pulse_end = NEVER;
