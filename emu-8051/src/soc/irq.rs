@@ -233,7 +233,8 @@ impl Soc {
             next = next.min(later(self.serial.since()));
         }
         if let Some(timer2) = self.timer2.as_ref().filter(|_| is(irq::TIMER2)) {
-            next = next.min(later(if timer2.since() == NEVER { timer2.next_flag() } else { timer2.since() }));
+            // An overflow right after a program has set TF2 is polled a cycle before what the program wrote.
+            next = next.min(later(timer2.since())).min(later(timer2.next_flag()));
         }
         next
     }
