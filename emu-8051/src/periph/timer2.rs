@@ -60,6 +60,8 @@ struct Counts {
     tf2: bool,
     exf2: bool,
     tf2_since: u64,
+    /// An overflow has set TF2: it is polled in its own cycle.
+    tf2_early: bool,
     exf2_since: u64,
     overflows: u64,
     clock: bool,
@@ -107,6 +109,7 @@ impl Timer2 {
             tf2: false,
             exf2: false,
             tf2_since: NEVER,
+            tf2_early: false,
             exf2_since: NEVER,
             overflows: 0,
             clock: true,
@@ -175,7 +178,11 @@ impl Timer2 {
             let next = timer.counts.synced.saturating_add(1);
             let counts = &mut timer.counts;
             counts.tf2 = value & TF2 != 0;
-            counts.tf2_since = if counts.tf2 { counts.tf2_since.min(next) } else { NEVER };
+            if !counts.tf2 {
+                (counts.tf2_since, counts.tf2_early) = (NEVER, false);
+            } else if next < counts.tf2_since {
+                (counts.tf2_since, counts.tf2_early) = (next, false);
+            }
             counts.exf2 = value & EXF2 != 0;
             timer.control = value & !(TF2 | EXF2);
         });
@@ -224,6 +231,12 @@ impl Timer2 {
     #[must_use]
     pub fn since(&self) -> u64 {
         self.counts.tf2_since.min(self.counts.exf2_since)
+    }
+
+    /// The first cycle at whose S5P2 the request stood: [`Timer2::since`], but the cycle of the overflow where one set TF2.
+    #[must_use]
+    pub fn stands_since(&self) -> u64 {
+        self.counts.tf2_since.saturating_add(u64::from(self.counts.tf2_early)).min(self.counts.exf2_since)
     }
 
     /// The next x, as in [`Timer2::since`], at which TF2 or a requesting EXF2 is set by hardware if nobody does anything,
@@ -338,7 +351,9 @@ impl Timer2 {
             state.clock ^= clock && rounds & 1 != 0;
         } else {
             state.tf2 = true;
-            state.tf2_since = state.tf2_since.min(from + first - 1);
+            if from + first - 1 < state.tf2_since {
+                (state.tf2_since, state.tf2_early) = (from + first - 1, true);
+            }
             state.exf2 ^= updown && rounds & 1 != 0;
         }
     }

@@ -8,6 +8,7 @@ use emu_core::NEVER;
 
 use super::Soc;
 use crate::periph::map::irq;
+use crate::periph::timer2::Timer2;
 
 /// The EA bit of IE.
 const EA: u8 = 0x80;
@@ -166,11 +167,16 @@ impl Soc {
                 irq::TIMER0 => self.timers.since(0) <= cycle,
                 irq::TIMER1 => self.timers.since(1) <= cycle,
                 irq::SERIAL => self.serial.since() <= cycle,
-                _ => self.timer2.as_ref().is_some_and(|timer2| timer2.since() <= cycle),
+                _ => self.timer2.as_ref().is_some_and(|timer2| self.timer2_since(timer2) <= cycle),
             };
             requests |= u8::from(stood) << (source - 1);
         }
         requests
+    }
+
+    /// Since when timer 2 asks: an overflow is polled in its own cycle, by either reading.
+    fn timer2_since(&self, timer2: &Timer2) -> u64 {
+        if self.readings.sample_now { timer2.stands_since() } else { timer2.since() }
     }
 
     /// How far back the requests stood that count at a boundary before cycle `t`.
@@ -234,7 +240,7 @@ impl Soc {
         }
         if let Some(timer2) = self.timer2.as_ref().filter(|_| is(irq::TIMER2)) {
             // An overflow right after a program has set TF2 is polled a cycle before what the program wrote.
-            next = next.min(later(timer2.since())).min(later(timer2.next_flag()));
+            next = next.min(later(self.timer2_since(timer2))).min(later(timer2.next_flag()));
         }
         next
     }
