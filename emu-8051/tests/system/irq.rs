@@ -79,13 +79,14 @@ fn setup(rng: &mut Rng) -> Setup {
         rcap: 0xFF00 | rng.below(250) as u16,
         ie: 0x80 | rng.next_u64() as u8 & 0x3F,
         ip: rng.next_u64() as u8 & 0x3F,
+        sample_now: rng.one_in(3),
         drives,
     }
 }
 
 /// The machine with the program, pins and registers of `setup`.
 fn machine(setup: &Setup) -> Mcs51 {
-    let mut text = String::from("== random\nchip at89c52\n");
+    let mut text = format!("== random\nchip at89c52 {}\n", if setup.sample_now { "now" } else { "" });
     for &(at, pin, high) in &setup.drives {
         text += &format!("drive {} {at}{}\n", PINS[pin], if high { 'H' } else { 'L' });
     }

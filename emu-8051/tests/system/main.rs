@@ -5,3 +5,4 @@ mod model;
 #[allow(dead_code)]
 #[path = "../programs/script.rs"]
 mod script;
+mod wires;

@@ -79,6 +79,8 @@ pub struct Setup {
     pub rcap: u16,
     pub ie: u8,
     pub ip: u8,
+    /// The other reading: what is sampled in a cycle and not cleared at its end is polled in it.
+    pub sample_now: bool,
     /// Cycle, pin, level, in order of time.
     pub drives: Vec<(u64, usize, bool)>,
 }
@@ -152,7 +154,6 @@ pub fn run(setup: &Setup, cycles: u64) -> Vec<(u64, u8)> {
         last_pins = pins;
         sampled = flags;
 
-        let chosen = choose(polled, ie, ip, in_progress);
         // The end of the cycle, S6P2.
         let mut ends = false;
         let mut held = false;
@@ -188,6 +189,19 @@ pub fn run(setup: &Setup, cycles: u64) -> Vec<(u64, u8)> {
         if !ends {
             continue;
         }
+        if setup.sample_now {
+            polled = sampled;
+            // A level is what the pin is: a program cannot take it back.
+            let levels =
+                [(0, setup.edges[0]), (2, setup.edges[1])].into_iter().filter(|level| !level.1).map(|level| level.0);
+            let kept = levels.fold(flags, |mut flags, n| {
+                flags[n] = sampled[n];
+                flags
+            });
+            polled.iter_mut().zip(kept).for_each(|(polled, flag)| *polled &= flag);
+        }
+        // RETI and writes of IE and IP hold interrupts, so that it does not matter that they are done.
+        let chosen = choose(polled, ie, ip, in_progress);
         let sleeps = now == Now::Asleep || matches!(now, Now::Op(Do::Idle, _));
         now = match chosen.filter(|_| !held) {
             Some(source) => {
