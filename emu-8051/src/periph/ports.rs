@@ -100,10 +100,11 @@ impl Ports {
     }
 
     fn change(&mut self, pin: PinId, at: u64, outside: impl FnOnce(&mut Pin)) -> Option<Level> {
-        let (own, pull_up) = self.own(pin);
         let wire = self.pins.get_mut(usize::from(pin))?;
         let before = wire.level();
         outside(wire);
+        let (own, pull_up) = self.own(pin);
+        let wire = self.pins.get_mut(usize::from(pin))?;
         (wire.own, wire.pull_up) = (own, pull_up);
         wire.settle(at);
         let after = wire.level();
@@ -133,7 +134,10 @@ impl Ports {
     fn own(&self, pin: PinId) -> (Level, bool) {
         let port = usize::from(pin / 8);
         let low = match pin {
-            pin::RST => return (if self.rst_high { Level::High } else { Level::Float }, false),
+            // It is pulled down inside ("Reset").
+            pin::RST if self.rst_high => return (Level::High, false),
+            pin::RST if self.pin(pin).outside == Level::Float => return (Level::Low, false),
+            pin::RST => return (Level::Float, false),
             _ if self.is_bus(pin) => return (Level::Float, false),
             pin::OUT if self.comparator => return (Level::of(self.comparator_out()), false),
             pin::RXD => self.rxd_low,

@@ -22,6 +22,8 @@ pub struct External {
     flag: bool,
     /// The cycle at whose S5P2 it was set.
     since: u64,
+    /// The first cycle whose sample counts as a level.
+    level_since: u64,
     /// Levels of the pin at the samples, latest first, and the cycles of the first of them.
     levels: [(u64, bool); 3],
 }
@@ -29,7 +31,7 @@ pub struct External {
 impl External {
     /// After reset, the pin at this level.
     pub const fn new(level: bool) -> External {
-        External { edge: false, flag: false, since: 0, levels: [(0, level); 3] }
+        External { edge: false, flag: false, since: 0, level_since: 0, levels: [(0, level); 3] }
     }
 
     /// The pin is sampled at this level from `cycle` on.
@@ -58,6 +60,9 @@ impl External {
         if on && !self.edge {
             (self.flag, self.since) = (self.flag(), cycle);
         }
+        if !on && self.edge {
+            self.level_since = cycle + 1;
+        }
         self.edge = on;
     }
 
@@ -66,7 +71,8 @@ impl External {
         if self.edge {
             return self.flag && self.since <= cycle;
         }
-        self.levels.iter().find(|(from, _)| *from <= cycle).is_some_and(|(_, level)| !level)
+        let sample = self.levels.iter().find(|(from, _)| *from <= cycle);
+        cycle >= self.level_since && sample.is_some_and(|(_, level)| !level)
     }
 
     /// False where [`External::stood`] is, whatever the cycle.
@@ -76,8 +82,8 @@ impl External {
     }
 
     /// The cycle from which on the request that stands now has stood.
-    const fn since(&self) -> u64 {
-        if self.edge { self.since } else { self.levels[0].0 }
+    fn since(&self) -> u64 {
+        if self.edge { self.since } else { self.level_since.max(self.levels[0].0) }
     }
 
     /// The service routine is called: hardware clears an edge.
