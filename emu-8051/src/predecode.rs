@@ -6,7 +6,7 @@ use emu_core::table::{Op, Site};
 
 use crate::isa::{Kind, Mcs51Op, ROWS, SHAPES, row_of};
 use crate::operands::{BitAddr, Dir, RamBit};
-use crate::record::record;
+use crate::record::{Record, record};
 use crate::soc::restless;
 use crate::turn::SPAN;
 
@@ -116,16 +116,21 @@ impl Code {
     /// what the core holds: then a turn that leaves the core as it was is followed by one just like it, until one of those
     /// registers changes. `None` for other loops, and for those that read a register which never rests.
     fn only_looks(&self, head: u32, end: u32) -> Option<Vec<u8>> {
-        let (mut looks, mut pc) = (Vec::new(), head);
+        let (mut looks, mut starts, mut targets, mut pc) = (Vec::new(), Vec::new(), Vec::new(), head);
         while pc <= end {
             let record = record(decode(self.at(pc), pc, self.external));
             if record.reaches_out {
                 return None;
             }
+            starts.push(pc);
+            targets.extend(target(&record, self.at(pc), pc));
             looks.extend(record.looks);
             pc += len(self.at(pc));
         }
-        (pc == end + len(self.at(end)) && !looks.iter().any(|&addr| restless(addr))).then_some(looks)
+        // A jump into the middle of an instruction would find others there.
+        let strays = targets.iter().any(|target| (head..=end).contains(target) && !starts.contains(target));
+        let whole = starts.last() == Some(&end) && !strays;
+        (whole && !looks.iter().any(|&addr| restless(addr))).then_some(looks)
     }
 }
 
@@ -177,7 +182,11 @@ fn in_ram(mut op: Mcs51Op) -> Mcs51Op {
 /// The target of a short backward jump (or one to itself), the head of the loop that it closes.
 fn loop_closed_by(op: Mcs51Op, bytes: [u8; 3], pc: u32) -> Option<u32> {
     let record = record(op);
+    target(&record, bytes, pc).filter(|&target| !record.reaches_out && target <= pc && pc - target <= REACH)
+}
+
+/// The target of a jump that says where it goes.
+fn target(record: &Record, bytes: [u8; 3], pc: u32) -> Option<u32> {
     let relative = record.distance.map(|d| (pc + len(bytes)).wrapping_add_signed(d.into()) & 0xFFFF);
-    let target = relative.or(record.target.map(u32::from));
-    target.filter(|&target| !record.reaches_out && target <= pc && pc - target <= REACH)
+    relative.or(record.target.map(u32::from))
 }

@@ -234,6 +234,8 @@ impl Soc {
 
     /// Everything that is due at the cycle `t`, the next one at which anything is.
     fn run_cycle(&mut self, t: u64) {
+        // S6 of the cycle before.
+        self.clock_out_late(t);
         // S1P1: pins.
         while let Some(&(_, pin, level)) = self.drives.front().filter(|drive| drive.0 <= t + self.frozen) {
             self.drives.pop_front();
@@ -305,7 +307,7 @@ impl Soc {
             if edge.at.cycle <= t && edge.at.phase == 0 { self.put(edge) } else { self.edges.push_back(edge) }
         }
         if let Some(byte) = step.sent.filter(|_| self.logging) {
-            self.events.push_back(Event::Sent { at: Time::at(t + self.frozen), uart: 0, byte });
+            self.note(Event::Sent { at: Time::at(t + self.frozen), uart: 0, byte });
         }
     }
 
@@ -330,15 +332,21 @@ impl Soc {
         self.edge(pin, changed, t, phase);
     }
 
+    /// Logs an event. Parts run one after the other, so within a cycle one may come that is before what is logged already.
+    fn note(&mut self, event: Event) {
+        let place = self.events.partition_point(|logged| logged.at() <= event.at());
+        self.events.insert(place, event);
+    }
+
     /// Logs the edge of a pin, if there was one, and a fight over it; parts that listen to it will be told.
     fn edge(&mut self, pin: PinId, changed: Option<Level>, t: u64, phase: u8) {
         let at = Time { cycle: t + self.frozen, phase: phase * self.clocks_per_cycle / 12 };
         if self.logging && self.ports.contention(pin) {
-            self.events.push_back(Event::Contention { at, pin });
+            self.note(Event::Contention { at, pin });
         }
         let Some(level) = changed else { return };
         if self.logging {
-            self.events.push_back(Event::Edge { at, pin, level });
+            self.note(Event::Edge { at, pin, level });
         }
         if SAMPLED.contains(&pin) {
             self.sample_at = self.sample_at.min(t);
@@ -393,7 +401,11 @@ impl Bus for Soc {
         let t = self.inner(now);
         let addr = reg as u8;
         if let Some(port) = port_of(addr) {
+            // A hand can write while the oscillator stands; events bear the machine's cycle.
+            let ahead = now - self.power.stopped_at(now);
+            self.frozen += ahead;
             let quiet = self.store_port(port, mask, value, t);
+            self.frozen -= ahead;
             return if quiet && !due { Wake::NONE } else { Wake::DEADLINE };
         }
         let logged = self.events.len();

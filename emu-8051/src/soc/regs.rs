@@ -182,6 +182,8 @@ impl Soc {
             at::T2CON => later(self.timer2.as_ref().map_or(NEVER, |t| t.next_flag())).min(self.due()),
             at::TL0 | at::TL1 | at::TH0 | at::TH1 | at::TL2 | at::TH2 => now,
             at::RCAP2L | at::RCAP2H => now,
+            // The read itself does something.
+            at::IE | at::IP if self.readings.hold_on_read => now,
             _ => NEVER,
         }
     }

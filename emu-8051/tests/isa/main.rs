@@ -3,6 +3,7 @@
 
 mod bits;
 mod exhaustive;
+mod found;
 mod opcodes;
 mod rig;
 mod table;

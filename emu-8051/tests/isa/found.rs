@@ -1,0 +1,84 @@
+//! Small programs that once ran otherwise than they should, each with what it showed.
+
+use emu_8051::chips::chip;
+use emu_8051::isa::assemble;
+use emu_8051::{Mcs51, Options, Readings};
+use emu_core::image::{Image, Segment};
+use emu_core::pins::Event;
+use emu_core::{Cpu, Probe, RamInit, Stop};
+
+/// Lines, or bytes behind `db`, from address 0.
+fn machine(name: &str, lines: &[&str], options: Options) -> Mcs51 {
+    let mut bytes = Vec::new();
+    for line in lines {
+        match line.strip_prefix("db ") {
+            Some(hex) => bytes.extend(hex.split(' ').map(|b| u8::from_str_radix(b, 16).expect("a byte"))),
+            None => {
+                let words = assemble(line, bytes.len() as u32).unwrap_or_else(|e| panic!("{line}: {e}"));
+                bytes.extend(words.iter().map(|&word| word as u8));
+            }
+        }
+    }
+    let image = Image { segments: vec![Segment { space: "code", addr: 0, bytes }], ..Image::default() };
+    Mcs51::with(chip(name).expect("a chip of this crate"), &image, RamInit::Zero, options)
+}
+
+#[derive(Default)]
+struct Events(Vec<Event>);
+
+impl Probe for Events {
+    const EVENTS: bool = true;
+    fn event(&mut self, event: Event) -> bool {
+        self.0.push(event);
+        false
+    }
+}
+
+/// Timer 2 toggles its clock output every five states: the toggles in S6 stood as due for ever.
+#[test]
+fn a_clock_out_toggles_in_any_state() {
+    let lines =
+        ["mov RCAP2H,#0xFF", "mov RCAP2L,#0xFB", "mov TH2,#0xFF", "mov TL2,#0xFB", "mov T2MOD,#2", "mov T2CON,#4"];
+    let mut cpu = machine("at89s52", &[&lines[..], &["nop", "sjmp 18"]].concat(), Options::default());
+    let mut events = Events::default();
+    assert_eq!(cpu.run(100, &mut events), Stop::Limit);
+    // TR2 is written in cycle 11; the first state counted is number 72, the fifth 76, and then every fifth.
+    let states: Vec<u64> = events.0.iter().map(|e| e.at().cycle * 6 + u64::from(e.at().phase) / 2).collect();
+    let wanted: Vec<u64> = (0..).map(|n| 76 + 5 * n).take_while(|&state| state < 6 * 100).collect();
+    assert_eq!(states[..wanted.len()], wanted);
+}
+
+/// CJNE jumps into its own operands, where INC R3 stands: to jump over turns of that loop lost its counts.
+#[test]
+fn a_loop_that_jumps_into_an_instruction_is_not_one_that_only_looks() {
+    let lines = ["mov A,#0x20", "mov R0,#0x20", "db B4 0B FE", "mov A,R0", "jnc 0x0004"];
+    let mut cpu = machine("8051", &lines, Options::default());
+    cpu.run(2 + 7 * 1000, &mut ());
+    // CJNE, INC R3, MOV R6,A, MOV A,R0 and JNC are seven cycles.
+    assert_eq!((cpu.pc(), cpu.reg("r3"), cpu.instructions()), (4, Some(1000 % 256), 2 + 5 * 1000));
+}
+
+/// Where every access to IE holds interrupts, a loop over IE holds them for ever, jumped over or not.
+#[test]
+fn a_loop_over_ie_holds_interrupts_where_reads_do() {
+    for spare in 0..4 {
+        let readings = Readings { hold_on_read: true, ..Readings::default() };
+        let lines = [&["mov TMOD,#2", "mov IE,#0x82", "setb TR0"], &vec!["nop"; spare][..], &["jnb IE.6,$"]].concat();
+        let mut cpu = machine("8051", &lines, Options { readings, ..Options::default() });
+        assert_eq!(cpu.run(10_000, &mut ()), Stop::Limit);
+        assert_eq!((cpu.pc(), cpu.reg("SP")), (8 + spare as u32, Some(7)), "{spare} NOPs before it");
+    }
+}
+
+/// A port that is written by hand in power-down: its edges bore the cycle at which the oscillator stopped.
+#[test]
+fn a_hand_in_power_down_acts_now() {
+    let mut cpu = machine("at89s52", &["mov IE,#0x81", "orl PCON,#2", "sjmp $"], Options::default());
+    cpu.drive(emu_core::Time::at(9000), 26, emu_core::Level::Low);
+    let mut events = Events::default();
+    assert_eq!(cpu.run(500, &mut events), Stop::Limit);
+    assert!(cpu.poke("sfr", 0x90, 0xFE));
+    cpu.run(600, &mut events);
+    let at: Vec<u64> = events.0.iter().map(|e| e.at().cycle).collect();
+    assert_eq!(at, [501], "the write ends with cycle 500");
+}
