@@ -6,4 +6,6 @@ mod exhaustive;
 mod found;
 mod opcodes;
 mod rig;
+mod slices;
+mod states;
 mod table;
