@@ -234,8 +234,6 @@ impl Soc {
 
     /// Everything that is due at the cycle `t`, the next one at which anything is.
     fn run_cycle(&mut self, t: u64) {
-        // S6 of the cycle before.
-        self.clock_out_late(t);
         // S1P1: pins.
         while let Some(&(_, pin, level)) = self.drives.front().filter(|drive| drive.0 <= t + self.frozen) {
             self.drives.pop_front();
