@@ -330,12 +330,6 @@ impl Soc {
         self.edge(pin, changed, t, phase);
     }
 
-    /// Logs an event. Parts run one after the other, so within a cycle one may come that is before what is logged already.
-    fn note(&mut self, event: Event) {
-        let place = self.events.partition_point(|logged| logged.at() <= event.at());
-        self.events.insert(place, event);
-    }
-
     /// Logs the edge of a pin, if there was one, and a fight over it; parts that listen to it will be told.
     fn edge(&mut self, pin: PinId, changed: Option<Level>, t: u64, phase: u8) {
         let at = Time { cycle: t + self.frozen, phase: phase * self.clocks_per_cycle / 12 };

@@ -211,7 +211,8 @@ pub trait Probe {
     fn irq(&mut self, at: u64, vector: u8) {
         let _ = (at, vector);
     }
-    /// Something left the chip or reached a pin. True stops the run at the next instruction boundary.
+    /// Something left the chip or reached a pin. True stops the run at the next instruction boundary. Events come in order of
+    /// cycles, and of time within a cycle, but for what a reset or a drive by hand adds to the cycle at whose boundary it comes.
     fn event(&mut self, event: Event) -> bool {
         let _ = event;
         false

@@ -59,8 +59,10 @@ impl Soc {
         match source {
             Source::None => 0,
             Source::Timer1 => self.timers.overflows_at(t),
-            Source::Timer2 => self.timer2.as_ref().map_or(0, |timer2| timer2.overflows_by(t * 6 + 4)),
-            Source::States => t * 6 + 5,
+            Source::Timer2 => {
+                self.timer2.as_ref().map_or(0, |timer2| timer2.overflows_by(t.saturating_mul(6).saturating_add(4)))
+            }
+            Source::States => t.saturating_mul(6).saturating_add(5),
         }
     }
 
@@ -131,13 +133,13 @@ impl Soc {
             let Some(wait) = wait else { return NEVER };
             let source = self.source(side);
             let divider = self.divider(source);
-            let target = (counted / divider + wait) * divider;
+            let target = (counted / divider).saturating_add(wait).saturating_mul(divider);
             match source {
                 Source::None => NEVER,
                 Source::Timer1 => self.timers.overflow_at(target),
                 Source::Timer2 => match self.timer2.as_ref().map_or(NEVER, |t| t.overflow_state(target)) {
                     NEVER => NEVER,
-                    state => (state + 1) / 6,
+                    state => state.saturating_add(1) / 6,
                 },
                 Source::States => target / 6,
             }

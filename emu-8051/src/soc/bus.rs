@@ -57,6 +57,12 @@ impl Soc {
         self.write_bits(u16::from(at::P0), 0xFF, 0xFF, now)
     }
 
+    /// Logs an event. Parts run one after the other, so within a cycle one may come that is before what is logged already.
+    pub(super) fn note(&mut self, event: Event) {
+        let place = self.events.partition_point(|logged| logged.at() <= event.at());
+        self.events.insert(place, event);
+    }
+
     fn log_transfer(&mut self, transfer: Transfer, now: u64) {
         self.run(now);
         let [high, low] = transfer.addr.to_be_bytes();
