@@ -40,7 +40,7 @@ fn document(chip: &Chip) -> Value {
         "family": family::name(chip.family),
         "title": chip.title,
         "source": chip.source,
-        "flash": chip.flash,
+        "flash": chip.on_chip,
         "ram": { "start": chip.ram_start, "bytes": chip.ram_len },
         "eeprom": chip.eeprom,
         "max_hz": chip.max_hz,

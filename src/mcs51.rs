@@ -4,8 +4,10 @@ use clap::{Args, ValueEnum};
 use emu_8051::chips::{self, Part};
 use emu_8051::{Options, Readings};
 use emu_core::chip::{Chip, Family};
+use emu_core::image::Image;
 
 use crate::fail::Failure;
+use crate::output;
 
 /// The flags.
 #[derive(Debug, Args)]
@@ -63,7 +65,12 @@ impl Flags {
         let given = [
             ("--von-neumann", self.von_neumann, can(|part| part.bus), " with an external bus"),
             ("--ea", self.ea.is_some(), can(|part| part.bus), " with an external bus"),
-            ("--ea high", self.ea == Some(Ea::High), can(|part| part.internal > 0), " with program memory on the chip"),
+            (
+                "--ea high",
+                self.ea == Some(Ea::High),
+                can(|part| part.chip.on_chip > 0),
+                " with program memory on the chip",
+            ),
             ("--x2", self.x2, can(|part| part.x2), " that run at 6 clocks a machine cycle"),
             ("--reading", !self.reading.is_empty(), part.is_some(), ""),
         ];
@@ -80,7 +87,25 @@ impl Flags {
             }
         }
         // Without program memory on the chip the pin is low, as data sheets ask for.
-        let ea = self.ea.map_or(can(|part| part.internal > 0), |ea| ea == Ea::High);
+        let ea = self.ea.map_or(can(|part| part.chip.on_chip > 0), |ea| ea == Ea::High);
         Ok(Options { von_neumann: self.von_neumann, ea, x2: self.x2, readings })
+    }
+}
+
+/// Says on standard error when the program reaches beyond the memory on the chip, so that two ports become its bus.
+pub fn warn(chip: &Chip, image: &Image, options: &Options) {
+    let Some(part) = chips::part(chip.name).filter(|part| chip.family == Family::Mcs51 && part.bus && options.ea)
+    else {
+        return;
+    };
+    let end = image.end(chip.code);
+    if end > part.chip.on_chip {
+        output::tell(&format!(
+            "warning: the program ends at 0x{:04x}, beyond the {} bytes on the {}: the rest comes from outside, and P0 and P2 are its \
+             bus, not ports\n",
+            end - 1,
+            part.chip.on_chip,
+            chip.name
+        ));
     }
 }

@@ -138,7 +138,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         output::spares(file, &used)?;
     }
     let to_stdout = used.iter().any(|(_, file)| output::is_stdout(file));
-    let mcs51 = args.mcs51.options(chip)?;
+    let options = args.mcs51.options(chip)?;
     let hz = args.clock.unwrap_or(chip.default_hz);
     let image = input::image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
     if hz > chip.max_hz {
@@ -149,10 +149,11 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         Ram::Fill(init) => init,
         Ram::Trap => RamInit::Zero,
     };
+    mcs51::warn(chip, &image, &options);
     on_machine(
         chip,
         &image,
-        &Setup { hz, ram, bus: args.vcd.is_some(), mcs51 },
+        &Setup { hz, ram, bus: args.vcd.is_some(), mcs51: options },
         Headless { args, image: &image, hz, to_stdout },
     )
 }

@@ -32,8 +32,6 @@ pub struct Part {
     pub chip: Chip,
     /// Bytes of RAM on the chip: 128 or 256.
     pub iram: u16,
-    /// Bytes of program memory on the chip; 0 where it must be outside (8031, 8032).
-    pub internal: u32,
     /// CMOS: PCON has idle and power-down (user's manual, "Power-saving modes of operation").
     pub cmos: bool,
     /// Timer 2.
@@ -52,15 +50,18 @@ pub struct Part {
 /// All chips of this crate.
 pub const PARTS: &[Part] = &[
     Part {
-        chip: Chip { name: "8031", title: "8031: no ROM, 128 bytes RAM, 40 pins, NMOS", ..I8051.chip },
-        internal: 0,
+        chip: Chip { name: "8031", title: "8031: no ROM, 128 bytes RAM, 40 pins, NMOS", on_chip: 0, ..I8051.chip },
         ..I8051
     },
     I8051,
     Part { chip: Chip { name: "8751", title: "8751: 8051 with 4 KB EPROM", ..I8051.chip }, ..I8051 },
     Part {
-        chip: Chip { name: "8032", title: "8032: no ROM, 256 bytes RAM, timer 2, 40 pins, NMOS", ..I8052.chip },
-        internal: 0,
+        chip: Chip {
+            name: "8032",
+            title: "8032: no ROM, 256 bytes RAM, timer 2, 40 pins, NMOS",
+            on_chip: 0,
+            ..I8052.chip
+        },
         ..I8052
     },
     I8052,
@@ -112,12 +113,12 @@ pub const PARTS: &[Part] = &[
             title: "AT89C4051: 4 KB flash, 128 bytes RAM, comparator, 20 pins",
             source: "1001",
             flash: 0x1000,
+            on_chip: 0x1000,
             hex: &[Space { name: "code", start: 0, len: 0x1000, word: 1 }],
             elf: &[Space { name: "code", start: 0, len: 0x1000, word: 1 }],
             spaces: &[("code", 0x1000), ("idata", 128), ("sfr", 256), ("bit", 256)],
             ..AT89C2051.chip
         },
-        internal: 0x1000,
         ..AT89C2051
     },
 ];
@@ -155,6 +156,7 @@ pub(crate) const I8051: Part = Part {
         source: "272318",
         code: "code",
         flash: 0x1_0000,
+        on_chip: 0x1000,
         ram: "idata",
         ram_start: 0,
         ram_len: 128,
@@ -175,7 +177,6 @@ pub(crate) const I8051: Part = Part {
         spaces: &[("code", 0x1_0000), ("idata", 128), ("sfr", 256), ("bit", 256), ("xdata", 0x1_0000)],
     },
     iram: 128,
-    internal: 0x1000,
     cmos: false,
     timer2: Timer2::None,
     bus: true,
@@ -188,6 +189,7 @@ const I8052: Part = Part {
     chip: Chip {
         name: "8052",
         title: "8052: 8 KB ROM, 256 bytes RAM, timer 2, 40 pins, NMOS",
+        on_chip: 0x2000,
         ram_len: 256,
         regs: regs!(REGS, REGS_BUS, REGS_TIMER2),
         bits: regs!(COMMON_BITS, BITS_BUS, BITS_TIMER2),
@@ -197,7 +199,6 @@ const I8052: Part = Part {
         ..I8051.chip
     },
     iram: 256,
-    internal: 0x2000,
     timer2: Timer2::Nmos,
     ..I8051
 };
@@ -234,6 +235,7 @@ const AT89C2051: Part = Part {
         title: "AT89C2051: 2 KB flash, 128 bytes RAM, comparator, 20 pins",
         source: "0368",
         flash: 0x800,
+        on_chip: 0x800,
         hex: &[Space { name: "code", start: 0, len: 0x800, word: 1 }],
         elf: &[Space { name: "code", start: 0, len: 0x800, word: 1 }],
         regs: regs!(REGS),
@@ -242,7 +244,6 @@ const AT89C2051: Part = Part {
         spaces: &[("code", 0x800), ("idata", 128), ("sfr", 256), ("bit", 256)],
         ..AT89C51.chip
     },
-    internal: 0x800,
     bus: false,
     comparator: true,
     ..AT89C51

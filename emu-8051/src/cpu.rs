@@ -97,7 +97,7 @@ impl Mcs51 {
             (true, true) => External::Unified,
             (true, false) => External::Separate,
         };
-        let outside = part.bus && (!options.ea || program.len() as u64 > u64::from(part.internal));
+        let outside = part.bus && (!options.ea || program.len() as u64 > u64::from(part.chip.on_chip));
         let mut filled = [0u8; SPAN];
         filled.copy_from_slice(&xdata);
         let mut mcs51 = Mcs51 {
@@ -105,7 +105,7 @@ impl Mcs51 {
             hot: Hot::START,
             ram,
             xdata: Arc::new(filled),
-            code: Arc::new(Code::new(&program, external)),
+            code: Arc::new(Code::new(&program, part.chip.flash, external)),
             soc: Soc::new(part, options, outside),
             unified,
             passing: None,
@@ -294,6 +294,10 @@ impl Cpu for Mcs51 {
         self.soc.level(pin)
     }
 
+    fn stopping(&self) -> Option<u8> {
+        self.soc.stopping()
+    }
+
     fn drive(&mut self, at: Time, pin: PinId, level: Level) {
         let now = self.cycle();
         self.soc.drive(at.cycle, now, pin, level);
@@ -302,7 +306,7 @@ impl Cpu for Mcs51 {
 
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
         let until = until.min(END_OF_TIME);
-        self.soc.log(P::EVENTS);
+        self.soc.log(P::EVENTS, self.hot.time.now());
         let jumps = self.jumps_over::<P>();
         loop {
             if let Some(stop) = self.boundary(until, probe) {

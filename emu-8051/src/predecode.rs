@@ -36,11 +36,13 @@ pub struct Code {
     loops: BTreeMap<u32, (u32, Vec<u8>)>,
     traps: BTreeSet<u32>,
     external: External,
+    size: u32,
 }
 
 impl Code {
-    /// Program memory filled from address 0 with `image`, erased behind it.
-    pub fn new(image: &[u8], external: External) -> Code {
+    /// Program memory of `size` bytes filled from address 0 with `image`, erased behind it. Behind its end there is no
+    /// instruction.
+    pub fn new(image: &[u8], size: u32, external: External) -> Code {
         let mut bytes = Box::new([0xFF; SPAN]);
         let used = image.len().min(SPAN);
         bytes[..used].copy_from_slice(&image[..used]);
@@ -48,8 +50,10 @@ impl Code {
         let erased = decode([0xFF; 3], 0, external);
         let ops = || Box::new([erased; SPAN]);
         let (marked, plain) = ([ops(), ops()], ops());
-        let mut code = Code { bytes, ops: marked, plain, loops: BTreeMap::new(), traps: BTreeSet::new(), external };
+        let mut code =
+            Code { bytes, ops: marked, plain, loops: BTreeMap::new(), traps: BTreeSet::new(), external, size };
         code.predecode(0, used as u32);
+        code.predecode(size, SPAN as u32);
         code
     }
 
@@ -91,7 +95,10 @@ impl Code {
     /// Fills the ops from `from` up to `to`, which is excluded.
     fn predecode(&mut self, from: u32, to: u32) {
         for pc in from..to {
-            let op = decode(self.at(pc), pc, self.external);
+            let op = match pc < self.size {
+                true => decode(self.at(pc), pc, self.external),
+                false => Op { kind: Kind::Illegal, arg: [0; 3] },
+            };
             self.plain[pc as usize] = op;
             let head = loop_closed_by(op, self.at(pc), pc);
             let spins = head == Some(pc) && matches!(op.kind, Kind::Sjmp | Kind::Ajmp | Kind::Ljmp);

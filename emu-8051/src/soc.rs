@@ -175,14 +175,6 @@ impl Soc {
         self.ports.pins()
     }
 
-    /// Logs edges and sent bytes from now on, or stops and forgets them.
-    pub fn log(&mut self, on: bool) {
-        self.logging = on;
-        if !on {
-            self.events.clear();
-        }
-    }
-
     /// Takes the oldest logged event.
     pub fn drain(&mut self) -> Option<Event> {
         self.events.pop_front()
@@ -469,8 +461,8 @@ impl Bus for Soc {
     }
 
     fn busy(&self) -> bool {
-        let shifting = self.serial.shift_next() != NEVER;
-        self.serial.busy() || shifting || !self.drives.is_empty() || !self.edges.is_empty()
+        let frames = self.serial.busy() || self.serial.receiving() || self.serial.shift_next() != NEVER;
+        frames || self.next_toggle().is_some() || !self.drives.is_empty() || !self.edges.is_empty()
     }
 }
 

@@ -151,7 +151,7 @@ fn what_each_chip_has() {
         let number = |text: &str| text.parse::<u32>().expect("a number in the table");
         let clocks = (p.chip.max_hz, p.chip.default_hz);
         assert_eq!(p.chip.source, source, "{name}");
-        assert_eq!((p.internal, u32::from(p.iram)), (number(internal), number(ram)), "{name}");
+        assert_eq!((p.chip.on_chip, u32::from(p.iram)), (number(internal), number(ram)), "{name}");
         assert_eq!(clocks, (u64::from(number(mhz)) * 1_000_000, 12_000_000), "{name}");
         assert_eq!(features(p), has.split_whitespace().collect(), "{name}");
         named.push(name);
@@ -163,7 +163,7 @@ fn what_each_chip_has() {
 fn memories() {
     for p in PARTS {
         let (c, name) = (&p.chip, p.chip.name);
-        let code = if p.bus { 65536 } else { p.internal };
+        let code = if p.bus { 65536 } else { p.chip.on_chip };
         let mut wanted = vec![("code", code), ("idata", u32::from(p.iram)), ("sfr", 256)];
         wanted.push(("bit", 256));
         wanted.extend(p.bus.then_some(("xdata", 65536)));

@@ -24,6 +24,7 @@ pub const ATMEGA328P: Chip = Chip {
     source: "DS40002061",
     code: "flash",
     flash: 0x8000,
+    on_chip: 0x8000,
     ram: "data",
     ram_start: 0x100,
     ram_len: 0x800,

@@ -213,7 +213,7 @@ impl Cpu for Avr {
 
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
         let until = until.min(END_OF_TIME);
-        self.soc.log(P::EVENTS);
+        self.soc.log(P::EVENTS, self.hot.time.now());
         let jumps = self.jumps_over::<P>();
         loop {
             if let Some(stop) = self.boundary(until, probe) {

@@ -155,12 +155,16 @@ impl Soc {
         self.ports.pins()
     }
 
-    /// Logs edges and sent bytes from now on, or stops and forgets them.
-    pub fn log(&mut self, on: bool) {
-        self.logging = on;
-        if !on {
+    /// Logs edges, sent bytes and fights over pins from the cycle `now` on, those that are fought for already too, or stops and
+    /// forgets them.
+    pub fn log(&mut self, on: bool, now: u64) {
+        if on && !self.logging {
+            let fights = (0..PINS as PinId).filter(|&pin| self.ports.pin(pin).contention());
+            self.events.extend(fights.map(|pin| Event::Contention { at: Time::at(now), pin }));
+        } else if !on {
             self.events.clear();
         }
+        self.logging = on;
     }
 
     /// Takes the oldest logged event.

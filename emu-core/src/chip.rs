@@ -37,8 +37,10 @@ pub struct Chip {
     pub source: &'static str,
     /// Name of the memory that holds the program: `flash`, `code`.
     pub code: &'static str,
-    /// Program memory in bytes, a power of two.
+    /// Program memory in bytes, a power of two; with what can be attached outside.
     pub flash: u32,
+    /// Program memory on the chip in bytes.
+    pub on_chip: u32,
     /// Name of the memory in which the RAM of the chip lies: `data`, `idata`.
     pub ram: &'static str,
     /// First address of RAM in it.

@@ -110,6 +110,11 @@ pub trait Cpu: Clone {
     fn trap(&mut self, pc: u32, on: bool);
     /// Level of a pin now.
     fn level(&self, pin: PinId) -> Level;
+    /// The byte whose stop bit the first serial port is sending, where the program has been told already that it is sent: it may
+    /// end on that. None on chips that tell it after the stop bit.
+    fn stopping(&self) -> Option<u8> {
+        None
+    }
     /// Drives a pin from outside at `at` (at once when that has passed).
     fn drive(&mut self, at: Time, pin: PinId, level: Level);
     /// Runs until machine cycle `until` (at most [`END_OF_TIME`]) is reached or something stops it; always to an instruction

@@ -121,6 +121,9 @@ impl Names<'_> {
         };
         named.map(u32::from).ok_or_else(|| match text {
             "" => "an address is missing".to_owned(),
+            _ if space == self.chip.reg_space && space != self.chip.ram => {
+                format!("{} has no register `{text}`", self.chip.name)
+            }
             _ if self.symbols.is_empty() => format!("`{text}` is no address (the image has no symbols)"),
             _ => format!("the image has no symbol `{text}` in {space}"),
         })

@@ -180,6 +180,13 @@ fn run_with<C: Cpu, P: Probe>(
             }
         }
     };
+    // The program was told that this byte is sent, and it will be.
+    let last = cpu.stopping().and_then(|byte| tools.uart.byte(byte));
+    let reason = match last.and_then(|text| meanings.get(text)) {
+        Some(Reason::Failed) if !matches!(reason, Reason::Illegal { .. } | Reason::Fault { .. }) => Reason::Failed,
+        Some(&text) if matches!(reason, Reason::Limit | Reason::Halted | Reason::Until(..)) => text,
+        _ => reason,
+    };
     go_on(&tools.uart.sent);
     if let Some(wave) = tools.wave.take() {
         wave.finish(cpu.cycle())?;

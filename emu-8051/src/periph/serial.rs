@@ -302,6 +302,12 @@ impl Serial {
         self.sender.busy() || self.shifter.sending()
     }
 
+    /// The byte whose stop bit is on the line: TI was set as that began.
+    #[must_use]
+    pub fn stopping(&self) -> Option<u8> {
+        self.sender.stopping()
+    }
+
     /// From the start bit's edge until the port looks for the next one; in mode 0 from the write until RI.
     #[must_use]
     pub fn receiving(&self) -> bool {

@@ -15,6 +15,7 @@ use emu_core::pins::{Event, Level, PinId, Time};
 
 use super::Soc;
 use crate::periph::map::{at, pin};
+use crate::periph::ports::PINS;
 
 /// Clocks of the first cycle.
 const ADDRESS: u8 = 8;
@@ -55,6 +56,24 @@ impl Soc {
             self.log_transfer(transfer, now);
         }
         self.write_bits(u16::from(at::P0), 0xFF, 0xFF, now)
+    }
+
+    /// Logs edges, sent bytes and fights over pins from the machine cycle `now` on, those that are fought for already too, or
+    /// stops and forgets them.
+    pub fn log(&mut self, on: bool, now: u64) {
+        if on && !self.logging {
+            let fights = (0..PINS as PinId).filter(|&pin| self.ports.contention(pin));
+            self.events.extend(fights.map(|pin| Event::Contention { at: Time::at(now), pin }));
+        } else if !on {
+            self.events.clear();
+        }
+        self.logging = on;
+    }
+
+    /// The byte whose stop bit is being sent.
+    #[must_use]
+    pub fn stopping(&self) -> Option<u8> {
+        self.serial.stopping()
     }
 
     /// Logs an event. Parts run one after the other, so within a cycle one may come that is before what is logged already.

@@ -6,6 +6,7 @@ use emu_core::pins::Level;
 
 use super::Soc;
 use crate::periph::map::pin;
+use crate::periph::serial::REN;
 
 /// PCON: double baud rate.
 pub const SMOD: u8 = 0x80;
@@ -85,7 +86,8 @@ impl Power {
     /// The reset pin has this level from the machine cycle `now` on.
     pub fn reset_pin(&mut self, high: bool, now: u64) {
         if high {
-            self.reset_at = now + RESET_CYCLES;
+            // Who powers up with the pin high executes nothing.
+            self.reset_at = if now == 0 { 0 } else { now + RESET_CYCLES };
         } else {
             if self.reset_at <= now {
                 self.request();
@@ -245,11 +247,11 @@ impl Soc {
         if self.power.next() != NEVER || self.power.requested.is_some() {
             return true;
         }
-        if self.power.down() {
+        if self.power.stops_core() {
             return false;
         }
         self.watchdog.next() != NEVER
             || self.irq_at != NEVER
-            || self.interrupts.enabled() & 1 << 4 != 0 && (self.serial.busy() || self.serial.receiving())
+            || self.interrupts.enabled() & 1 << 4 != 0 && self.serial.scon() & REN != 0
     }
 }

@@ -171,7 +171,7 @@ fn random_traffic_agrees_with_a_stepped_port_at_every_cycle() {
         let double = rng.one_in(2);
         let ubrr = rng.below(4) as u8;
         let mut soc = Soc::new(&CHIP);
-        soc.log(true);
+        soc.log(true, 0);
         let mut model = Model { per_bit: if double { 8 } else { 16 }, txd: true, ..Model::default() };
         let mut now = 0;
         let mut sent = Vec::new();

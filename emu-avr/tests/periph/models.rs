@@ -19,7 +19,7 @@ fn ports_agree_with_wires_stepped_at_every_cycle() {
     for seed in 0..24 {
         let mut rng = Rng::new(seed);
         let mut soc = Soc::new(&CHIP);
-        soc.log(true);
+        soc.log(true, 0);
         let (mut ddr, mut port, mut pud) = ([0u8; 3], [0u8; 3], false);
         let mut wires = [Wire::default(); 24];
         let mut shown = [Level::Float; 24];
@@ -183,7 +183,7 @@ fn any_slicing_gives_the_same_chip_and_the_same_log() {
     for seed in 0..30 {
         let mut rng = Rng::new(seed);
         let mut eager = Soc::new(&CHIP);
-        eager.log(true);
+        eager.log(true, 0);
         eager.write(0xC4, rng.below(4) as u8, 0);
         let mut lazy = eager.clone();
         let (mut eager_log, mut lazy_log) = (Vec::new(), Vec::new());

@@ -52,7 +52,7 @@ pub fn load_elf(file: &str, bytes: &[u8], spaces: &[Space], e_machine: u16) -> R
 
 /// Checks what can be read without knowing the layout of the rest.
 fn check_header(bytes: &[u8], wanted: ElfMachine, faults: &mut Faults) {
-    let rebuild = "link the program for this chip (avr-gcc -mmcu=...) and load that file";
+    let rebuild = "link the program for this chip and load that file";
     if !bytes.starts_with(MAGIC) {
         let found = bytes.iter().take(4).map(|b| format!("{b:02X}")).collect::<Vec<_>>().join(" ");
         let cause = || format!("the file begins with [{found}], an ELF file with [7F 45 4C 46]");

@@ -55,6 +55,11 @@ impl Sender {
         self.next.is_some() || self.out.is_some()
     }
 
+    /// The byte whose stop bit is on the line.
+    pub(super) fn stopping(&self) -> Option<u8> {
+        self.out.filter(|frame| frame.left == 0).map(|frame| frame.byte)
+    }
+
     pub(super) fn wait(&self) -> Option<u64> {
         self.busy().then(|| 16 - u64::from(self.count))
     }
@@ -67,7 +72,7 @@ impl Sender {
     pub(super) fn rollover(&mut self) -> Rollover {
         debug_assert!(self.count == 15, "no rollover is due: {self:?}");
         self.count = 0;
-        let over = self.out.filter(|frame| frame.left == 0).map(|frame| frame.byte);
+        let over = self.stopping();
         if let Some(frame) = self.next.take() {
             self.out = Some(frame);
             return Rollover { line: Some(false), ti: false, sent: over };
