@@ -461,7 +461,8 @@ impl Bus for Soc {
     }
 
     fn busy(&self) -> bool {
-        let frames = self.serial.busy() || self.serial.receiving() || self.serial.shift_next() != NEVER;
+        let receives = self.serial.receiving() && self.serial.rx_wait().is_some();
+        let frames = self.serial.busy() || receives || self.serial.shift_next() != NEVER;
         frames || self.next_toggle().is_some() || !self.drives.is_empty() || !self.edges.is_empty()
     }
 }
