@@ -147,7 +147,6 @@ impl Soc {
         self.sampled = [true; SAMPLED.len()];
         self.sampled[RST] = reset_pin;
         self.baud = Baud::START;
-        self.rebase(t);
         self.sample(t);
         self.schedule();
         self.irq_at = 0;
@@ -461,7 +460,7 @@ impl Bus for Soc {
     }
 
     fn busy(&self) -> bool {
-        let receives = self.serial.receiving() && self.serial.rx_wait().is_some();
+        let receives = self.serial.rx_wait().is_some() && self.next_serial() != NEVER;
         let frames = self.serial.busy() || receives || self.serial.shift_next() != NEVER;
         frames || self.next_toggle().is_some() || !self.drives.is_empty() || !self.edges.is_empty()
     }

@@ -13,7 +13,7 @@ const TCLK: u8 = 0x10;
 
 /// Where ticks of a 16x baud clock come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Source {
+pub enum Source {
     /// Mode 0 needs none.
     None,
     /// Overflows of timer 1, or every second one.
@@ -74,10 +74,21 @@ impl Soc {
         }
     }
 
-    /// Takes the sources' counts at cycle `t` for the start, after a write that may have changed the sources.
-    pub(super) fn rebase(&mut self, t: u64) {
-        self.baud.tx = self.counted(self.source(Side::Tx), t);
-        self.baud.rx = self.counted(self.source(Side::Rx), t);
+    /// The sources of both sides.
+    pub(super) fn sources(&self) -> [Source; 2] {
+        [self.source(Side::Tx), self.source(Side::Rx)]
+    }
+
+    /// After a write at the end of cycle `t`: a source that was not `before` begins with its count there. One that stays goes
+    /// on, with what the write itself has let it count.
+    pub(super) fn rebase(&mut self, before: [Source; 2], t: u64) {
+        let now = self.sources();
+        if now[0] != before[0] {
+            self.baud.tx = self.counted(now[0], t);
+        }
+        if now[1] != before[1] {
+            self.baud.rx = self.counted(now[1], t);
+        }
     }
 
     /// Brings the serial port up to S5P2 of cycle `t`, the first at which it has anything to do, if it has.

@@ -159,7 +159,9 @@ impl Soc {
     /// A program has written PCON at the end of cycle `t`.
     pub(super) fn enter_power_modes(&mut self, t: u64) {
         if self.pcon & PD != 0 && !self.power.down() {
-            self.power.down = Some((t + 1 + self.frozen, None));
+            // A level that is there already begins to wake it at once.
+            let waking = (0..2usize).find(|&n| self.wakes_by(n) && !self.ports.pin([pin::INT0, pin::INT1][n]).high);
+            self.power.down = Some((t + 1 + self.frozen, waking));
         } else if self.pcon & IDL != 0 && self.auxr & WDIDLE != 0 {
             self.watchdog.pause(t);
         }
@@ -190,11 +192,10 @@ impl Soc {
                 self.sampled[super::RST] = level == Level::High;
             }
         }
-        let enabled = self.interrupts.enabled();
-        let Some((_, waking)) = &mut self.power.down else { return };
-        for n in (0..2usize).filter(|_| self.part.at89s) {
+        for n in 0..2usize {
             let level = self.ports.pin([pin::INT0, pin::INT1][n]).high;
-            let armed = enabled & [1, 4][n] != 0 && !self.interrupts.external[n].edge;
+            let armed = self.wakes_by(n);
+            let Some((_, waking)) = &mut self.power.down else { return };
             if armed && !level {
                 *waking = Some(n);
             } else if *waking == Some(n) && level {
@@ -206,6 +207,11 @@ impl Soc {
                 return;
             }
         }
+    }
+
+    /// The external interrupt `n` can end power-down: enabled, by level, and on a chip that does so.
+    fn wakes_by(&self, n: usize) -> bool {
+        self.part.at89s && self.interrupts.enabled() & [1, 4][n & 1] != 0 && !self.interrupts.external[n & 1].edge
     }
 
     /// Resets and their ends at the machine cycle `now`.

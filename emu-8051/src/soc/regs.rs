@@ -68,6 +68,7 @@ impl Soc {
         let kept = |old: u8| old & !mask | value & mask;
         // What the baud clocks hang on.
         let clocks = !matches!(addr, at::TL0 | at::TH0 | at::IE | at::IP);
+        let sources = self.sources();
         if clocks {
             self.pass_ticks(t);
         }
@@ -101,7 +102,7 @@ impl Soc {
             }
             at::IE => self.interrupts.ie = kept(self.interrupts.ie) & (0x9F | self.timer2_bit()),
             at::IP => self.interrupts.ip = kept(self.interrupts.ip) & (0x1F | self.timer2_bit()),
-            at::T2CON => self.poll(t),
+            at::T2CON | at::T2MOD => self.poll(t),
             _ => {}
         }
         if let Some(timer2) = &mut self.timer2 {
@@ -119,7 +120,7 @@ impl Soc {
             self.clock_written(t);
         }
         if clocks {
-            self.rebase(t);
+            self.rebase(sources, t);
         }
     }
 
