@@ -4,6 +4,8 @@
 #![allow(missing_docs)]
 
 #[path = "programs51/assemble.rs"]
+mod assemble;
+#[path = "programs51/programs.rs"]
 mod programs;
 
 use std::hint::black_box;
@@ -16,7 +18,7 @@ use emu_core::{Cpu, RamInit};
 const CYCLES: u64 = 1_000_000;
 
 fn machine(source: &str) -> Mcs51 {
-    let image = programs::image(source).unwrap_or_else(|e| panic!("{e}"));
+    let image = assemble::image(source).unwrap_or_else(|e| panic!("{e}"));
     Mcs51::new(chips::chip("at89c52").expect("a CMOS 8052"), &image, RamInit::Random(1))
 }
 

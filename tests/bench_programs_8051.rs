@@ -1,6 +1,8 @@
 //! The programs of the benches of the 8051 compute what their heads say.
 
 #[path = "../benches/programs51/assemble.rs"]
+mod assemble;
+#[path = "../benches/programs51/programs.rs"]
 mod programs;
 
 use emu_8051::{Mcs51, chips};
@@ -9,7 +11,7 @@ use emu_core::{Cpu, RamInit, Stop};
 fn after(name: &str, cycles: u64) -> Mcs51 {
     let list = programs::programs();
     let (_, source) = list.iter().find(|(n, _)| *n == name).unwrap_or_else(|| panic!("{name}"));
-    let image = programs::image(source).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let image = assemble::image(source).unwrap_or_else(|e| panic!("{name}: {e}"));
     let mut mcs51 = Mcs51::new(chips::chip("at89c52").expect("a CMOS 8052"), &image, RamInit::Random(1));
     assert_eq!(mcs51.run(cycles, &mut ()), Stop::Limit, "{name}");
     mcs51

@@ -1,8 +1,7 @@
 //! The examples of the 8051 are the HEX files of their sources, and do what their heads say.
 
 #[path = "../benches/programs51/assemble.rs"]
-#[allow(dead_code)]
-mod programs;
+mod assemble;
 
 use std::path::PathBuf;
 
@@ -23,7 +22,7 @@ fn read(name: &str) -> String {
 #[test]
 fn the_hex_files_belong_to_their_sources() {
     for name in ["hello", "blink", "mode0"] {
-        let image = programs::image(&read(&format!("{name}.s"))).unwrap_or_else(|e| panic!("{name}.s: {e}"));
+        let image = assemble::image(&read(&format!("{name}.s"))).unwrap_or_else(|e| panic!("{name}.s: {e}"));
         let segments: Vec<(u32, &[u8])> = image.segments.iter().map(|s| (s.addr, &s.bytes[..])).collect();
         let hex = write_hex(&segments);
         if std::env::var_os("EMU_WRITE").is_some() {

@@ -3,8 +3,7 @@
 //! All of it is ignored by a plain `cargo test`; `.ci/peers` installs the peers and runs it. Random tests take their seed
 //! from the variable EMU_SEED and print it.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::PathBuf;
 use std::sync::OnceLock;
 
 #[path = "peers/binutils.rs"]
@@ -13,28 +12,12 @@ mod binutils;
 mod lockstep;
 #[path = "../emu-avr/tests/isa/states.rs"]
 mod states;
+#[path = "peers/tools.rs"]
+mod tools;
 #[path = "peers/uart.rs"]
 mod uart;
 
-fn source(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name)
-}
-
-/// A folder of its own for files that a test makes.
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    std::fs::create_dir_all(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
-    folder
-}
-
-/// Runs a program to its end, which must be a good one.
-fn run(program: &Path, args: &[&str], dir: &Path) -> Output {
-    let output = Command::new(program).args(args).current_dir(dir).output();
-    let output = output.unwrap_or_else(|e| panic!("{}: {e}", program.display()));
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{} {args:?}: {}\n{errors}", program.display(), output.status);
-    output
-}
+use tools::{folder, run, source};
 
 /// A program around simavr's library, built by the first test that asks.
 fn harness(name: &str) -> PathBuf {

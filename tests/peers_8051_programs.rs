@@ -3,11 +3,10 @@
 //! Ignored by a plain `cargo test`; `.ci/peers` installs sdcc and s51 and runs it. What the programs have in common stands in
 //! `peers/s51_programs/print.h`, with the four ways of writing that the tests name.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
 #[path = "peers/s51_programs/driver.rs"]
 mod driver;
+#[path = "peers/tools.rs"]
+mod tools;
 
 use driver::{build, ours, theirs};
 
@@ -15,26 +14,6 @@ use driver::{build, ours, theirs};
 const PLAIN: &str = "sort sieve crc format longs floats recurse structs tables bits pointers matrix queue digits words";
 
 const MODELS: [&str; 3] = ["small", "medium", "large"];
-
-fn source(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name)
-}
-
-/// A folder of its own for files that a test makes.
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    std::fs::create_dir_all(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
-    folder
-}
-
-/// Runs a program to its end, which must be a good one.
-fn run(program: &Path, args: &[&str], dir: &Path) -> Output {
-    let output = Command::new(program).args(args).current_dir(dir).output();
-    let output = output.unwrap_or_else(|e| panic!("{}: {e}", program.display()));
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{} {args:?}: {}\n{errors}", program.display(), output.status);
-    output
-}
 
 /// Builds and runs a program in every memory model. Both must print the same; gives the model, the length of the text, the
 /// machine cycles of s51, and how many more it took here.

@@ -12,7 +12,7 @@ use data::{
     REGS_TIMER2, dip40, regs,
 };
 use emu_core::chip::{Chip, Family, Reg};
-use emu_core::image::Space;
+use emu_core::image::{Bits, Space};
 
 /// Timer 2 of a chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,9 +114,9 @@ pub const PARTS: &[Part] = &[
             source: "1001",
             flash: 0x1000,
             on_chip: 0x1000,
-            hex: &[Space { name: "code", start: 0, len: 0x1000, word: 1 }],
-            elf: &[Space { name: "code", start: 0, len: 0x1000, word: 1 }],
-            spaces: &[("code", 0x1000), ("idata", 128), ("sfr", 256), ("bit", 256)],
+            hex: &[Space { name: "code", start: 0, len: 0x1000, word: 1, bits: Bits::All }],
+            elf: &[Space { name: "code", start: 0, len: 0x1000, word: 1, bits: Bits::All }],
+            spaces: &[("code", 0x1000, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1)],
             ..AT89C2051.chip
         },
         ..AT89C2051
@@ -164,8 +164,8 @@ pub(crate) const I8051: Part = Part {
         word_bytes: 1,
         max_hz: 12_000_000,
         default_hz: 12_000_000,
-        hex: &[Space { name: "code", start: 0, len: 0x1_0000, word: 1 }],
-        elf: &[Space { name: "code", start: 0, len: 0x1_0000, word: 1 }],
+        hex: &[Space { name: "code", start: 0, len: 0x1_0000, word: 1, bits: Bits::All }],
+        elf: &[Space { name: "code", start: 0, len: 0x1_0000, word: 1, bits: Bits::All }],
         elf_machine: 165,
         cpu_regs: &["r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7", "ACC", "B", "PSW", "SP", "DPTR", "PC"],
         reg_space: "sfr",
@@ -174,7 +174,7 @@ pub(crate) const I8051: Part = Part {
         pins: dip40!("" "" "" "" "" "" "" ""),
         vectors: &["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL"],
         vector_words: 8,
-        spaces: &[("code", 0x1_0000), ("idata", 128), ("sfr", 256), ("bit", 256), ("xdata", 0x1_0000)],
+        spaces: &[("code", 0x1_0000, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1), ("xdata", 0x1_0000, 1)],
     },
     iram: 128,
     cmos: false,
@@ -195,7 +195,7 @@ const I8052: Part = Part {
         bits: regs!(COMMON_BITS, BITS_BUS, BITS_TIMER2),
         pins: dip40!("T2" "T2EX" "" "" "" "" "" ""),
         vectors: &["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL", "TIMER2"],
-        spaces: &[("code", 0x1_0000), ("idata", 256), ("sfr", 256), ("bit", 256), ("xdata", 0x1_0000)],
+        spaces: &[("code", 0x1_0000, 1), ("idata", 256, 1), ("sfr", 256, 1), ("bit", 256, 1), ("xdata", 0x1_0000, 1)],
         ..I8051.chip
     },
     iram: 256,
@@ -236,12 +236,12 @@ const AT89C2051: Part = Part {
         source: "0368",
         flash: 0x800,
         on_chip: 0x800,
-        hex: &[Space { name: "code", start: 0, len: 0x800, word: 1 }],
-        elf: &[Space { name: "code", start: 0, len: 0x800, word: 1 }],
+        hex: &[Space { name: "code", start: 0, len: 0x800, word: 1, bits: Bits::All }],
+        elf: &[Space { name: "code", start: 0, len: 0x800, word: 1, bits: Bits::All }],
         regs: regs!(REGS),
         bits: regs!(COMMON_BITS, BITS_NO_TIMER2),
         pins: DIP20,
-        spaces: &[("code", 0x800), ("idata", 128), ("sfr", 256), ("bit", 256)],
+        spaces: &[("code", 0x800, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1)],
         ..AT89C51.chip
     },
     bus: false,

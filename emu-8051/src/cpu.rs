@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Bus, Cpu, END_OF_TIME, NEVER, Probe, RamInit, Reset, Stop};
+use emu_core::cpu::{Bus, Cpu, Probe, RamInit, Reset, Stop};
+use emu_core::engine::{self, Looks};
 use emu_core::image::Image;
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
@@ -57,12 +58,7 @@ pub struct Mcs51 {
     pub(crate) code: Arc<Code>,
     pub(crate) soc: Soc,
     pub(crate) unified: bool,
-    /// The trap that stopped the last run, to be stepped over by the next.
-    pub(crate) passing: Option<u32>,
-    /// Loops that only look are jumped over,
-    pub(crate) skip: bool,
-    /// but not before this cycle. Says how to run and nothing of the machine.
-    pub(crate) blind_until: u64,
+    pub(crate) looks: Looks,
 }
 
 impl Mcs51 {
@@ -81,16 +77,18 @@ impl Mcs51 {
         let options = Options { x2: options.x2 && part.x2, ..options };
         let mut program = vec![0xFF; image.end("code") as usize];
         image.fill("code", &mut program);
-        let (mut ram, mut xdata) = ([0u8; 256], vec![0u8; SPAN]);
+        let (mut ram, mut xdata) = ([0u8; 256], [0u8; SPAN]);
         if let RamInit::Random(seed) = init {
             let mut rng = Rng::new(seed);
             rng.fill(&mut ram[..usize::from(part.iram)]);
             rng.fill(&mut xdata);
         }
         let unified = options.von_neumann && part.bus;
-        if unified {
+        if unified || !part.bus {
             xdata.fill(0xFF);
-            xdata[..program.len().min(SPAN)].copy_from_slice(&program[..program.len().min(SPAN)]);
+        }
+        if unified {
+            image.fill("code", &mut xdata);
         }
         let external = match (part.bus, unified) {
             (false, _) => External::Absent,
@@ -98,19 +96,15 @@ impl Mcs51 {
             (true, false) => External::Separate,
         };
         let outside = part.bus && (!options.ea || program.len() as u64 > u64::from(part.chip.on_chip));
-        let mut filled = [0u8; SPAN];
-        filled.copy_from_slice(&xdata);
         let mut mcs51 = Mcs51 {
             part,
             hot: Hot::START,
             ram,
-            xdata: Arc::new(filled),
+            xdata: Arc::new(xdata),
             code: Arc::new(Code::new(&program, part.chip.flash, external)),
             soc: Soc::new(part, options, outside),
             unified,
-            passing: None,
-            skip: true,
-            blind_until: 0,
+            looks: Looks::START,
         };
         mcs51.hot.time.force();
         mcs51
@@ -118,7 +112,7 @@ impl Mcs51 {
 
     /// Turns the jumping over of polling loops on (as it is at first) or off. Results do not change, only the time taken.
     pub fn set_skip(&mut self, on: bool) {
-        self.skip = on;
+        self.looks.skip = on;
     }
 
     /// Lets a probe see the edges of the bus under MOVX, or not (as it is at first, since they are many).
@@ -190,7 +184,7 @@ impl Cpu for Mcs51 {
         self.hot.time.force();
         let now = self.hot.time.now();
         self.hot = Hot { time: self.hot.time, ..Hot::START };
-        self.passing = None;
+        self.looks.passing = None;
         self.soc.reset(why, now);
     }
 
@@ -208,7 +202,7 @@ impl Cpu for Mcs51 {
 
     fn set_pc(&mut self, pc: u32) {
         self.hot.pc = pc & 0xFFFF;
-        self.passing = None;
+        self.looks.passing = None;
         self.hot.time.force();
     }
 
@@ -286,7 +280,7 @@ impl Cpu for Mcs51 {
     fn trap(&mut self, pc: u32, on: bool) {
         let pc = pc & 0xFFFF;
         if self.code.has_trap(pc) != on && Arc::make_mut(&mut self.code).trap(pc, on) {
-            self.passing = self.passing.filter(|&p| on || p != pc);
+            self.looks.passing = self.looks.passing.filter(|&p| on || p != pc);
         }
     }
 
@@ -305,26 +299,11 @@ impl Cpu for Mcs51 {
     }
 
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
-        let until = until.min(END_OF_TIME);
-        self.soc.log(P::EVENTS, self.hot.time.now());
-        let jumps = self.jumps_over::<P>();
-        loop {
-            if let Some(stop) = self.boundary(until, probe) {
-                return stop;
-            }
-            let looks = jumps && self.hot.time.now() >= self.blind_until;
-            let (turn, code) = self.turn(probe);
-            self.hot = turn.burst(&code.ops[usize::from(looks)]);
-        }
+        engine::run(self, until, probe)
     }
 
     fn step<P: Probe>(&mut self, probe: &mut P) -> Stop {
-        let now = self.cycle();
-        let next = self.soc.fire(now);
-        let wakes = self.soc.pending(now).is_some();
-        // Asleep, on to what is due next; where an interrupt is there already, or nothing is ever due, one cycle.
-        let until = if self.soc.asleep() && !wakes && next != NEVER { next.max(now + 1) } else { now + 1 };
-        self.run(until, probe)
+        engine::step(self, probe)
     }
 }
 

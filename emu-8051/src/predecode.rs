@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use emu_core::engine::Mark;
 use emu_core::table::{Op, Site};
 
 use crate::isa::{Kind, Mcs51Op, ROWS, SHAPES, row_of};
@@ -82,9 +83,23 @@ impl Code {
         self.traps.contains(&pc)
     }
 
+    /// What the instruction at `pc` is to the loop around the hot loop; nothing else where a trap stands.
+    pub fn mark(&self, pc: u32) -> Mark {
+        match [0, 1].map(|ops: usize| self.ops[ops][pc as usize].kind) {
+            [Kind::Poll, _] => Mark::Spins,
+            [_, Kind::Poll] => Mark::ClosesLoop,
+            _ => Mark::Plain,
+        }
+    }
+
     /// The loop that only looks and is closed by the jump at `end`: its head and what it reads.
     pub fn look(&self, end: u32) -> Option<&(u32, Vec<u8>)> {
         self.loops.get(&end)
+    }
+
+    /// The op of the MOVX at `pc` as it is where XDATA is a memory of its own.
+    pub fn movx(&self, pc: u32) -> Mcs51Op {
+        decode(self.at(pc), pc, External::Separate)
     }
 
     /// Three bytes from `pc` on, around the end of memory.

@@ -9,6 +9,7 @@
 use std::collections::VecDeque;
 
 use emu_core::cpu::{Bus, NEVER, Reset, Wake};
+use emu_core::outside::{Drives, Log};
 use emu_core::pins::{Event, Level, Pin, PinId, Time};
 
 mod baud;
@@ -54,10 +55,8 @@ pub struct Soc {
     sampled: [bool; SAMPLED.len()],
     /// Changes of the serial lines to come.
     edges: VecDeque<Edge>,
-    /// Drives to come, in order of time; those of one cycle in the order in which they were asked for.
-    drives: VecDeque<(u64, PinId, Level)>,
-    events: VecDeque<Event>,
-    logging: bool,
+    drives: Drives,
+    log: Log,
     /// Edges of MOVX are logged too.
     shows_bus: bool,
     /// In oscillator time.
@@ -106,9 +105,8 @@ impl Soc {
             frozen: 0,
             sampled: [true, true, true, true, true, true, true, false],
             edges: VecDeque::new(),
-            drives: VecDeque::new(),
-            events: VecDeque::new(),
-            logging: false,
+            drives: Drives::NONE,
+            log: Log::OFF,
             shows_bus: false,
             deadline: NEVER,
             synced: 0,
@@ -156,8 +154,7 @@ impl Soc {
     pub fn drive(&mut self, at: u64, now: u64, pin: PinId, level: Level) {
         self.run(now);
         let at = at.max(now);
-        let place = self.drives.partition_point(|&(due, ..)| due <= at);
-        self.drives.insert(place, (at, pin, level));
+        self.drives.add(at, (pin, level));
         self.schedule();
         self.run(now);
     }
@@ -176,7 +173,7 @@ impl Soc {
 
     /// Takes the oldest logged event.
     pub fn drain(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.log.take()
     }
 
     /// The latch of port 2.
@@ -219,15 +216,14 @@ impl Soc {
 
     /// The machine cycle of the next deadline.
     fn due(&self) -> u64 {
-        let drive = self.drives.front().map_or(NEVER, |drive| drive.0).min(self.power.next());
+        let drive = self.drives.next().min(self.power.next());
         if self.power.down() { drive } else { drive.min(self.deadline.saturating_add(self.frozen)) }
     }
 
     /// Everything that is due at the cycle `t`, the next one at which anything is.
     fn run_cycle(&mut self, t: u64) {
         // S1P1: pins.
-        while let Some(&(_, pin, level)) = self.drives.front().filter(|drive| drive.0 <= t + self.frozen) {
-            self.drives.pop_front();
+        while let Some((pin, level)) = self.drives.take(t + self.frozen) {
             let changed = self.ports.drive(pin, level, t);
             self.edge(pin, changed, t, 0);
             self.sample_at = t;
@@ -295,8 +291,8 @@ impl Soc {
         for edge in step.edges() {
             if edge.at.cycle <= t && edge.at.phase == 0 { self.put(edge) } else { self.edges.push_back(edge) }
         }
-        if let Some(byte) = step.sent.filter(|_| self.logging) {
-            self.note(Event::Sent { at: Time::at(t + self.frozen), uart: 0, byte });
+        if let Some(byte) = step.sent {
+            self.log.note(Event::Sent { at: Time::at(t + self.frozen), uart: 0, byte });
         }
     }
 
@@ -324,12 +320,11 @@ impl Soc {
     /// Logs the edge of a pin, if there was one, and a fight over it; parts that listen to it will be told.
     fn edge(&mut self, pin: PinId, changed: Option<Level>, t: u64, phase: u8) {
         let at = Time { cycle: t + self.frozen, phase: phase * self.clocks_per_cycle / 12 };
-        if self.logging && self.ports.contention(pin) {
-            self.note(Event::Contention { at, pin });
+        if self.log.is_on() {
+            self.log.pin(at, pin, self.ports.contention(pin), changed);
         }
-        let Some(level) = changed else { return };
-        if self.logging {
-            self.note(Event::Edge { at, pin, level });
+        if changed.is_none() {
+            return;
         }
         if SAMPLED.contains(&pin) {
             self.sample_at = self.sample_at.min(t);
@@ -391,14 +386,14 @@ impl Bus for Soc {
             self.frozen -= ahead;
             return if quiet && !due { Wake::NONE } else { Wake::DEADLINE };
         }
-        let logged = self.events.len();
+        let logged = self.log.len();
         self.sync(t);
         self.store(addr, mask, value, t);
         self.schedule();
         self.irq_at = self.next_interrupt(t);
         // The core need not look before it does so anyhow.
         let sooner = self.due().min(self.irq_at.saturating_add(self.frozen)) < self.told;
-        let seen = sooner || due || self.events.len() != logged || addr == at::PCON;
+        let seen = sooner || due || self.log.len() != logged || addr == at::PCON;
         match addr {
             at::IE | at::IP => Wake(Wake::DEADLINE.0 | Wake::HOLD.0),
             _ if seen => Wake::DEADLINE,
@@ -462,7 +457,7 @@ impl Bus for Soc {
     fn busy(&self) -> bool {
         let receives = self.serial.rx_wait().is_some() && self.next_serial() != NEVER;
         let frames = self.serial.busy() || receives || self.serial.shift_next() != NEVER;
-        frames || self.next_toggle().is_some() || !self.drives.is_empty() || !self.edges.is_empty()
+        frames || self.next_toggle().is_some() || self.drives.next() != NEVER || !self.edges.is_empty()
     }
 }
 

@@ -164,9 +164,9 @@ fn memories() {
     for p in PARTS {
         let (c, name) = (&p.chip, p.chip.name);
         let code = if p.bus { 65536 } else { p.chip.on_chip };
-        let mut wanted = vec![("code", code), ("idata", u32::from(p.iram)), ("sfr", 256)];
-        wanted.push(("bit", 256));
-        wanted.extend(p.bus.then_some(("xdata", 65536)));
+        let mut wanted = vec![("code", code, 1), ("idata", u32::from(p.iram), 1), ("sfr", 256, 1)];
+        wanted.push(("bit", 256, 1));
+        wanted.extend(p.bus.then_some(("xdata", 65536, 1)));
         assert_eq!(c.spaces, wanted, "{name}");
         assert_eq!((c.code, c.ram, c.reg_space), ("code", "idata", "sfr"), "{name}");
         assert_eq!((c.flash, c.ram_start, c.ram_len, c.eeprom, c.word_bytes), (code, 0, p.iram, 0, 1), "{name}");

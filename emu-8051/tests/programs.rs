@@ -14,6 +14,8 @@
 
 #[path = "programs/script.rs"]
 mod script;
+#[path = "programs/source.rs"]
+mod source;
 
 use emu_8051::{Mcs51, chips};
 use emu_core::pins::{Event, Level, Time};
@@ -72,7 +74,7 @@ fn place(mcs51: &Mcs51, text: &str) -> Option<u32> {
     let hex = |text: &str| u32::from_str_radix(text, 16).ok();
     match text.split_once(':') {
         Some(("bit", name)) => {
-            let addr = match script::pin(name) {
+            let addr = match source::pin(name) {
                 Some(pin) => Some(0x80 + u32::from(pin / 8) * 16 + u32::from(pin % 8)),
                 None => chips::BITS.iter().find(|b| b.name == name).map(|b| u32::from(b.addr)).or_else(|| hex(name)),
             };
@@ -140,7 +142,7 @@ fn judge(case: &Case) -> Vec<String> {
                 list(vec![at.map_or_else(|| format!("{:04x}", mcs51.pc()), |l| l.0.clone())], &[label]);
             }
             ["at", label, ref wanted @ ..] => {
-                let pc = case.labels.get(label).unwrap_or_else(|| panic!("{}: no label {label}", case.name));
+                let pc = case.labels.get(label).unwrap_or_else(|| panic!("{}: no label {label}", case.name()));
                 list(log.visits.iter().filter(|v| v.1 == *pc).map(|v| v.0.to_string()).collect(), wanted);
             }
             ["irq", ref wanted @ ..] => {
@@ -160,17 +162,19 @@ fn judge(case: &Case) -> Vec<String> {
                 });
                 list(fights.collect(), wanted);
             }
-            [wire, ref wanted @ ..] if script::pin(wire).is_some() => {
+            [wire, ref wanted @ ..] if source::pin(wire).is_some() => {
                 let edges = log.events.iter().filter_map(|event| match *event {
-                    Event::Edge { at, pin, level } if Some(pin) == script::pin(wire) => Some(show_edge((at, level))),
+                    Event::Edge { at, pin, level } if Some(pin) == source::pin(wire) => Some(show_edge((at, level))),
                     _ => None,
                 });
                 list(edges.collect(), wanted);
             }
             _ => {
                 for item in &items {
-                    let Some((name, value)) = item.split_once('=') else { panic!("{}: what is {wanted}?", case.name) };
-                    let value = u32::from_str_radix(value, 16).unwrap_or_else(|_| panic!("{}: {wanted}", case.name));
+                    let Some((name, value)) = item.split_once('=') else {
+                        panic!("{}: what is {wanted}?", case.name())
+                    };
+                    let value = u32::from_str_radix(value, 16).unwrap_or_else(|_| panic!("{}: {wanted}", case.name()));
                     match place(&mcs51, name) {
                         Some(found) if found == value => {}
                         found => wrong.push(format!("{wanted}: {name} is {found:02x?}")),
@@ -190,7 +194,7 @@ fn programs_do_what_the_manual_says() {
     for case in &cases {
         for what in judge(case) {
             wrong += 1;
-            eprintln!("{}: {what}", case.name);
+            eprintln!("{}: {what}", case.name());
         }
     }
     assert_eq!(wrong, 0, "of {} cases", cases.len());
@@ -216,13 +220,13 @@ fn any_way_of_running_gives_the_same_machine() {
         let mut plain = case.machine();
         plain.set_skip(false);
         let stop = plain.run(case.until, &mut ());
-        assert_eq!((state(&plain), stop), wanted, "{}: without a probe or jumping over loops", case.name);
+        assert_eq!((state(&plain), stop), wanted, "{}: without a probe or jumping over loops", case.name());
 
         let mut seen = case.machine();
         let mut all = Log::<true>::default();
         let stop = seen.run(case.until, &mut all);
-        assert_eq!((state(&seen), stop), wanted, "{}: with every hook", case.name);
-        assert_eq!((&all.irqs, &all.events), (&log.irqs, &log.events), "{}: with every hook", case.name);
+        assert_eq!((state(&seen), stop), wanted, "{}: with every hook", case.name());
+        assert_eq!((&all.irqs, &all.events), (&log.irqs, &log.events), "{}: with every hook", case.name());
 
         for _ in 0..4 {
             let mut mcs51 = case.machine();
@@ -234,16 +238,21 @@ fn any_way_of_running_gives_the_same_machine() {
                 let mut copied = parts.clone();
                 let stop = mcs51.run(until.min(case.until), &mut parts);
                 if rng.one_in(8) {
-                    assert_eq!(copy.run(until.min(case.until), &mut copied), stop, "{}: seed {seed:x}", case.name);
-                    assert_eq!(state(&copy), state(&mcs51), "{}: a clone, seed {seed:x}", case.name);
+                    assert_eq!(copy.run(until.min(case.until), &mut copied), stop, "{}: seed {seed:x}", case.name());
+                    assert_eq!(state(&copy), state(&mcs51), "{}: a clone, seed {seed:x}", case.name());
                     (mcs51, parts) = (copy, copied);
                 }
                 if stop != Stop::Limit || mcs51.cycle() >= case.until {
                     break stop;
                 }
             };
-            assert_eq!((state(&mcs51), stop), wanted, "{}: in slices, seed {seed:x}", case.name);
-            assert_eq!((&parts.irqs, &parts.events), (&log.irqs, &log.events), "{}: slices, seed {seed:x}", case.name);
+            assert_eq!((state(&mcs51), stop), wanted, "{}: in slices, seed {seed:x}", case.name());
+            assert_eq!(
+                (&parts.irqs, &parts.events),
+                (&log.irqs, &log.events),
+                "{}: slices, seed {seed:x}",
+                case.name()
+            );
         }
     }
 }

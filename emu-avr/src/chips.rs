@@ -4,7 +4,7 @@
 //! memories (8), pin configuration (1).
 
 use emu_core::chip::{Chip, Family, PinDef, Reg};
-use emu_core::image::Space;
+use emu_core::image::{Bits, Space};
 
 /// All chips of this crate.
 pub const CHIPS: &[&Chip] = &[&ATMEGA328P, &ATMEGA328];
@@ -32,14 +32,14 @@ pub const ATMEGA328P: Chip = Chip {
     word_bytes: 2,
     max_hz: 20_000_000,
     default_hz: 16_000_000,
-    hex: &[Space { name: "flash", start: 0, len: 0x8000, word: 2 }],
+    hex: &[Space { name: "flash", start: 0, len: 0x8000, word: 2, bits: Bits::All }],
     elf: &[
-        Space { name: "flash", start: 0, len: 0x8000, word: 2 },
-        Space { name: "data", start: 0x80_0000, len: 0x900, word: 1 },
-        Space { name: "eeprom", start: 0x81_0000, len: 0x400, word: 1 },
-        Space { name: "fuse", start: 0x82_0000, len: 3, word: 1 },
-        Space { name: "lock", start: 0x83_0000, len: 1, word: 1 },
-        Space { name: "signature", start: 0x84_0000, len: 3, word: 1 },
+        Space { name: "flash", start: 0, len: 0x8000, word: 2, bits: Bits::All },
+        Space { name: "data", start: 0x80_0000, len: 0x900, word: 1, bits: Bits::All },
+        Space { name: "eeprom", start: 0x81_0000, len: 0x400, word: 1, bits: Bits::All },
+        Space { name: "fuse", start: 0x82_0000, len: 3, word: 1, bits: Bits::All },
+        Space { name: "lock", start: 0x83_0000, len: 1, word: 1, bits: Bits::All },
+        Space { name: "signature", start: 0x84_0000, len: 3, word: 1, bits: Bits::All },
     ],
     elf_machine: 83,
     cpu_regs: &[
@@ -53,7 +53,7 @@ pub const ATMEGA328P: Chip = Chip {
     pins: MEGA_X8_PINS,
     vectors: MEGA_X8_VECTORS,
     vector_words: 2,
-    spaces: &[("data", 0x900), ("flash", 0x8000), ("eeprom", 0x400)],
+    spaces: &[("data", 0x900, 1), ("flash", 0x8000, 1), ("eeprom", 0x400, 1)],
 };
 
 /// ATmega328: the 328P without the low-power process; the same to a program.

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Bus, Cpu, END_OF_TIME, NEVER, Probe, RamInit, Reset, Stop};
+use emu_core::cpu::{Bus, Cpu, Probe, RamInit, Reset, Stop};
+use emu_core::engine::{self, Looks};
 use emu_core::image::Image;
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
 
-use crate::flags::{Flag, Flags};
+use crate::flags::Flags;
 use crate::isa::PC_MASK;
 use crate::periph::map::at;
 use crate::predecode::Code;
@@ -24,12 +25,7 @@ pub struct Avr {
     pub(crate) code: Arc<Code>,
     pub(crate) soc: Soc,
     pub(crate) eeprom: Arc<Vec<u8>>,
-    /// The trap that stopped the last run, to be stepped over by the next.
-    pub(crate) passing: Option<u32>,
-    /// Loops that only look are jumped over,
-    pub(crate) skip: bool,
-    /// but not before this cycle. Says how to run and nothing of the machine.
-    pub(crate) blind_until: u64,
+    pub(crate) looks: Looks,
 }
 
 impl Avr {
@@ -61,9 +57,7 @@ impl Avr {
             code: Arc::new(code),
             soc: Soc::new(chip),
             eeprom: Arc::new(eeprom),
-            passing: None,
-            skip: true,
-            blind_until: 0,
+            looks: Looks::START,
         };
         avr.soc.set_clock_hz(chip.default_hz);
         avr.reset(Reset::PowerOn);
@@ -77,7 +71,7 @@ impl Avr {
 
     /// Turns the jumping over of polling loops on (as it is at first) or off. Results do not change, only the time taken.
     pub fn set_skip(&mut self, on: bool) {
-        self.skip = on;
+        self.looks.skip = on;
     }
 
     /// The chip around the core.
@@ -112,7 +106,7 @@ impl Cpu for Avr {
         self.hot.time.force();
         let now = self.hot.time.now();
         self.hot = Hot { sp: self.chip.ram_start + self.chip.ram_len - 1, time: self.hot.time, ..Hot::START };
-        self.passing = None;
+        self.looks.passing = None;
         self.soc.reset(why, now);
     }
 
@@ -130,7 +124,7 @@ impl Cpu for Avr {
 
     fn set_pc(&mut self, pc: u32) {
         self.hot.pc = pc & PC_MASK;
-        self.passing = None;
+        self.looks.passing = None;
         self.hot.time.force();
     }
 
@@ -197,7 +191,7 @@ impl Cpu for Avr {
     fn trap(&mut self, pc: u32, on: bool) {
         let pc = pc & PC_MASK;
         if self.code.has_trap(pc) != on && Arc::make_mut(&mut self.code).trap(pc, on) {
-            self.passing = self.passing.filter(|&p| on || p != pc);
+            self.looks.passing = self.looks.passing.filter(|&p| on || p != pc);
         }
     }
 
@@ -212,26 +206,11 @@ impl Cpu for Avr {
     }
 
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
-        let until = until.min(END_OF_TIME);
-        self.soc.log(P::EVENTS, self.hot.time.now());
-        let jumps = self.jumps_over::<P>();
-        loop {
-            if let Some(stop) = self.boundary(until, probe) {
-                return stop;
-            }
-            let looks = jumps && self.hot.time.now() >= self.blind_until;
-            let (turn, code) = self.turn(probe);
-            self.hot = turn.burst(&code.ops[usize::from(looks)]);
-        }
+        engine::run(self, until, probe)
     }
 
     fn step<P: Probe>(&mut self, probe: &mut P) -> Stop {
-        let now = self.cycle();
-        let next = self.soc.fire(now);
-        let wakes = self.hot.flags.get(Flag::I) && self.soc.pending(now).is_some();
-        // Asleep, on to what is due next; where an interrupt is there already, or nothing is ever due, one cycle.
-        let until = if self.hot.sleeping && !wakes && next != NEVER { next.max(now + 1) } else { now + 1 };
-        self.run(until, probe)
+        engine::step(self, probe)
     }
 }
 

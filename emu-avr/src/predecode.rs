@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use emu_core::engine::Mark;
 use emu_core::table::{Op, Site};
 
 use crate::isa::{AvrOp, Kind, PC_MASK, row_of};
@@ -65,6 +66,15 @@ impl Code {
     /// True when a trap stands at `pc`.
     pub fn has_trap(&self, pc: u32) -> bool {
         self.traps.contains(&pc)
+    }
+
+    /// What the instruction at `pc` is to the loop around the hot loop; nothing else where a trap stands.
+    pub fn mark(&self, pc: u32) -> Mark {
+        match [0, 1].map(|ops: usize| self.ops[ops][pc as usize].kind) {
+            [Kind::Poll, _] => Mark::Spins,
+            [_, Kind::Poll] => Mark::ClosesLoop,
+            _ => Mark::Plain,
+        }
     }
 
     /// The loop that only looks and is closed by the branch at `end`: its head and what it reads.

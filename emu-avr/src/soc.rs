@@ -3,10 +3,9 @@
 //! Nothing ticks. `deadline` is the next cycle at which something can be seen from outside of a part: a pin that moves, a
 //! byte that ends, an enabled interrupt, a reset. Everything else is worked out when it is read.
 
-use std::collections::VecDeque;
-
 use emu_core::chip::Chip;
 use emu_core::cpu::{Bus, NEVER, Reset, Wake};
+use emu_core::outside::{Drives, Log};
 use emu_core::parts::prescaler::Prescaler;
 use emu_core::parts::uart::Step;
 use emu_core::pins::{Event, Level, Pin, PinId, Time};
@@ -35,10 +34,8 @@ pub struct Soc {
     watchdog: Watchdog,
     mcusr: u8,
     plain: Plain,
-    /// Drives to come, in order of time; those of one cycle in the order in which they were asked for.
-    drives: VecDeque<(u64, PinId, Level)>,
-    events: VecDeque<Event>,
-    logging: bool,
+    drives: Drives,
+    log: Log,
     deadline: u64,
 }
 
@@ -94,9 +91,8 @@ impl Soc {
             watchdog: Watchdog::new(0, chip.default_hz.max(1), false),
             mcusr: 0,
             plain: Plain::RESET,
-            drives: VecDeque::new(),
-            events: VecDeque::new(),
-            logging: false,
+            drives: Drives::NONE,
+            log: Log::OFF,
             deadline: NEVER,
         };
         soc.reset(Reset::PowerOn, 0);
@@ -137,8 +133,7 @@ impl Soc {
     pub fn drive(&mut self, at: u64, now: u64, pin: PinId, level: Level) {
         self.run(now);
         let at = at.max(now);
-        let place = self.drives.partition_point(|&(due, ..)| due <= at);
-        self.drives.insert(place, (at, pin, level));
+        self.drives.add(at, (pin, level));
         self.deadline = self.deadline.min(at);
         self.run(now);
     }
@@ -158,18 +153,12 @@ impl Soc {
     /// Logs edges, sent bytes and fights over pins from the cycle `now` on, those that are fought for already too, or stops and
     /// forgets them.
     pub fn log(&mut self, on: bool, now: u64) {
-        if on && !self.logging {
-            let fights = (0..PINS as PinId).filter(|&pin| self.ports.pin(pin).contention());
-            self.events.extend(fights.map(|pin| Event::Contention { at: Time::at(now), pin }));
-        } else if !on {
-            self.events.clear();
-        }
-        self.logging = on;
+        self.log.switch(on, now, (0..PINS as PinId).filter(|&pin| self.ports.pin(pin).contention()));
     }
 
     /// Takes the oldest logged event.
     pub fn drain(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.log.take()
     }
 
     /// The mode that SLEEP enters; `None` while SMCR.SE is clear.
@@ -196,6 +185,7 @@ impl Soc {
     }
 
     /// True once after the watchdog timed out for a system reset, up to `now`.
+    #[inline]
     pub fn reset_requested(&mut self, now: u64) -> bool {
         self.run(now);
         let requested = self.watchdog.reset_requested();
@@ -217,8 +207,7 @@ impl Soc {
     /// Everything that is due at the cycle `due`, the next one at which anything is. Samplers see the level of the cycle
     /// before, so the order within a cycle decides nothing but the order of the log.
     fn run_cycle(&mut self, due: u64) {
-        while let Some(&(_, pin, level)) = self.drives.front().filter(|drive| drive.0 <= due) {
-            self.drives.pop_front();
+        while let Some((pin, level)) = self.drives.take(due) {
             let changed = self.ports.drive(pin, level, due);
             self.edge(pin, changed, due);
         }
@@ -247,9 +236,7 @@ impl Soc {
         match self.usart.send() {
             Step::Bit(line) => self.ports.txd = Some(line),
             Step::End(byte) => {
-                if self.logging {
-                    self.events.push_back(Event::Sent { at: Time::at(due), uart: 0, byte });
-                }
+                self.log.note(Event::Sent { at: Time::at(due), uart: 0, byte });
                 // The start bit of a byte that follows begins here.
                 self.ports.txd = self.usart.transmits().then_some(!self.usart.shifting());
             }
@@ -265,21 +252,17 @@ impl Soc {
 
     /// Logs the edge of a pin, if there was one, and a fight over it, and tells the receiver of its line.
     fn edge(&mut self, pin: PinId, changed: Option<Level>, at: u64) {
-        if self.logging && self.ports.pin(pin).contention() {
-            self.events.push_back(Event::Contention { at: Time::at(at), pin });
+        if self.log.is_on() {
+            self.log.pin(Time::at(at), pin, self.ports.pin(pin).contention(), changed);
         }
-        let Some(level) = changed else { return };
-        if self.logging {
-            self.events.push_back(Event::Edge { at: Time::at(at), pin, level });
-        }
-        if pin == RXD {
+        if changed.is_some() && pin == RXD {
             self.usart.line_changed(at);
         }
     }
 
     /// Works out the next deadline.
     fn schedule(&mut self) {
-        let drive = self.drives.front().map_or(NEVER, |drive| drive.0);
+        let drive = self.drives.next();
         let timers = self.timers.iter().map(|timer| timer.next(timer.enabled())).min().unwrap_or(NEVER);
         self.deadline = drive.min(timers).min(self.usart.next()).min(self.watchdog.next());
     }
@@ -309,13 +292,13 @@ impl Bus for Soc {
     }
 
     fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> Wake {
-        let before = (self.deadline, self.events.len());
+        let before = (self.deadline, self.log.len());
         self.run(now);
         let quiet = self.store(reg, mask, value, now);
         if !quiet {
             self.schedule();
         }
-        if quiet && (self.deadline, self.events.len()) == before { Wake::NONE } else { Wake::DEADLINE }
+        if quiet && (self.deadline, self.log.len()) == before { Wake::NONE } else { Wake::DEADLINE }
     }
 
     fn fire(&mut self, now: u64) -> u64 {
@@ -369,6 +352,6 @@ impl Bus for Soc {
     }
 
     fn busy(&self) -> bool {
-        self.usart.sending() || !self.drives.is_empty()
+        self.usart.sending() || self.drives.next() != NEVER
     }
 }

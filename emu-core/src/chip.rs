@@ -11,6 +11,8 @@ pub enum Family {
     Avr,
     /// Crate `emu-8051`.
     Mcs51,
+    /// Crate `emu-pic16`.
+    Pic16,
 }
 
 /// What tools need of a family's instruction table.
@@ -75,8 +77,9 @@ pub struct Chip {
     pub vectors: &'static [&'static str],
     /// Program words per vector.
     pub vector_words: u32,
-    /// Memory spaces for `--peek`: name and size in bytes.
-    pub spaces: &'static [(&'static str, u32)],
+    /// Memory spaces for `--peek`: name, number of addresses, bytes per address (1, or 2 where addresses count words, as
+    /// the users of PIC16 have it for program memory).
+    pub spaces: &'static [(&'static str, u32, u32)],
 }
 
 /// A register of the chip, or a bit of one.
@@ -115,7 +118,19 @@ impl Chip {
     /// Position of a memory in [`Chip::spaces`], by which [`crate::cpu::Probe::data`] names it.
     #[must_use]
     pub fn space(&self, name: &str) -> Option<u8> {
-        self.spaces.iter().position(|(space, _)| *space == name).map(|i| i as u8)
+        self.spaces.iter().position(|(space, ..)| *space == name).map(|i| i as u8)
+    }
+
+    /// Bytes per address of a memory in [`Chip::spaces`]; 1 for one that is not there.
+    #[must_use]
+    pub fn width(&self, name: &str) -> u32 {
+        self.spaces.iter().find(|(space, ..)| *space == name).map_or(1, |&(.., width)| width.max(1))
+    }
+
+    /// The address of the program word `word` as it is written for this chip: in bytes on AVR, in words on PIC16.
+    #[must_use]
+    pub fn code_address(&self, word: u32) -> u32 {
+        word.saturating_mul(self.word_bytes) / self.width(self.code)
     }
 
     /// The pin `name` (case aside).

@@ -1,6 +1,7 @@
 //! The traits that every chip implements and every tool uses.
 
 use crate::chip::Chip;
+use crate::lint::Lint;
 use crate::pins::{Event, Level, PinId, Time};
 
 /// Why a chip is reset.
@@ -117,6 +118,24 @@ pub trait Cpu: Clone {
     }
     /// Drives a pin from outside at `at` (at once when that has passed).
     fn drive(&mut self, at: Time, pin: PinId, level: Level);
+    /// Puts a voltage, in millivolts, on a pin from outside at `at` (at once when that has passed). False on machines that know
+    /// levels only.
+    fn drive_volts(&mut self, at: Time, pin: PinId, millivolts: u32) -> bool {
+        let _ = (at, pin, millivolts);
+        false
+    }
+    /// Sets the supply, in millivolts, from `at` on (at once when that has passed). False on machines that know no supply.
+    fn supply(&mut self, at: Time, millivolts: u32) -> bool {
+        let _ = (at, millivolts);
+        false
+    }
+    /// Where the byte of RAM is kept that the program reaches at `addr` of the memory [`Chip::ram`]: an address of that memory,
+    /// below 64 K, the same for all mirrors. None where there is no RAM.
+    fn ram_at(&self, addr: u32) -> Option<u32> {
+        let chip = self.chip();
+        let first = u32::from(chip.ram_start);
+        (first..first + u32::from(chip.ram_len)).contains(&addr).then_some(addr)
+    }
     /// Runs until machine cycle `until` (at most [`END_OF_TIME`]) is reached or something stops it; always to an instruction
     /// boundary.
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop;
@@ -200,6 +219,8 @@ pub trait Probe {
     const DATA: bool = false;
     /// [`Probe::event`] is called, and the chip logs edges and bytes.
     const EVENTS: bool = false;
+    /// [`Probe::lint`] is called, on machines that have diagnostics.
+    const LINT: bool = false;
 
     /// Before the instruction at program word `pc` starts at machine cycle `at`. True stops the run before it.
     fn insn(&mut self, at: u64, pc: u32) -> bool {
@@ -222,6 +243,10 @@ pub trait Probe {
         let _ = event;
         false
     }
+    /// The instruction at program word `pc`, in machine cycle `at`, does what is seldom meant.
+    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
+        let _ = (at, pc, lint);
+    }
 }
 
 impl Probe for () {}
@@ -231,6 +256,7 @@ impl<A: Probe, B: Probe> Probe for (A, B) {
     const INSN: bool = A::INSN || B::INSN;
     const DATA: bool = A::DATA || B::DATA;
     const EVENTS: bool = A::EVENTS || B::EVENTS;
+    const LINT: bool = A::LINT || B::LINT;
 
     fn insn(&mut self, at: u64, pc: u32) -> bool {
         self.0.insn(at, pc) | self.1.insn(at, pc)
@@ -245,12 +271,17 @@ impl<A: Probe, B: Probe> Probe for (A, B) {
     fn event(&mut self, event: Event) -> bool {
         self.0.event(event) | self.1.event(event)
     }
+    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
+        self.0.lint(at, pc, lint);
+        self.1.lint(at, pc, lint);
+    }
 }
 
 impl<P: Probe> Probe for &mut P {
     const INSN: bool = P::INSN;
     const DATA: bool = P::DATA;
     const EVENTS: bool = P::EVENTS;
+    const LINT: bool = P::LINT;
 
     fn insn(&mut self, at: u64, pc: u32) -> bool {
         (**self).insn(at, pc)
@@ -263,5 +294,8 @@ impl<P: Probe> Probe for &mut P {
     }
     fn event(&mut self, event: Event) -> bool {
         (**self).event(event)
+    }
+    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
+        (**self).lint(at, pc, lint);
     }
 }

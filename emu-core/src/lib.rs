@@ -6,8 +6,11 @@
 pub mod chip;
 pub mod countdown;
 pub mod cpu;
+pub mod engine;
 pub mod image;
+pub mod lint;
 pub mod machine;
+pub mod outside;
 pub mod parts;
 pub mod pins;
 pub mod rng;

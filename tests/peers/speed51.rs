@@ -3,6 +3,8 @@
 //! `speed51 hex FOLDER` writes every program as NAME.hex; `speed51 run FILE.hex CYCLES` prints the cycles run and the seconds of CPU.
 
 #[path = "../../benches/programs51/assemble.rs"]
+mod assemble;
+#[path = "../../benches/programs51/programs.rs"]
 mod programs;
 
 use std::path::Path;
@@ -31,7 +33,7 @@ fn main() -> ExitCode {
 
 fn hex(folder: &Path) -> Result<(), String> {
     for (name, source) in programs::programs() {
-        let image = programs::image(&source).map_err(|e| format!("{name}: {e}"))?;
+        let image = assemble::image(&source).map_err(|e| format!("{name}: {e}"))?;
         let path = folder.join(format!("{name}.hex"));
         let segments: Vec<(u32, &[u8])> = image.segments.iter().map(|s| (s.addr, &s.bytes[..])).collect();
         std::fs::write(&path, write_hex(&segments)).map_err(|e| format!("{}: {e}", path.display()))?;

@@ -45,14 +45,14 @@ impl Soc {
         self.shows_bus || self.ports.latch(0) != 0xFF
     }
 
-    /// Logs the edges of MOVX from now on, or does not.
+    /// Logs the edges of MOVX from now on, or does not. A chip without a bus has none.
     pub fn show_bus(&mut self, on: bool) {
-        self.shows_bus = on;
+        self.shows_bus = on && self.part.bus;
     }
 
     /// MOVX whose last cycle is `now`: leaves ones in the latch of port 0.
     pub fn external_access(&mut self, transfer: Transfer, now: u64) -> Wake {
-        if self.shows_bus && self.logging && !self.ports.is_bus(0) {
+        if self.shows_bus && self.log.is_on() && !self.ports.is_bus(0) {
             self.log_transfer(transfer, now);
         }
         self.write_bits(u16::from(at::P0), 0xFF, 0xFF, now)
@@ -61,25 +61,13 @@ impl Soc {
     /// Logs edges, sent bytes and fights over pins from the machine cycle `now` on, those that are fought for already too, or
     /// stops and forgets them.
     pub fn log(&mut self, on: bool, now: u64) {
-        if on && !self.logging {
-            let fights = (0..PINS as PinId).filter(|&pin| self.ports.contention(pin));
-            self.events.extend(fights.map(|pin| Event::Contention { at: Time::at(now), pin }));
-        } else if !on {
-            self.events.clear();
-        }
-        self.logging = on;
+        self.log.switch(on, now, (0..PINS as PinId).filter(|&pin| self.ports.contention(pin)));
     }
 
     /// The byte whose stop bit is being sent.
     #[must_use]
     pub fn stopping(&self) -> Option<u8> {
         self.serial.stopping()
-    }
-
-    /// Logs an event. Parts run one after the other, so within a cycle one may come that is before what is logged already.
-    pub(super) fn note(&mut self, event: Event) {
-        let place = self.events.partition_point(|logged| logged.at() <= event.at());
-        self.events.insert(place, event);
     }
 
     fn log_transfer(&mut self, transfer: Transfer, now: u64) {
@@ -94,7 +82,7 @@ impl Soc {
             if *before != level {
                 *before = level;
                 let phase = clock * self.clocks_per_cycle / 12;
-                self.events.push_back(Event::Edge { at: Time { cycle, phase }, pin, level });
+                self.log.note(Event::Edge { at: Time { cycle, phase }, pin, level });
             }
         };
         for bit in 0..8 {
@@ -117,6 +105,5 @@ impl Soc {
             edge(second, RELEASE, bit, rest[0][usize::from(bit)]);
             edge(second, RELEASE, 16 + bit, rest[2][usize::from(bit)]);
         }
-        self.events.make_contiguous().sort_by_key(Event::at);
     }
 }

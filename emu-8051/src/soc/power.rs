@@ -1,7 +1,7 @@
 //! Power saving, reset and the watchdog (user's manual, "Power-saving modes of operation", "Reset"; AT89S52 data sheet,
 //! "Watchdog timer", "WDT during power-down and idle").
 
-use emu_core::NEVER;
+use emu_core::cpu::{NEVER, Reset};
 use emu_core::pins::Level;
 
 use super::Soc;
@@ -43,7 +43,7 @@ pub struct Power {
     /// The reset pin will have been high long enough at this cycle.
     reset_at: u64,
     /// A reset is to be carried out.
-    requested: Option<bool>,
+    requested: Option<Reset>,
     /// The core is held in reset until this cycle; NEVER while the reset pin is high.
     held_until: Option<u64>,
     /// The watchdog's pulse on the reset pin ends at this cycle.
@@ -79,7 +79,7 @@ impl Power {
 
     /// The reset pin was high long enough.
     const fn request(&mut self) {
-        self.requested = Some(false);
+        self.requested = Some(Reset::External);
         self.held_until = Some(NEVER);
     }
 
@@ -151,8 +151,8 @@ impl Soc {
         self.power.stops_core() || self.pcon & IDL != 0
     }
 
-    /// True once when the chip is to be reset, `Some(true)` by its watchdog.
-    pub fn reset_requested(&mut self) -> Option<bool> {
+    /// What resets the chip, once.
+    pub fn reset_requested(&mut self) -> Option<Reset> {
         self.power.requested.take()
     }
 
@@ -179,8 +179,7 @@ impl Soc {
     /// levels. A level begins to wake the chip and the interrupt is served once it has gone.
     pub(super) fn run_stopped(&mut self, due: u64) {
         let t = self.inner(due);
-        while let Some(&(_, pin, level)) = self.drives.front().filter(|drive| drive.0 <= due) {
-            self.drives.pop_front();
+        while let Some((pin, level)) = self.drives.take(due) {
             let changed = self.ports.drive(pin, level, t);
             // The event bears the machine's cycle, the oscillator's stands.
             let ahead = due - (t + self.frozen);
@@ -238,7 +237,7 @@ impl Soc {
         }
         self.watchdog = Watchdog::OFF;
         let now = t + self.frozen;
-        self.power.requested = Some(true);
+        self.power.requested = Some(Reset::Watchdog);
         self.power.held_until = Some(now + PULSE_CLOCKS.div_ceil(12));
         if self.auxr & DISRTO == 0 {
             self.power.pulse_end = now + PULSE_CLOCKS / 12;

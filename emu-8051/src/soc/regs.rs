@@ -156,7 +156,7 @@ impl Soc {
             return true;
         }
         let changed = self.ports.set_latch(port, self.ports.latch(port) & !mask | value & mask);
-        let logged = self.events.len();
+        let logged = self.log.len();
         let mut listens = false;
         for bit in (0..8).filter(|bit| changed >> bit & 1 == 1) {
             let pin = (port * 8) as PinId + bit;
@@ -166,7 +166,7 @@ impl Soc {
         if listens {
             self.schedule();
         }
-        !listens && self.events.len() == logged
+        !listens && self.log.len() == logged
     }
 
     /// True for ports 0 and 2 of the chips without them.

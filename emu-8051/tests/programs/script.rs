@@ -1,187 +1,46 @@
-//! Programs as text, with what drives their pins and what is to be found: read here, judged by those who use it.
-//!
-//! A program begins with `== name`. Then come, one a line, directives and instructions:
-//!
-//! - `chip NAME [x2] [ea-low] [von-neumann] [now] [access]`: the chip (8052 if not said), its wiring, and the second readings
-//!   of the manual (flags polled now, interrupts held after any access of IE or IP);
-//! - `drive PIN 20L 30H 40F`: levels from outside from cycles on; `until N`: where the run ends (2000 if not said);
-//! - `0x30:` goes on at an address, `name:` is a label, `text*3` stands three times; `;` begins a comment.
-//!
-//! Every `-- {a|b} wanted; wanted` is a case: `$1`, `$2` in the program and in what is wanted stand for a, b. Lines behind it
-//! that begin with three blanks go on with it. `#` begins a line of comment.
+//! Programs with what is to be found, judged by those who use it: the rest of a case is a list, `wanted; wanted`. A line
+//! `until N` in a program says where the run ends (2000 if not said).
 
-use emu_8051::{Mcs51, Options, Readings, chips, isa};
-use emu_core::image::{Image, Segment};
-use emu_core::pins::{Level, PinId, Time};
-use emu_core::{Cpu, RamInit};
 use std::collections::BTreeMap;
+
+use emu_8051::Mcs51;
+
+use crate::source::{self, Program};
 
 /// One case of one program.
 pub struct Case {
-    pub name: String,
-    pub chip: String,
-    pub options: Options,
-    pub drives: Vec<(u64, PinId, Level)>,
+    program: Program,
     pub until: u64,
     pub labels: BTreeMap<String, u32>,
     pub wanted: Vec<String>,
-    image: Image,
 }
 
 impl Case {
+    /// What it is called.
+    pub fn name(&self) -> &str {
+        &self.program.name
+    }
+
     /// The chip after power-up, its drives queued.
     pub fn machine(&self) -> Mcs51 {
-        let chip = chips::chip(&self.chip).unwrap_or_else(|| panic!("{}: no chip {}", self.name, self.chip));
-        let mut mcs51 = Mcs51::with(chip, &self.image, RamInit::Zero, self.options);
-        for &(at, pin, level) in &self.drives {
-            mcs51.drive(Time::at(at), pin, level);
-        }
-        mcs51
+        self.program.machine()
     }
-}
-
-/// A pin by its name, as `P3.2` or `RST`.
-pub fn pin(text: &str) -> Option<PinId> {
-    if text == "RST" {
-        return Some(32);
-    }
-    let (port, bit) = text.strip_prefix('P')?.split_once('.')?;
-    let (port, bit) = (port.parse::<u8>().ok()?, bit.parse::<u8>().ok()?);
-    (port < 4 && bit < 8).then_some(port * 8 + bit)
-}
-
-/// A level by its letter.
-pub fn level(letter: &str) -> Option<Level> {
-    [("L", Level::Low), ("H", Level::High), ("F", Level::Float)].iter().find(|l| l.0 == letter).map(|l| l.1)
-}
-
-/// `20L`, `20.4H`: cycle, clock, level.
-pub fn edge(text: &str) -> Option<(Time, Level)> {
-    let (at, letter) = text.split_at_checked(text.len().checked_sub(1)?)?;
-    let (cycle, phase) = at.split_once('.').unwrap_or((at, "0"));
-    Some((Time { cycle: cycle.parse().ok()?, phase: phase.parse().ok()? }, level(letter)?))
 }
 
 /// All cases of a text.
 pub fn cases(text: &str) -> Vec<Case> {
-    let mut all = Vec::new();
-    for part in format!("\n{text}").split("\n== ").skip(1) {
-        let (name, rest) = part.split_once('\n').expect("a name line");
-        let mut source = Vec::new();
-        let mut wanted: Vec<String> = Vec::new();
-        for line in rest.lines().filter(|line| !line.starts_with('#')) {
-            match (line.strip_prefix("-- "), wanted.last_mut()) {
-                (Some(case), _) => wanted.push(case.to_owned()),
-                (None, Some(case)) => *case = format!("{case} {}", line.trim()),
-                (None, None) => source.push(line),
-            }
-        }
-        assert!(!wanted.is_empty(), "{name}: nothing is wanted");
-        for case in wanted {
-            let (values, case) = match case.strip_prefix('{').and_then(|c| c.split_once('}')) {
-                Some((values, case)) => (values.split('|').map(str::trim).collect(), case),
-                None => (vec![], case.as_str()),
-            };
-            let fill = |text: &str| {
-                values.iter().enumerate().fold(text.to_owned(), |t, (i, v)| t.replace(&format!("${}", i + 1), v))
-            };
-            let name = if values.is_empty() { name.to_owned() } else { format!("{name} {{{}}}", values.join("|")) };
-            all.push(build(name, &fill(&source.join("\n")), &fill(case)));
-        }
-    }
-    all
+    source::texts(text).into_iter().map(|(name, source, wanted)| case(&name, &source, &wanted)).collect()
 }
 
-fn number(name: &str, text: &str) -> u64 {
-    let hex = text.strip_prefix("0x").map(|h| u64::from_str_radix(h, 16));
-    hex.unwrap_or_else(|| text.parse()).unwrap_or_else(|_| panic!("{name}: {text} is no number"))
-}
-
-fn build(name: String, source: &str, wanted: &str) -> Case {
-    let mut case = Case {
-        chip: "8052".to_owned(),
-        options: Options::default(),
-        drives: vec![],
-        until: 2000,
-        labels: BTreeMap::new(),
+fn case(name: &str, source: &str, wanted: &str) -> Case {
+    let ends = |line: &&str| line.trim_start().starts_with("until ");
+    let (ends, lines): (Vec<&str>, Vec<&str>) = source.lines().partition(ends);
+    let until = ends.last().and_then(|line| line.split_whitespace().nth(1));
+    let (program, labels) = source::program(name, &lines.join("\n"));
+    Case {
+        program,
+        until: until.map_or(2000, |n| source::number(name, n)),
+        labels,
         wanted: wanted.split(';').map(|w| w.trim().to_owned()).filter(|w| !w.is_empty()).collect(),
-        image: Image::default(),
-        name,
-    };
-    let mut lines = Vec::new();
-    for line in source.lines().map(|l| l.split(';').next().unwrap_or("").trim()).filter(|l| !l.is_empty()) {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        match words[..] {
-            ["chip", chip, ref wiring @ ..] => {
-                let is = |word: &str| wiring.contains(&word);
-                case.chip = chip.to_owned();
-                case.options = Options {
-                    von_neumann: is("von-neumann"),
-                    ea: !is("ea-low"),
-                    x2: is("x2"),
-                    readings: Readings { sample_now: is("now"), hold_on_read: is("access") },
-                };
-            }
-            ["until", n] => case.until = number(&case.name, n),
-            ["drive", wire, ref edges @ ..] => {
-                let pin = pin(wire).unwrap_or_else(|| panic!("{}: no pin {wire}", case.name));
-                for text in edges {
-                    let (at, level) = edge(text).unwrap_or_else(|| panic!("{}: no edge {text}", case.name));
-                    case.drives.push((at.cycle, pin, level));
-                }
-            }
-            _ => lines.push(line.to_owned()),
-        }
     }
-    case.drives.sort_by_key(|drive| drive.0);
-    let bytes = assemble(&case.name, &lines, &mut case.labels);
-    case.image.segments.push(Segment { space: "code", addr: 0, bytes });
-    case
-}
-
-/// Two passes: where the labels lie, and then the bytes. A target that is not known yet stands at the instruction itself.
-fn assemble(name: &str, lines: &[String], labels: &mut BTreeMap<String, u32>) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    for pass in 0..2 {
-        bytes.clear();
-        for line in lines {
-            let mut line = line.as_str();
-            while let Some((label, rest)) = line.split_once(':') {
-                if label.starts_with("0x") {
-                    let at = number(name, label) as usize;
-                    assert!(at >= bytes.len(), "{name}: {label} lies below what is there");
-                    bytes.resize(at, 0);
-                } else {
-                    labels.insert(label.trim().to_owned(), bytes.len() as u32);
-                }
-                line = rest.trim();
-            }
-            let (line, times) = line.split_once('*').map_or((line, 1), |(l, n)| (l.trim(), number(name, n.trim())));
-            for _ in 0..if line.is_empty() { 0 } else { times } {
-                let pc = bytes.len() as u32;
-                if let Some(data) = line.strip_prefix("db ") {
-                    bytes.extend(data.split(',').map(|d| number(name, d.trim()) as u8));
-                    continue;
-                }
-                let (mnemonic, operands) = line.split_once(' ').unwrap_or((line, ""));
-                let known = |operand: &str| {
-                    let (mark, word) = operand.strip_prefix('#').map_or(("", operand), |word| ("#", word));
-                    match labels.get(word) {
-                        Some(at) => format!("{mark}0x{at:04x}"),
-                        None if pass == 0 && is_label(lines, word) => format!("{mark}0x{pc:04x}"),
-                        None => operand.to_owned(),
-                    }
-                };
-                let operands: Vec<String> = operands.split(',').map(|word| known(word.trim())).collect();
-                let line = format!("{mnemonic} {}", operands.join(", "));
-                let words = isa::assemble(line.trim(), pc).unwrap_or_else(|e| panic!("{name}: {line}: {e}"));
-                bytes.extend(words.iter().map(|&word| word as u8));
-            }
-        }
-    }
-    bytes
-}
-
-fn is_label(lines: &[String], word: &str) -> bool {
-    lines.iter().any(|line| line.split(':').rev().skip(1).any(|label| label.trim() == word))
 }

@@ -5,7 +5,7 @@ use emu_core::rng::Rng;
 use emu_core::{Cpu, Probe, Stop};
 
 use crate::model::{self, Do, PINS, Setup};
-use crate::script;
+use crate::source;
 
 const SEEDS: u64 = 2000;
 const CYCLES: u64 = 1500;
@@ -86,7 +86,7 @@ fn setup(rng: &mut Rng) -> Setup {
 
 /// The machine with the program, pins and registers of `setup`.
 fn machine(setup: &Setup) -> Mcs51 {
-    let mut text = format!("== random\nchip at89c52 {}\n", if setup.sample_now { "now" } else { "" });
+    let mut text = format!("chip at89c52 {}\n", if setup.sample_now { "now" } else { "" });
     for &(at, pin, high) in &setup.drives {
         text += &format!("drive {} {at}{}\n", PINS[pin], if high { 'H' } else { 'L' });
     }
@@ -100,8 +100,7 @@ fn machine(setup: &Setup) -> Mcs51 {
             text += &format!("{}\n", op.text("r0"));
         }
     }
-    let cases = script::cases(&format!("{text}-- x\n"));
-    let mut mcs51 = cases[0].machine();
+    let mut mcs51 = source::program("random", &text).0.machine();
     mcs51.set_pc(0x40);
     let bit = |on: bool, n: u8| u8::from(on) << n;
     let mode = if setup.reload { 0x22 } else { 0x11 };

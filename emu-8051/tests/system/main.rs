@@ -2,7 +2,6 @@
 
 mod irq;
 mod model;
-#[allow(dead_code)]
-#[path = "../programs/script.rs"]
-mod script;
+#[path = "../programs/source.rs"]
+mod source;
 mod wires;

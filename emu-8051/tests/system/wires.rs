@@ -4,7 +4,7 @@ use emu_8051::Mcs51;
 use emu_core::pins::{Event, Level, Time};
 use emu_core::{Cpu, Probe};
 
-use crate::script::{self, pin};
+use crate::source::{self, Program, pin};
 
 /// 9600 baud at 11.0592 MHz, 96 cycles a bit, from timer 1 on one side and timer 2 on the other. Both send what they have
 /// at 30h and on and keep what comes from 50h on; the flags are looked at in turn.
@@ -106,6 +106,11 @@ fn fill(mcs51: &mut Mcs51, seed: u8) -> Vec<u8> {
     bytes
 }
 
+/// The programs of a text.
+fn programs(text: &str) -> Vec<Program> {
+    source::texts(text).iter().map(|(name, text, _)| source::program(name, text).0).collect()
+}
+
 fn received(mcs51: &Mcs51) -> Vec<u8> {
     let end = mcs51.reg("r1").expect("a register");
     (0x50..end).filter_map(|addr| mcs51.peek("idata", addr)).collect()
@@ -113,7 +118,7 @@ fn received(mcs51: &Mcs51) -> Vec<u8> {
 
 #[test]
 fn two_machines_talk_both_ways() {
-    let cases = script::cases(TEXT);
+    let cases = programs(TEXT);
     let [timer1, nine1, double, timer2, nine2] = &cases[..] else { panic!("five programs") };
     // Programs, the second one's clock in millionths, and whether all bytes come over. Half a bit in the tenth (or
     // eleventh) is five percent; a sixteenth of a bit is lost to the sampling.
@@ -194,7 +199,7 @@ data: mov @R1,A
 -- {1} x
 -- {2} x
 ";
-    let cases = script::cases(text);
+    let cases = programs(text);
     for (other, wanted) in [(1, vec![0x02, 0x01, 0x99]), (2, vec![0x02, 0x77, 0x78, 0x01])] {
         let (mut master, mut b) = (cases[0].machine(), cases[other].machine());
         talk(&mut master, &mut b, 8000, 1_003_000);

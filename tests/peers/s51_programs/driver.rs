@@ -10,7 +10,7 @@ use emu_8051::{Mcs51, chips};
 use emu_core::image::{Image, load_hex};
 use emu_core::{Chip, Cpu, Event, Probe, RamInit, Stop};
 
-use crate::{folder, run, source};
+use crate::tools::{folder, run, source};
 
 /// Reading this address of XDATA ends a program.
 const END: u16 = 0x7654;
@@ -106,7 +106,7 @@ impl Probe for Watch {
 
 /// Runs a HEX file on this emulator.
 pub fn ours(hex: &str) -> Outcome {
-    let xdata = chip().spaces.iter().position(|(name, _)| *name == "xdata").expect("external memory") as u8;
+    let xdata = chip().spaces.iter().position(|(name, ..)| *name == "xdata").expect("external memory") as u8;
     let mut watch = Watch { xdata, text: Vec::new() };
     let mut machine = Mcs51::new(chip(), &image(hex), RamInit::Random(1));
     let stop = machine.run(LIMIT, &mut watch);
