@@ -1,0 +1,146 @@
+//! How rows are put together from groups.
+
+use emu_core::chip::Reg;
+
+use crate::periph::map::Sfr;
+
+/// Some groups as one list.
+macro_rules! join {
+    ($($group:expr),+ $(,)?) => { &$crate::chips::data::joined::<_, { 0 $(+ $group.len())+ }>(&[$($group),+]) };
+}
+pub(super) use join;
+
+/// See [`join`]; `N` is the length of all groups together.
+pub(super) const fn joined<T: Copy, const N: usize>(groups: &[&[T]]) -> [T; N] {
+    let mut all = [groups[0][0]; N];
+    let (mut len, mut g) = (0, 0);
+    while g < groups.len() {
+        let mut i = 0;
+        while i < groups[g].len() {
+            all[len] = groups[g][i];
+            len += 1;
+            i += 1;
+        }
+        g += 1;
+    }
+    all
+}
+
+/// Registers of a chip for the tools: each once, at its lowest address, in the order of addresses. `Sfr => "name"` gives the
+/// name that this chip's data sheet has for it.
+macro_rules! regs {
+    ($sfr:expr $(, $from:ident => $to:literal)* $(,)?) => {
+        &$crate::chips::data::named::<{ $crate::chips::data::distinct($sfr) }>(
+            $sfr, &[$(($crate::periph::map::Sfr::$from, $to)),*])
+    };
+}
+pub(super) use regs;
+
+/// The place of the lowest address of the register that stands at place `i`.
+const fn lowest(sfr: &[(u16, Sfr)], i: usize) -> usize {
+    let (mut low, mut k) = (i, 0);
+    while k < sfr.len() {
+        if sfr[k].1 as u8 == sfr[i].1 as u8 && sfr[k].0 < sfr[low].0 {
+            low = k;
+        }
+        k += 1;
+    }
+    low
+}
+
+/// How many different registers there are.
+pub(super) const fn distinct(sfr: &[(u16, Sfr)]) -> usize {
+    let (mut n, mut i) = (0, 0);
+    while i < sfr.len() {
+        if lowest(sfr, i) == i {
+            n += 1;
+        }
+        i += 1;
+    }
+    n
+}
+
+/// See [`regs`]; `N` is [`distinct`].
+pub(super) const fn named<const N: usize>(sfr: &[(u16, Sfr)], names: &[(Sfr, &'static str)]) -> [Reg; N] {
+    let mut all = [Reg { name: "", addr: 0 }; N];
+    let (mut len, mut i) = (0, 0);
+    while i < sfr.len() {
+        if lowest(sfr, i) == i {
+            let (addr, reg) = sfr[i];
+            let mut name = match reg {
+                Sfr::OPTION => "OPTION_REG",
+                _ => reg.name(),
+            };
+            let mut k = 0;
+            while k < names.len() {
+                if names[k].0 as u8 == reg as u8 {
+                    name = names[k].1;
+                }
+                k += 1;
+            }
+            let mut at = len;
+            while at > 0 && all[at - 1].addr > addr {
+                all[at] = all[at - 1];
+                at -= 1;
+            }
+            all[at] = Reg { name, addr };
+            len += 1;
+        }
+        i += 1;
+    }
+    all
+}
+
+/// What the row of every chip with flash and EEPROM says from its name, data sheet, size of memories (program words in K,
+/// bytes of RAM, bytes of EEPROM) and package; the rest comes from another chip. In a HEX file a word takes two bytes, and a
+/// byte of EEPROM a word (programming specifications, "Program memory map": 2000h user memory, 2100h EEPROM).
+macro_rules! chip {
+    ($name:literal, $title:literal, $source:literal, $words:literal K, $ram:literal, $eeprom:literal, $pins:literal, $base:expr) => {
+        emu_core::chip::Chip {
+            name: $name,
+            title: concat!(
+                $title,
+                ": ",
+                $words,
+                "K words flash, ",
+                $ram,
+                " bytes RAM, ",
+                $eeprom,
+                " bytes EEPROM, ",
+                $pins,
+                " pins"
+            ),
+            source: $source,
+            flash: $words * 0x800,
+            on_chip: $words * 0x800,
+            ram_len: $ram,
+            eeprom: $eeprom,
+            hex: &[
+                emu_core::image::Space {
+                    name: "flash",
+                    start: 0,
+                    len: $words * 0x800,
+                    word: 2,
+                    bits: emu_core::image::Bits::Only(14),
+                },
+                emu_core::image::Space {
+                    name: "config",
+                    start: 0x4000,
+                    len: 0x20,
+                    word: 2,
+                    bits: emu_core::image::Bits::Low(14),
+                },
+                emu_core::image::Space {
+                    name: "eeprom",
+                    start: 0x4200,
+                    len: $eeprom * 2,
+                    word: 2,
+                    bits: emu_core::image::Bits::Low(8),
+                },
+            ],
+            spaces: &[("flash", $words * 0x400, 2), ("data", 0x200, 1), ("eeprom", $eeprom, 1), ("config", 0x10, 2)],
+            ..$base
+        }
+    };
+}
+pub(super) use chip;

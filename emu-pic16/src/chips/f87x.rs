@@ -1,0 +1,325 @@
+//! PIC16F870 to 877 and their A versions (DS30569 870 and 871, DS30221 872, DS30292 87X, DS39582 87XA).
+
+use emu_core::chip::{Chip, Family};
+use emu_core::pins::PinId;
+
+use super::bits as b;
+use super::data::{chip, join, regs};
+use super::pins::{self as p, dip28, dip40, pins28, pins40};
+use super::regs as r;
+use super::{Adc, Bit, Comparators, Config, Internal, Memory, NO_PIN, Oscillator, Part, Ram, Ssp, Times};
+use crate::isa::ISA;
+use crate::periph::map::Sfr;
+
+/// 87X, figure 2-4: no byte can be reached in all banks.
+const RAM_192: &[Ram] = &[
+    Ram { first: 0x020, last: 0x07F, kept: 0x20 },
+    Ram { first: 0x0A0, last: 0x0FF, kept: 0xA0 },
+    Ram { first: 0x120, last: 0x17F, kept: 0x20 },
+    Ram { first: 0x1A0, last: 0x1FF, kept: 0xA0 },
+];
+/// 87X, figure 2-3; 87 and 88 too.
+pub(super) const RAM_368: &[Ram] = &[
+    Ram { first: 0x020, last: 0x07F, kept: 0x020 },
+    Ram { first: 0x0A0, last: 0x0EF, kept: 0x0A0 },
+    Ram { first: 0x0F0, last: 0x0FF, kept: 0x070 },
+    Ram { first: 0x110, last: 0x16F, kept: 0x110 },
+    Ram { first: 0x170, last: 0x17F, kept: 0x070 },
+    Ram { first: 0x190, last: 0x1EF, kept: 0x190 },
+    Ram { first: 0x1F0, last: 0x1FF, kept: 0x070 },
+];
+/// 870 and 871, figure 2-2; 872, figure 2-2.
+const RAM_128: &[Ram] = &[
+    Ram { first: 0x020, last: 0x07F, kept: 0x20 },
+    Ram { first: 0x0A0, last: 0x0BF, kept: 0xA0 },
+    Ram { first: 0x0F0, last: 0x0FF, kept: 0x70 },
+    Ram { first: 0x120, last: 0x17F, kept: 0x20 },
+    Ram { first: 0x1A0, last: 0x1BF, kept: 0xA0 },
+    Ram { first: 0x1F0, last: 0x1FF, kept: 0x70 },
+];
+
+/// What all have.
+const S_ANY: &[(u16, Sfr)] = join!(r::CORE, r::CORE_HIGH, r::PORT_C, r::TIMERS, r::ADC, r::FLASH);
+const S_870: &[(u16, Sfr)] = join!(S_ANY, r::USART);
+const S_871: &[(u16, Sfr)] = join!(S_870, r::PORT_DE);
+const S_872: &[(u16, Sfr)] = join!(S_ANY, r::SSP, r::MSSP);
+const S_873: &[(u16, Sfr)] = join!(S_ANY, r::USART, r::SSP, r::MSSP, r::CCP2);
+const S_873A: &[(u16, Sfr)] = join!(S_873, r::COMPARATORS);
+const S_874: &[(u16, Sfr)] = join!(S_873, r::PORT_DE);
+const S_874A: &[(u16, Sfr)] = join!(S_873A, r::PORT_DE);
+
+/// What all have but INTCON's names of timer 0.
+#[rustfmt::skip]
+const B_ANY: &[Bit] = join!(
+    b::CORE, b::RA5, b::INT, b::TIMERS, b::T1INSYNC, b::T1SYNC, b::PORT_C, b::ADC_ANY, b::ADC, b::PCFG, b::EEPROM, b::FLASH,
+);
+const B_87X: &[Bit] = join!(B_ANY, b::T0, b::TMR0);
+const B_870: &[Bit] = join!(B_87X, b::USART, b::USART_87X);
+const B_871: &[Bit] = join!(B_870, b::PORT_DE);
+const B_872: &[Bit] = join!(B_ANY, b::TMR0, b::T0, b::SSP, b::MSSP);
+const B_873: &[Bit] = join!(B_870, b::SSP, b::MSSP, b::CCP2);
+const B_874: &[Bit] = join!(B_873, b::PORT_DE);
+const B_873A: &[Bit] = join!(
+    join!(B_ANY, b::TMR0, b::T0, b::USART, b::USART_87X, b::SSP, b::MSSP, b::CCP2),
+    join!(b::ADCS2, b::CMCON, b::CVRCON),
+);
+const B_874A: &[Bit] = join!(B_873A, b::PORT_DE);
+
+const ANALOG28: &[PinId] = &[dip28::RA0, dip28::RA1, dip28::RA2, dip28::RA3, dip28::RA5];
+#[rustfmt::skip]
+const ANALOG40: &[PinId] =
+    &[dip40::RA0, dip40::RA1, dip40::RA2, dip40::RA3, dip40::RA5, dip40::RE0, dip40::RE1, dip40::RE2];
+
+const A_870: [&str; 6] = ["AN0", "AN1", "AN2, VREF-", "AN3, VREF+", "open drain, T0CKI", "AN4"];
+const A_873: [&str; 6] = ["AN0", "AN1", "AN2, VREF-", "AN3, VREF+", "open drain, T0CKI", "AN4, SS"];
+const A_873A: [&str; 6] =
+    ["AN0", "AN1", "AN2, VREF-, CVREF", "AN3, VREF+", "open drain, T0CKI, C1OUT", "AN4, SS, C2OUT"];
+const C_870: [&str; 8] = ["T1OSO, T1CKI", "T1OSI", "CCP1", "", "", "", "TX, CK", "RX, DT"];
+const C_872: [&str; 8] = ["T1OSO, T1CKI", "T1OSI", "CCP1", "SCK, SCL", "SDI, SDA", "SDO", "", ""];
+const C_873: [&str; 8] = ["T1OSO, T1CKI", "T1OSI, CCP2", "CCP1", "SCK, SCL", "SDI, SDA", "SDO", "TX, CK", "RX, DT"];
+
+/// 87X, register 12-1 and table 4-1: what is code protected cannot be written by the program either.
+const CONFIG: Config = Config {
+    words: &[0x2007],
+    erased: &[0x3FFF],
+    fosc: (3, &[Oscillator::Lp, Oscillator::Xt, Oscillator::Hs, Oscillator::Rc]),
+    osc_ports: &[],
+    fcmen: 0,
+    ieso: 0,
+    wdte: 1 << 2,
+    pwrte: (1 << 3, false),
+    boren: 1 << 6,
+    mclre: 0,
+    lvp: 1 << 7,
+    pgm: dip28::RB3,
+    ccpmx: (0, NO_PIN, NO_PIN),
+    cpd: 1 << 8,
+    cp: 0x3030,
+    cp_first: (0x30, &[0, 0x800, 0xF00, 0xFFFF]),
+    wrt: (1 << 9, &[0xFFFF, 0]),
+};
+const CONFIG_8K: Config = Config { cp_first: (0x30, &[0, 0x1000, 0x1F00, 0xFFFF]), ..CONFIG };
+/// 870 and 871, register 11-1; 872, register 11-1: only all or nothing is protected; the values between count as all.
+const CONFIG_2K: Config = Config { cp_first: (0x30, &[0, 0, 0, 0xFFFF]), ..CONFIG };
+/// 87XA, register 14-1: writing is a matter of WRT alone.
+const CONFIG_A: Config = Config { cp: 0x2000, cp_first: (0, &[]), wrt: (3 << 9, &[0x800, 0x400, 0x100, 0]), ..CONFIG };
+const CONFIG_A_8K: Config = Config { wrt: (3 << 9, &[0x1000, 0x800, 0x100, 0]), ..CONFIG_A };
+
+/// PIC16F873.
+pub const PIC16F873: Part = Part {
+    chip: chip!(
+        "pic16f873",
+        "PIC16F873",
+        "DS30292",
+        4 K,
+        192,
+        128,
+        28,
+        Chip {
+            name: "",
+            family: Family::Pic16,
+            isa: &ISA,
+            title: "",
+            source: "",
+            code: "flash",
+            flash: 0,
+            on_chip: 0,
+            ram: "data",
+            ram_start: 0x20,
+            ram_len: 0,
+            eeprom: 0,
+            word_bytes: 2,
+            max_hz: 20_000_000,
+            default_hz: 4_000_000,
+            hex: &[],
+            elf: &[],
+            elf_machine: 0,
+            cpu_regs: &["W", "STATUS", "FSR", "PCLATH", "PC"],
+            reg_space: "data",
+            regs: regs!(S_873),
+            bits: &[],
+            pins: &pins28(A_873, C_873),
+            vectors: &["RESET", "INT"],
+            vector_words: 4,
+            spaces: &[],
+        }
+    ),
+    ram: RAM_192,
+    sfr: S_873,
+    bits: B_873,
+    ports: p::PORTS28,
+    mclr: dip28::MCLR,
+    lines: join!(p::L28, p::L28_CCP2, p::L28_SSP, p::L28_USART),
+    flags: join!(r::F_CORE, r::F_TIMERS, r::F_CCP2, r::F_SSP, r::F_MSSP, r::F_USART, r::F_ADC, r::F_EEPROM),
+    analog: ANALOG28,
+    ccps: 2,
+    timers: true,
+    ssp: Ssp::Master,
+    usart: true,
+    adc: Adc::Bits10,
+    comparators: Comparators::None,
+    psp: false,
+    memory: Memory::Word,
+    internal: Internal::None,
+    config: CONFIG,
+    device_id: Some(0x0960),
+    times: Times {
+        wdt: [7_000, 18_000, 33_000],
+        pwrt: [28_000, 72_000, 132_000],
+        eeprom: [4_000, 4_000, 8_000],
+        flash: [4_000, 4_000, 8_000],
+        adc_rc_ns: [2_000, 4_000, 6_000],
+    },
+};
+
+/// PIC16F874.
+pub(super) const PIC16F874: Part = Part {
+    chip: Chip {
+        regs: regs!(S_874),
+        pins: &pins40(A_873, C_873),
+        ..chip!("pic16f874", "PIC16F874", "DS30292", 4 K, 192, 128, 40, PIC16F873.chip)
+    },
+    sfr: S_874,
+    bits: B_874,
+    ports: p::PORTS40,
+    mclr: dip40::MCLR,
+    lines: join!(PIC16F873.lines, p::L40),
+    flags: join!(PIC16F873.flags, r::F_PSP),
+    analog: ANALOG40,
+    psp: true,
+    device_id: Some(0x0920),
+    ..PIC16F873
+};
+
+/// PIC16F876.
+pub(super) const PIC16F876: Part = Part {
+    chip: chip!("pic16f876", "PIC16F876", "DS30292", 8 K, 368, 256, 28, PIC16F873.chip),
+    ram: RAM_368,
+    config: CONFIG_8K,
+    device_id: Some(0x09E0),
+    ..PIC16F873
+};
+
+/// PIC16F877.
+pub(super) const PIC16F877: Part = Part {
+    chip: chip!("pic16f877", "PIC16F877", "DS30292", 8 K, 368, 256, 40, PIC16F874.chip),
+    ram: RAM_368,
+    config: CONFIG_8K,
+    device_id: Some(0x09A0),
+    ..PIC16F874
+};
+
+/// PIC16F873A.
+pub(super) const PIC16F873A: Part = Part {
+    chip: Chip {
+        regs: regs!(S_873A),
+        pins: &pins28(A_873A, C_873),
+        ..chip!("pic16f873a", "PIC16F873A", "DS39582", 4 K, 192, 128, 28, PIC16F873.chip)
+    },
+    sfr: S_873A,
+    bits: B_873A,
+    lines: join!(PIC16F873.lines, p::L28_COMPARATORS),
+    flags: join!(PIC16F873.flags, r::F_COMPARATORS),
+    ssp: Ssp::MasterStretch,
+    adc: Adc::Bits10Adcs2,
+    comparators: Comparators::F87xA,
+    memory: Memory::Block4,
+    config: CONFIG_A,
+    device_id: Some(0x0E40),
+    ..PIC16F873
+};
+
+/// PIC16F874A.
+pub(super) const PIC16F874A: Part = Part {
+    chip: Chip {
+        regs: regs!(S_874A),
+        pins: &pins40(A_873A, C_873),
+        ..chip!("pic16f874a", "PIC16F874A", "DS39582", 4 K, 192, 128, 40, PIC16F874.chip)
+    },
+    sfr: S_874A,
+    bits: B_874A,
+    lines: join!(PIC16F874.lines, p::L28_COMPARATORS),
+    flags: join!(PIC16F874.flags, r::F_COMPARATORS),
+    ssp: Ssp::MasterStretch,
+    adc: Adc::Bits10Adcs2,
+    comparators: Comparators::F87xA,
+    memory: Memory::Block4,
+    config: CONFIG_A,
+    device_id: Some(0x0E60),
+    ..PIC16F874
+};
+
+/// PIC16F876A.
+pub(super) const PIC16F876A: Part = Part {
+    chip: chip!("pic16f876a", "PIC16F876A", "DS39582", 8 K, 368, 256, 28, PIC16F873A.chip),
+    ram: RAM_368,
+    config: CONFIG_A_8K,
+    device_id: Some(0x0E00),
+    ..PIC16F873A
+};
+
+/// PIC16F877A.
+pub(super) const PIC16F877A: Part = Part {
+    chip: chip!("pic16f877a", "PIC16F877A", "DS39582", 8 K, 368, 256, 40, PIC16F874A.chip),
+    ram: RAM_368,
+    config: CONFIG_A_8K,
+    device_id: Some(0x0E20),
+    ..PIC16F874A
+};
+
+/// PIC16F870.
+pub(super) const PIC16F870: Part = Part {
+    chip: Chip {
+        regs: regs!(S_870),
+        pins: &pins28(A_870, C_870),
+        ..chip!("pic16f870", "PIC16F870", "DS30569", 2 K, 128, 64, 28, PIC16F873.chip)
+    },
+    ram: RAM_128,
+    sfr: S_870,
+    bits: B_870,
+    lines: join!(p::L28, p::L28_USART),
+    flags: join!(r::F_CORE, r::F_TIMERS, r::F_USART, r::F_ADC, r::F_EEPROM),
+    ccps: 1,
+    ssp: Ssp::None,
+    config: CONFIG_2K,
+    device_id: Some(0x0D00),
+    ..PIC16F873
+};
+
+/// PIC16F871.
+pub(super) const PIC16F871: Part = Part {
+    chip: Chip {
+        regs: regs!(S_871),
+        pins: &pins40(A_870, C_870),
+        ..chip!("pic16f871", "PIC16F871", "DS30569", 2 K, 128, 64, 40, PIC16F870.chip)
+    },
+    sfr: S_871,
+    bits: B_871,
+    ports: p::PORTS40,
+    mclr: dip40::MCLR,
+    lines: join!(PIC16F870.lines, p::L40),
+    flags: join!(PIC16F870.flags, r::F_PSP),
+    analog: ANALOG40,
+    psp: true,
+    device_id: Some(0x0D20),
+    ..PIC16F870
+};
+
+/// PIC16F872.
+pub(super) const PIC16F872: Part = Part {
+    chip: Chip {
+        regs: regs!(S_872),
+        pins: &pins28(A_873, C_872),
+        ..chip!("pic16f872", "PIC16F872", "DS30221", 2 K, 128, 64, 28, PIC16F873.chip)
+    },
+    ram: RAM_128,
+    sfr: S_872,
+    bits: B_872,
+    lines: join!(p::L28, p::L28_SSP),
+    flags: join!(r::F_CORE, r::F_TIMERS, r::F_SSP, r::F_MSSP, r::F_ADC, r::F_EEPROM),
+    ccps: 1,
+    usart: false,
+    config: CONFIG_2K,
+    device_id: Some(0x08E0),
+    ..PIC16F873
+};

@@ -1,0 +1,165 @@
+//! Pins, ports and the lines that the pins carry (data sheets, "Pin diagrams" and "Pinout description").
+
+use emu_core::chip::PinDef;
+use emu_core::pins::PinId;
+
+use super::{LineAt, NO_PIN, Port};
+use crate::periph::map::{Line, Sfr};
+
+/// Names of the pins of a package, numbered in order.
+macro_rules! package {
+    ($(#[$doc:meta])* $module:ident: $($pin:ident)*) => {
+        $(#[$doc])*
+        // A pin need not be named by any row.
+        #[allow(missing_docs, dead_code)]
+        pub(super) mod $module {
+            use emu_core::pins::PinId;
+            #[allow(clippy::upper_case_acronyms)]
+            enum Id { $($pin),* }
+            $( pub const $pin: PinId = Id::$pin as PinId; )*
+        }
+    };
+}
+
+package! {
+    /// 18 pins, oscillator and MCLR on pins of their own.
+    dip18: RA0 RA1 RA2 RA3 RA4 RB0 RB1 RB2 RB3 RB4 RB5 RB6 RB7 MCLR
+}
+package! {
+    /// 18 pins, oscillator and MCLR shared with port A.
+    shared18: RA0 RA1 RA2 RA3 RA4 RA5 RA6 RA7 RB0 RB1 RB2 RB3 RB4 RB5 RB6 RB7
+}
+package! {
+    /// 28 pins.
+    dip28: RA0 RA1 RA2 RA3 RA4 RA5 RB0 RB1 RB2 RB3 RB4 RB5 RB6 RB7 RC0 RC1 RC2 RC3 RC4 RC5 RC6 RC7 MCLR
+}
+package! {
+    /// 40 pins.
+    dip40: RA0 RA1 RA2 RA3 RA4 RA5 RB0 RB1 RB2 RB3 RB4 RB5 RB6 RB7 RC0 RC1 RC2 RC3 RC4 RC5 RC6 RC7
+           RD0 RD1 RD2 RD3 RD4 RD5 RD6 RD7 RE0 RE1 RE2 MCLR
+}
+
+/// Pins in the order of the package: name, number on it, what they do besides.
+macro_rules! pins {
+    ($($name:ident $dip:literal $note:expr),* $(,)?) => {
+        &[ $( emu_core::chip::PinDef { name: stringify!($name), dip: $dip, note: $note } ),* ]
+    };
+}
+
+/// 18 pins with MCLR apart: what port A does besides.
+pub(super) const fn pins18(a: [&'static str; 5]) -> [PinDef; 14] {
+    *pins! {
+        RA0 17 a[0], RA1 18 a[1], RA2 1 a[2], RA3 2 a[3], RA4 3 a[4],
+        RB0 6 "INT", RB1 7 "", RB2 8 "", RB3 9 "", RB4 10 "", RB5 11 "", RB6 12 "", RB7 13 "", MCLR 4 "reset"
+    }
+}
+
+/// 18 pins with MCLR shared: what ports A and B do besides.
+pub(super) const fn pins18_shared(a: [&'static str; 5], b: [&'static str; 8]) -> [PinDef; 16] {
+    *pins! {
+        RA0 17 a[0], RA1 18 a[1], RA2 1 a[2], RA3 2 a[3], RA4 3 a[4], RA5 4 "input only, MCLR", RA6 15 "OSC2, CLKOUT",
+        RA7 16 "OSC1, CLKIN",
+        RB0 6 b[0], RB1 7 b[1], RB2 8 b[2], RB3 9 b[3], RB4 10 b[4], RB5 11 b[5], RB6 12 b[6], RB7 13 b[7]
+    }
+}
+
+/// 28 pins: what ports A and C do besides.
+pub(super) const fn pins28(a: [&'static str; 6], c: [&'static str; 8]) -> [PinDef; 23] {
+    *pins! {
+        RA0 2 a[0], RA1 3 a[1], RA2 4 a[2], RA3 5 a[3], RA4 6 a[4], RA5 7 a[5],
+        RB0 21 "INT", RB1 22 "", RB2 23 "", RB3 24 "PGM", RB4 25 "", RB5 26 "", RB6 27 "PGC", RB7 28 "PGD",
+        RC0 11 c[0], RC1 12 c[1], RC2 13 c[2], RC3 14 c[3], RC4 15 c[4], RC5 16 c[5], RC6 17 c[6], RC7 18 c[7],
+        MCLR 1 "reset"
+    }
+}
+
+/// 40 pins: what ports A and C do besides.
+pub(super) const fn pins40(a: [&'static str; 6], c: [&'static str; 8]) -> [PinDef; 34] {
+    *pins! {
+        RA0 2 a[0], RA1 3 a[1], RA2 4 a[2], RA3 5 a[3], RA4 6 a[4], RA5 7 a[5],
+        RB0 33 "INT", RB1 34 "", RB2 35 "", RB3 36 "PGM", RB4 37 "", RB5 38 "", RB6 39 "PGC", RB7 40 "PGD",
+        RC0 15 c[0], RC1 16 c[1], RC2 17 c[2], RC3 18 c[3], RC4 23 c[4], RC5 24 c[5], RC6 25 c[6], RC7 26 c[7],
+        RD0 19 "PSP0", RD1 20 "PSP1", RD2 21 "PSP2", RD3 22 "PSP3", RD4 27 "PSP4", RD5 28 "PSP5", RD6 29 "PSP6",
+        RD7 30 "PSP7",
+        RE0 8 "AN5, RD", RE1 9 "AN6, WR", RE2 10 "AN7, CS", MCLR 1 "reset"
+    }
+}
+
+/// A port whose bits are pins side by side, as many as there are.
+const fn port(port: Sfr, tris: Sfr, first: PinId, bits: u8, inputs: u8, open: u8) -> Port {
+    let mut pins = [NO_PIN; 8];
+    let mut i = 0;
+    while i < bits {
+        pins[i as usize] = first + i;
+        i += 1;
+    }
+    Port { port, tris, pins, inputs, open }
+}
+
+/// RA4, where it has an open drain.
+const RA4: u8 = 1 << 4;
+/// RA5, where it is MCLR or an input.
+const RA5: u8 = 1 << 5;
+
+/// 18 pins with MCLR apart.
+pub(super) const PORTS18: &[Port] = &[
+    port(Sfr::PORTA, Sfr::TRISA, dip18::RA0, 5, 0, RA4),
+    port(Sfr::PORTB, Sfr::TRISB, dip18::RB0, 8, 0, 0), //
+];
+/// 16F62x: RA4 has an open drain.
+pub(super) const PORTS_62X: &[Port] =
+    &[port(Sfr::PORTA, Sfr::TRISA, shared18::RA0, 8, RA5, RA4), port(Sfr::PORTB, Sfr::TRISB, shared18::RB0, 8, 0, 0)];
+/// 16F818, 819, 87, 88: RA4 has none.
+pub(super) const PORTS_88: &[Port] =
+    &[port(Sfr::PORTA, Sfr::TRISA, shared18::RA0, 8, RA5, 0), port(Sfr::PORTB, Sfr::TRISB, shared18::RB0, 8, 0, 0)];
+/// 28 pins.
+pub(super) const PORTS28: &[Port] = &[
+    port(Sfr::PORTA, Sfr::TRISA, dip28::RA0, 6, 0, RA4),
+    port(Sfr::PORTB, Sfr::TRISB, dip28::RB0, 8, 0, 0),
+    port(Sfr::PORTC, Sfr::TRISC, dip28::RC0, 8, 0, 0),
+];
+/// 40 pins.
+pub(super) const PORTS40: &[Port] = &[
+    port(Sfr::PORTA, Sfr::TRISA, dip40::RA0, 6, 0, RA4),
+    port(Sfr::PORTB, Sfr::TRISB, dip40::RB0, 8, 0, 0),
+    port(Sfr::PORTC, Sfr::TRISC, dip40::RC0, 8, 0, 0),
+    port(Sfr::PORTD, Sfr::TRISD, dip40::RD0, 8, 0, 0),
+    port(Sfr::PORTE, Sfr::TRISE, dip40::RE0, 3, 0, 0),
+];
+
+/// Rows of lines that reach their pins only as far as TRIS lets them; `over` marks those that do not ask TRIS.
+macro_rules! lines {
+    (@over) => { false };
+    (@over over) => { true };
+    ($package:ident: $($line:ident $pin:ident $($over:ident)?),* $(,)?) => { &[ $( LineAt {
+        line: Line::$line, pin: $package::$pin, over_tris: lines!(@over $($over)?),
+    } ),* ] };
+}
+
+/// 18 pins with MCLR apart.
+pub(super) const L18: &[LineAt] = lines! { dip18: T0cki RA4, Int RB0 };
+/// 16F62x.
+pub(super) const L_62X: &[LineAt] = lines! {
+    shared18: T0cki RA4, Int RB0, T1cki RB6, Ccp1 RB3, Rx RB1 over, Tx RB2 over, C1out RA3, C2out RA4
+};
+/// 16F818 and 819; CCP1 moves by CCPMX.
+pub(super) const L_819: &[LineAt] = lines! {
+    shared18: T0cki RA4, Int RB0, T1cki RB6, Ccp1 RB2, Sck RB4, Sdi RB1, Sdo RB2, Ss RB5
+};
+/// 16F87 and 88; CCP1 moves by CCPMX.
+pub(super) const L_88: &[LineAt] = lines! {
+    shared18: T0cki RA4, Int RB0, T1cki RB6, Ccp1 RB0, Sck RB4, Sdi RB1, Sdo RB2, Ss RB5, Rx RB2 over, Tx RB5 over,
+    C1out RA3, C2out RA4
+};
+/// 28 pins: timers and CCP1.
+pub(super) const L28: &[LineAt] = lines! { dip28: T0cki RA4, Int RB0, T1cki RC0, Ccp1 RC2 };
+/// CCP2.
+pub(super) const L28_CCP2: &[LineAt] = lines! { dip28: Ccp2 RC1 };
+/// SSP.
+pub(super) const L28_SSP: &[LineAt] = lines! { dip28: Sck RC3, Sdi RC4, Sdo RC5, Ss RA5 };
+/// USART.
+pub(super) const L28_USART: &[LineAt] = lines! { dip28: Tx RC6 over, Rx RC7 over };
+/// Comparators.
+pub(super) const L28_COMPARATORS: &[LineAt] = lines! { dip28: C1out RA4, C2out RA5 };
+/// Parallel slave port: the other ports have the same numbers as with 28 pins.
+pub(super) const L40: &[LineAt] = lines! { dip40: Rd RE0, Wr RE1, Cs RE2 };

@@ -1,0 +1,378 @@
+//! Bodies of the instructions, one per meaning.
+//!
+//! Source: DS33023, section 29. A file register is a [`File`]: `at` finds out once where the access goes (INDF through FSR),
+//! then it is read and written there. Results go there by `put`, those of instructions with flags by `put_alu`: where the target is
+//! STATUS its flags are left to the arithmetic ("Status Register" in section 5). Flags are set after the result is put.
+
+use emu_core::machine::{Machine, WordOps};
+
+use crate::operands::{B, F, K, Place, Ram, Target};
+use crate::periph::map::Sfr;
+
+/// What PIC16 bodies need beyond [`Machine`].
+pub trait Pic16Machine: Machine {
+    /// W.
+    fn w(&self) -> Self::Word;
+    /// Writes W.
+    fn set_w(&mut self, value: Self::Word);
+    /// C.
+    fn carry(&self) -> Self::Bit;
+    /// Writes C.
+    fn set_carry(&mut self, value: Self::Bit);
+    /// Z := the byte is 0.
+    fn set_z(&mut self, value: Self::Word);
+    /// C := bit 7 of `carries`, DC := bit 3 of it.
+    fn set_carries(&mut self, carries: Self::Word);
+    /// The bit as a word, 0 or 1.
+    fn word(bit: Self::Bit) -> Self::Word;
+    /// The place itself, or where FSR points when it is INDF.
+    fn resolve(&mut self, place: Place) -> Place;
+    /// Reads a file register.
+    fn file(&mut self, place: Place) -> Self::Word;
+    /// Writes a file register.
+    fn put(&mut self, place: Place, value: Self::Word);
+    /// Writes a file register with the result of an instruction that has flags.
+    fn put_alu(&mut self, place: Place, value: Self::Word);
+    /// Reads a bit of a file register, by its mask.
+    #[inline(always)]
+    fn file_bit(&mut self, place: Place, mask: u8) -> Self::Bit {
+        Self::masked(self.file(place), mask)
+    }
+    /// Reads a file register and writes it back with a bit, by its mask, set or cleared.
+    #[inline(always)]
+    fn put_bit(&mut self, place: Place, mask: u8, on: bool) {
+        let value = self.file(place);
+        self.put(place, with(value, mask, on));
+    }
+    /// Reads a byte of RAM.
+    fn ram(&mut self, addr: u16) -> Self::Word;
+    /// Writes a byte of RAM.
+    fn put_ram(&mut self, addr: u16, value: Self::Word);
+    /// A bit of a word by its mask, 1 where it is set.
+    fn masked(value: Self::Word, mask: u8) -> Self::Bit;
+    /// Skips the next instruction where `condition` holds, for a cycle more.
+    fn skip(&mut self, condition: Self::Bit);
+    /// Goes to the address whose upper bits are in PCLATH.
+    fn go(&mut self, target: u16);
+    /// Pushes the address of the next instruction.
+    fn push(&mut self);
+    /// Pops the program counter.
+    fn pop(&mut self);
+    /// RETFIE sets GIE.
+    fn interrupt_ended(&mut self);
+    /// CLRWDT.
+    fn clear_watchdog(&mut self);
+    /// SLEEP.
+    fn standby(&mut self);
+}
+
+/// A file register as an operand.
+pub trait File: Copy {
+    /// It is the program counter: writing it is a jump.
+    fn is_pcl(self) -> bool;
+    /// Finds out where it lies, once for an access.
+    fn at<M: Pic16Machine>(self, m: &mut M) -> Self;
+    /// Reads it.
+    fn get<M: Pic16Machine>(self, m: &mut M) -> M::Word;
+    /// Writes it.
+    fn put<M: Pic16Machine>(self, m: &mut M, value: M::Word);
+    /// Writes it with the result of an instruction that has flags.
+    fn put_alu<M: Pic16Machine>(self, m: &mut M, value: M::Word);
+    /// Reads a bit of it, by its mask.
+    #[inline(always)]
+    fn bit<M: Pic16Machine>(self, m: &mut M, mask: u8) -> M::Bit {
+        M::masked(self.get(m), mask)
+    }
+    /// Reads it and writes it back with a bit, by its mask, set or cleared.
+    #[inline(always)]
+    fn put_bit<M: Pic16Machine>(self, m: &mut M, mask: u8, on: bool) {
+        let value = self.get(m);
+        self.put(m, with(value, mask, on));
+    }
+}
+
+impl File for F {
+    #[inline(always)]
+    fn bit<M: Pic16Machine>(self, m: &mut M, mask: u8) -> M::Bit {
+        m.file_bit(self.0, mask)
+    }
+    #[inline(always)]
+    fn put_bit<M: Pic16Machine>(self, m: &mut M, mask: u8, on: bool) {
+        m.put_bit(self.0, mask, on);
+    }
+    #[inline(always)]
+    fn is_pcl(self) -> bool {
+        self.0 == Place::sfr(Sfr::PCL)
+    }
+    #[inline(always)]
+    fn at<M: Pic16Machine>(self, m: &mut M) -> F {
+        F(m.resolve(self.0))
+    }
+    #[inline(always)]
+    fn get<M: Pic16Machine>(self, m: &mut M) -> M::Word {
+        m.file(self.0)
+    }
+    #[inline(always)]
+    fn put<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
+        m.put(self.0, value);
+    }
+    #[inline(always)]
+    fn put_alu<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
+        m.put_alu(self.0, value);
+    }
+}
+
+impl File for Ram {
+    #[inline(always)]
+    fn is_pcl(self) -> bool {
+        false
+    }
+    #[inline(always)]
+    fn at<M: Pic16Machine>(self, _: &mut M) -> Ram {
+        self
+    }
+    #[inline(always)]
+    fn get<M: Pic16Machine>(self, m: &mut M) -> M::Word {
+        m.ram(self.0)
+    }
+    #[inline(always)]
+    fn put<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
+        m.put_ram(self.0, value);
+    }
+    #[inline(always)]
+    fn put_alu<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
+        m.put_ram(self.0, value);
+    }
+}
+
+/// The result of an instruction with flags, to W or to the file register; sets Z.
+#[inline(always)]
+fn result<M: Pic16Machine, P: File>(m: &mut M, f: P, to_w: bool, value: M::Word) {
+    if to_w {
+        m.set_w(value);
+    } else {
+        f.put_alu(m, value);
+    }
+}
+
+/// The same for an instruction without flags.
+#[inline(always)]
+fn move_to<M: Pic16Machine, P: File>(m: &mut M, f: P, to_w: bool, value: M::Word) {
+    if to_w {
+        m.set_w(value);
+    } else {
+        f.put(m, value);
+    }
+}
+
+/// The result of DECFSZ and INCFSZ, and their skip. A jump has voided the next instruction already.
+#[inline(always)]
+fn count_and_skip<M: Pic16Machine, P: File>(m: &mut M, f: P, to_w: bool, value: M::Word) {
+    move_to(m, f, to_w, value);
+    if to_w || !f.is_pcl() {
+        m.skip(value.is_zero());
+    }
+}
+
+/// The word with the bits of `mask` set or cleared.
+#[inline(always)]
+fn with<W: WordOps>(value: W, mask: u8, on: bool) -> W {
+    if on { value | W::from(mask) } else { value & W::from(!mask) }
+}
+
+/// Carries out of every bit of `a + b = s`.
+#[inline(always)]
+fn carries<W: WordOps>(a: W, b: W, s: W) -> W {
+    (a & b) | (!s & (a | b))
+}
+
+/// The complements of the borrows of `a - b = d`: the PIC keeps those.
+#[inline(always)]
+fn no_borrows<W: WordOps>(a: W, b: W, d: W) -> W {
+    !((!a & b) | (d & (!a | b)))
+}
+
+macro_rules! bodies {
+    ($( fn $name:ident $(<$place:ident>)? ($m:ident $(, $arg:ident : $type:ty)*) $body:block )*) => { $(
+        #[inline(always)]
+        pub fn $name<M: Pic16Machine $(, $place: File)?>($m: &mut M $(, $arg: $type)*) $body
+    )* };
+}
+
+bodies! {
+    fn addwf<P>(m, f: P, to_w: bool) {
+        let f = f.at(m);
+        let (a, b) = (f.get(m), m.w());
+        let s = a + b;
+        result(m, f, to_w, s);
+        m.set_carries(carries(a, b, s));
+        m.set_z(s);
+    }
+    fn andwf<P>(m, f: P, to_w: bool) {
+        let f = f.at(m);
+        let v = f.get(m) & m.w();
+        result(m, f, to_w, v);
+        m.set_z(v);
+    }
+    fn clrf<P>(m, f: P) {
+        let (f, zero) = (f.at(m), M::Word::from(0));
+        f.put_alu(m, zero);
+        m.set_z(zero);
+    }
+    fn clrw(m) {
+        m.set_w(M::Word::from(0));
+        m.set_z(M::Word::from(0));
+    }
+    fn comf<P>(m, f: P, to_w: bool) {
+        let f = f.at(m);
+        let v = !f.get(m);
+        result(m, f, to_w, v);
+        m.set_z(v);
+    }
+    fn decf<P>(m, f: P, to_w: bool) {
+        let f = f.at(m);
+        let v = f.get(m) - M::Word::from(1);
+        result(m, f, to_w, v);
+        m.set_z(v);
+    }
+    fn decfsz<P>(m, f: P, to_w: bool) {
+        let f = f.at(m);
+        let v = f.get(m) - M::Word::from(1);
+        count_and_skip(m, f, to_w, v);
+    }
+    fn incf<P>(m, f: P, to_w: bool) {
+        let f = f.at(m);
+        let v = f.get(m) + M::Word::from(1);
+        result(m, f, to_w, v);
+        m.set_z(v);
+    }
+    fn incfsz<P>(m, f: P, to_w: bool) {
+        let f = f.at(m);
+        let v = f.get(m) + M::Word::from(1);
+        count_and_skip(m, f, to_w, v);
+    }
+    fn iorwf<P>(m, f: P, to_w: bool) {
+        let f = f.at(m);
+        let v = f.get(m) | m.w();
+        result(m, f, to_w, v);
+        m.set_z(v);
+    }
+    fn movf<P>(m, f: P, to_w: bool) {
+        let f = f.at(m);
+        let v = f.get(m);
+        result(m, f, to_w, v);
+        m.set_z(v);
+    }
+    fn movwf<P>(m, f: P) {
+        let f = f.at(m);
+        let v = m.w();
+        f.put(m, v);
+    }
+    fn nop(_m) {}
+    fn rlf<P>(m, f: P, to_w: bool) {
+        let f = f.at(m);
+        let a = f.get(m);
+        let v = a << 1 | M::word(m.carry());
+        result(m, f, to_w, v);
+        m.set_carry(a.bit(7));
+    }
+    fn rrf<P>(m, f: P, to_w: bool) {
+        let f = f.at(m);
+        let a = f.get(m);
+        let v = a >> 1 | M::word(m.carry()) << 7;
+        result(m, f, to_w, v);
+        m.set_carry(a.bit(0));
+    }
+    fn subwf<P>(m, f: P, to_w: bool) {
+        let f = f.at(m);
+        let (a, b) = (f.get(m), m.w());
+        let d = a - b;
+        result(m, f, to_w, d);
+        m.set_carries(no_borrows(a, b, d));
+        m.set_z(d);
+    }
+    fn swapf<P>(m, f: P, to_w: bool) {
+        let f = f.at(m);
+        let a = f.get(m);
+        move_to(m, f, to_w, a << 4 | a >> 4);
+    }
+    fn xorwf<P>(m, f: P, to_w: bool) {
+        let f = f.at(m);
+        let v = f.get(m) ^ m.w();
+        result(m, f, to_w, v);
+        m.set_z(v);
+    }
+    fn set_bit<P>(m, f: P, b: B, on: bool) {
+        let f = f.at(m);
+        f.put_bit(m, b.0, on);
+    }
+    fn skip_bit<P>(m, f: P, b: B, on: bool) {
+        let f = f.at(m);
+        let bit = f.bit(m, b.0);
+        m.skip(if on { bit } else { !bit });
+    }
+    fn addlw(m, k: K) {
+        let (a, b) = (m.w(), M::Word::from(k.0));
+        let s = a + b;
+        m.set_w(s);
+        m.set_carries(carries(a, b, s));
+        m.set_z(s);
+    }
+    fn andlw(m, k: K) {
+        let v = m.w() & M::Word::from(k.0);
+        m.set_w(v);
+        m.set_z(v);
+    }
+    fn call(m, t: Target) {
+        m.push();
+        m.go(t.0);
+    }
+    fn clrwdt(m) {
+        m.clear_watchdog();
+    }
+    fn goto(m, t: Target) {
+        m.go(t.0);
+    }
+    fn iorlw(m, k: K) {
+        let v = m.w() | M::Word::from(k.0);
+        m.set_w(v);
+        m.set_z(v);
+    }
+    fn movlw(m, k: K) {
+        m.set_w(M::Word::from(k.0));
+    }
+    fn retfie(m) {
+        m.interrupt_ended();
+        m.pop();
+    }
+    fn retlw(m, k: K) {
+        m.set_w(M::Word::from(k.0));
+        m.pop();
+    }
+    fn return_(m) {
+        m.pop();
+    }
+    fn sleep(m) {
+        m.standby();
+    }
+    fn sublw(m, k: K) {
+        let (a, b) = (M::Word::from(k.0), m.w());
+        let d = a - b;
+        m.set_w(d);
+        m.set_carries(no_borrows(a, b, d));
+        m.set_z(d);
+    }
+    fn xorlw(m, k: K) {
+        let v = m.w() ^ M::Word::from(k.0);
+        m.set_w(v);
+        m.set_z(v);
+    }
+    fn option(m) {
+        let v = m.w();
+        m.put(Place::sfr(Sfr::OPTION), v);
+    }
+    fn tris(m, sfr: Sfr) {
+        let v = m.w();
+        m.put(Place::sfr(sfr), v);
+    }
+}

@@ -1,0 +1,198 @@
+//! THE table of mid-range PIC16 instructions, and what is read off it.
+//!
+//! Source: DS33023, section 29 "Instruction Set". Order of rows: its summary (byte-oriented, bit-oriented, literal and control
+//! operations). The destination bit is part of a row, so that one body is specialised for it. Rows that reach a file
+//! register name a second kind, for file registers that are RAM. The column of cycles is for every file register but PCL:
+//! an instruction that writes PCL takes one cycle more.
+
+use emu_core::chip::Isa;
+use emu_core::table::{
+    Alias, AsmError, EncodeError, Line, Op, Row, Site, assemble as assemble_line, disassemble as disassemble_line,
+};
+
+use crate::operands::{B, F, K, Target};
+
+/// Hands every row to `callback!`, after the tokens of `{ .. }`. Columns: name, mnemonic, syntax, pattern, operands,
+/// instruction cycles, flags written (C, D for DC, Z), body, kind for operands in RAM.
+#[rustfmt::skip]
+macro_rules! pic16_table {
+    ($callback:path { $($head:tt)* }) => { $callback! { $($head)* 14; extra {
+        /// No row matches: stops the run.
+        Illegal,
+        /// A breakpoint stands here.
+        Trap,
+        /// Closes a loop that may repeat without changing anything.
+        Poll,
+    }
+    // Byte-oriented file register operations.
+    /// Add W and file register, to W.
+    AddwfW   "addwf"   "f, W"  "00 0111 0fff ffff" (f: F)        "1"   "CDZ" => addwf(f, true), AddwfWRam;
+    /// Add W and file register, to the file register.
+    AddwfF   "addwf"   "f, F"  "00 0111 1fff ffff" (f: F)        "1"   "CDZ" => addwf(f, false), AddwfFRam;
+    /// And W with file register, to W.
+    AndwfW   "andwf"   "f, W"  "00 0101 0fff ffff" (f: F)        "1"   "Z"   => andwf(f, true), AndwfWRam;
+    /// And W with file register, to the file register.
+    AndwfF   "andwf"   "f, F"  "00 0101 1fff ffff" (f: F)        "1"   "Z"   => andwf(f, false), AndwfFRam;
+    /// Clear file register.
+    Clrf     "clrf"    "f"     "00 0001 1fff ffff" (f: F)        "1"   "Z"   => clrf(f), ClrfRam;
+    /// Clear W.
+    Clrw     "clrw"    ""      "00 0001 0--- ----" ()            "1"   "Z"   => clrw();
+    /// Complement file register, to W.
+    ComfW    "comf"    "f, W"  "00 1001 0fff ffff" (f: F)        "1"   "Z"   => comf(f, true), ComfWRam;
+    /// Complement file register, to the file register.
+    ComfF    "comf"    "f, F"  "00 1001 1fff ffff" (f: F)        "1"   "Z"   => comf(f, false), ComfFRam;
+    /// Decrement file register, to W.
+    DecfW    "decf"    "f, W"  "00 0011 0fff ffff" (f: F)        "1"   "Z"   => decf(f, true), DecfWRam;
+    /// Decrement file register, to the file register.
+    DecfF    "decf"    "f, F"  "00 0011 1fff ffff" (f: F)        "1"   "Z"   => decf(f, false), DecfFRam;
+    /// Decrement file register, skip if zero, to W.
+    DecfszW  "decfsz"  "f, W"  "00 1011 0fff ffff" (f: F)        "1/2" ""    => decfsz(f, true), DecfszWRam;
+    /// Decrement file register, skip if zero, to the file register.
+    DecfszF  "decfsz"  "f, F"  "00 1011 1fff ffff" (f: F)        "1/2" ""    => decfsz(f, false), DecfszFRam;
+    /// Increment file register, to W.
+    IncfW    "incf"    "f, W"  "00 1010 0fff ffff" (f: F)        "1"   "Z"   => incf(f, true), IncfWRam;
+    /// Increment file register, to the file register.
+    IncfF    "incf"    "f, F"  "00 1010 1fff ffff" (f: F)        "1"   "Z"   => incf(f, false), IncfFRam;
+    /// Increment file register, skip if zero, to W.
+    IncfszW  "incfsz"  "f, W"  "00 1111 0fff ffff" (f: F)        "1/2" ""    => incfsz(f, true), IncfszWRam;
+    /// Increment file register, skip if zero, to the file register.
+    IncfszF  "incfsz"  "f, F"  "00 1111 1fff ffff" (f: F)        "1/2" ""    => incfsz(f, false), IncfszFRam;
+    /// Inclusive-or W with file register, to W.
+    IorwfW   "iorwf"   "f, W"  "00 0100 0fff ffff" (f: F)        "1"   "Z"   => iorwf(f, true), IorwfWRam;
+    /// Inclusive-or W with file register, to the file register.
+    IorwfF   "iorwf"   "f, F"  "00 0100 1fff ffff" (f: F)        "1"   "Z"   => iorwf(f, false), IorwfFRam;
+    /// Move file register, to W.
+    MovfW    "movf"    "f, W"  "00 1000 0fff ffff" (f: F)        "1"   "Z"   => movf(f, true), MovfWRam;
+    /// Move file register, to the file register.
+    MovfF    "movf"    "f, F"  "00 1000 1fff ffff" (f: F)        "1"   "Z"   => movf(f, false), MovfFRam;
+    /// Move W to file register.
+    Movwf    "movwf"   "f"     "00 0000 1fff ffff" (f: F)        "1"   ""    => movwf(f), MovwfRam;
+    /// No operation.
+    Nop      "nop"     ""      "00 0000 0--0 0000" ()            "1"   ""    => nop();
+    /// Rotate left through carry, to W.
+    RlfW     "rlf"     "f, W"  "00 1101 0fff ffff" (f: F)        "1"   "C"   => rlf(f, true), RlfWRam;
+    /// Rotate left through carry, to the file register.
+    RlfF     "rlf"     "f, F"  "00 1101 1fff ffff" (f: F)        "1"   "C"   => rlf(f, false), RlfFRam;
+    /// Rotate right through carry, to W.
+    RrfW     "rrf"     "f, W"  "00 1100 0fff ffff" (f: F)        "1"   "C"   => rrf(f, true), RrfWRam;
+    /// Rotate right through carry, to the file register.
+    RrfF     "rrf"     "f, F"  "00 1100 1fff ffff" (f: F)        "1"   "C"   => rrf(f, false), RrfFRam;
+    /// Subtract W from file register, to W.
+    SubwfW   "subwf"   "f, W"  "00 0010 0fff ffff" (f: F)        "1"   "CDZ" => subwf(f, true), SubwfWRam;
+    /// Subtract W from file register, to the file register.
+    SubwfF   "subwf"   "f, F"  "00 0010 1fff ffff" (f: F)        "1"   "CDZ" => subwf(f, false), SubwfFRam;
+    /// Swap the halves of file register, to W.
+    SwapfW   "swapf"   "f, W"  "00 1110 0fff ffff" (f: F)        "1"   ""    => swapf(f, true), SwapfWRam;
+    /// Swap the halves of file register, to the file register.
+    SwapfF   "swapf"   "f, F"  "00 1110 1fff ffff" (f: F)        "1"   ""    => swapf(f, false), SwapfFRam;
+    /// Exclusive-or W with file register, to W.
+    XorwfW   "xorwf"   "f, W"  "00 0110 0fff ffff" (f: F)        "1"   "Z"   => xorwf(f, true), XorwfWRam;
+    /// Exclusive-or W with file register, to the file register.
+    XorwfF   "xorwf"   "f, F"  "00 0110 1fff ffff" (f: F)        "1"   "Z"   => xorwf(f, false), XorwfFRam;
+    // Bit-oriented file register operations.
+    /// Clear bit of file register.
+    Bcf      "bcf"     "f, b"  "01 00bb bfff ffff" (f: F, b: B)  "1"   ""    => set_bit(f, b, false), BcfRam;
+    /// Set bit of file register.
+    Bsf      "bsf"     "f, b"  "01 01bb bfff ffff" (f: F, b: B)  "1"   ""    => set_bit(f, b, true), BsfRam;
+    /// Test bit of file register, skip if clear.
+    Btfsc    "btfsc"   "f, b"  "01 10bb bfff ffff" (f: F, b: B)  "1/2" ""    => skip_bit(f, b, false), BtfscRam;
+    /// Test bit of file register, skip if set.
+    Btfss    "btfss"   "f, b"  "01 11bb bfff ffff" (f: F, b: B)  "1/2" ""    => skip_bit(f, b, true), BtfssRam;
+    // Literal and control operations.
+    /// Add constant to W.
+    Addlw    "addlw"   "k"     "11 111- kkkk kkkk" (k: K)        "1"   "CDZ" => addlw(k);
+    /// And constant with W.
+    Andlw    "andlw"   "k"     "11 1001 kkkk kkkk" (k: K)        "1"   "Z"   => andlw(k);
+    /// Call subroutine.
+    Call     "call"    "t"     "10 0ttt tttt tttt" (t: Target)   "2"   ""    => call(t);
+    /// Clear the watchdog timer.
+    Clrwdt   "clrwdt"  ""      "00 0000 0110 0100" ()            "1"   ""    => clrwdt();
+    /// Go to address.
+    Goto     "goto"    "t"     "10 1ttt tttt tttt" (t: Target)   "2"   ""    => goto(t);
+    /// Inclusive-or constant with W.
+    Iorlw    "iorlw"   "k"     "11 1000 kkkk kkkk" (k: K)        "1"   "Z"   => iorlw(k);
+    /// Move constant to W.
+    Movlw    "movlw"   "k"     "11 00-- kkkk kkkk" (k: K)        "1"   ""    => movlw(k);
+    /// Return from interrupt.
+    Retfie   "retfie"  ""      "00 0000 0000 1001" ()            "2"   ""    => retfie();
+    /// Return with constant in W.
+    Retlw    "retlw"   "k"     "11 01-- kkkk kkkk" (k: K)        "2"   ""    => retlw(k);
+    /// Return from subroutine.
+    Return   "return"  ""      "00 0000 0000 1000" ()            "2"   ""    => return_();
+    /// Go into standby mode.
+    Sleep    "sleep"   ""      "00 0000 0110 0011" ()            "1"   ""    => sleep();
+    /// Subtract W from constant.
+    Sublw    "sublw"   "k"     "11 110- kkkk kkkk" (k: K)        "1"   "CDZ" => sublw(k);
+    /// Exclusive-or constant with W.
+    Xorlw    "xorlw"   "k"     "11 1010 kkkk kkkk" (k: K)        "1"   "Z"   => xorlw(k);
+    /// Load OPTION with W; for code of older chips.
+    Option   "option"  ""      "00 0000 0110 0010" ()            "1"   ""    => option();
+    /// Load TRISA with W; for code of older chips.
+    TrisA    "tris"    "5"     "00 0000 0110 0101" ()            "1"   ""    => tris(Sfr::TRISA);
+    /// Load TRISB with W; for code of older chips.
+    TrisB    "tris"    "6"     "00 0000 0110 0110" ()            "1"   ""    => tris(Sfr::TRISB);
+    /// Load TRISC with W; for code of older chips.
+    TrisC    "tris"    "7"     "00 0000 0110 0111" ()            "1"   ""    => tris(Sfr::TRISC);
+    } };
+}
+pub(crate) use pic16_table;
+
+pic16_table!(emu_core::define_isa {});
+
+/// The table as tools see it. Erased program memory is all ones, `addlw 0xFF` with an open bit set.
+pub const ISA: Isa = Isa { disassemble, erased: 0x3FFF };
+
+/// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
+pub const ALIASES: &[Alias] = &[];
+
+/// Bits of a program word.
+pub const WORD_BITS: u32 = 14;
+
+/// Words that the program counter reaches.
+pub const SPAN: usize = 0x2000;
+
+/// The row of the instruction `word`, and its kind; `None` for a word without one.
+#[must_use]
+pub fn row_of(word: u16) -> Option<(&'static Row, Kind)> {
+    let (i, _) = emu_core::table::find(ROWS, WORD_BITS, &[word])?;
+    Some((&ROWS[i], KINDS[i]))
+}
+
+fn site(pc: u32) -> Site {
+    Site { pc, len: 1, next_len: 1, pc_mask: SPAN as u32 - 1 }
+}
+
+/// The word of an instruction. Operands come in row order: file registers by their lower seven address bits, bits by number,
+/// constants, targets by their lower eleven address bits.
+///
+/// # Errors
+/// An operand that does not fit, with what is allowed.
+pub fn encode(kind: Kind, operands: &[i32]) -> Result<u16, EncodeError> {
+    let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: "not an instruction".into() })?;
+    row.encode(operands, &site(0)).map(|bits| bits as u16)
+}
+
+/// Disassembles the instruction at the front of `words`, which stands at `pc`.
+#[must_use]
+pub fn disassemble(words: &[u16], pc: u32) -> Line {
+    disassemble_line(ROWS, WORD_BITS, words, &site(pc))
+}
+
+/// Assembles one line that will stand at `pc`.
+///
+/// # Errors
+/// As [`emu_core::table::assemble`].
+pub fn assemble(line: &str, pc: u32) -> Result<Vec<u16>, AsmError> {
+    assemble_line(ROWS, ALIASES, WORD_BITS, line, &site(pc))
+}
+
+/// A predecoded instruction.
+pub type Pic16Op = Op<Kind>;
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn kinds_stand_in_the_order_of_rows() {
+        assert!(super::KINDS.iter().enumerate().all(|(i, &kind)| kind as usize == i));
+    }
+}

@@ -1,0 +1,23 @@
+//! Mid-range PIC16, cycle by cycle: instruction table, core, peripherals and chip data of the PIC16F873 and its family.
+//!
+//! Sources: Microchip "PICmicro Mid-Range MCU Family Reference Manual" (DS33023) for the architecture and the instruction
+//! set; data sheets PIC16F87X (DS30292), PIC16F87XA (DS39582) and those of the other chips for theirs. What is not modelled
+//! stands in QUIRKS.md.
+
+#![forbid(unsafe_code)]
+
+pub mod chips;
+pub mod isa;
+pub mod operands;
+pub mod periph;
+pub mod soc;
+
+mod cpu;
+mod exec;
+mod hot;
+mod lint;
+mod predecode;
+mod record;
+mod turn;
+
+pub use cpu::{Corner, Options, Pic16};

@@ -1,0 +1,256 @@
+//! Comparators and their voltage reference (DS39582 sections 12 and 13; DS40044 sections 9 and 10; DS30487 sections 13
+//! and 14).
+//!
+//! An output follows its inputs at once: the response time of the sheets (150 ns typical, 400 ns at most) is about a clock.
+//! There is no hysteresis and no offset; equal inputs give 0.
+
+use emu_core::NEVER;
+
+use super::map::{Flag, Line, Sfr};
+use super::{Device, Drive, Outbox, Signal};
+use crate::chips;
+
+const C1OUT: u8 = 1 << 6;
+const C2OUT: u8 = 1 << 7;
+const CIS: u8 = 1 << 3;
+const CVREN: u8 = 1 << 7;
+const CVROE: u8 = 1 << 6;
+const CVRR: u8 = 1 << 5;
+const CMCON_MASK: u8 = 0x3F;
+const CVRCON_MASK: u8 = 0xEF;
+
+/// The reference as an input beside RA0 to RA3.
+const CVREF: u8 = 4;
+
+/// The inputs of one comparator: the pin at VIN- when CIS is 0 and when it is 1, and the pin at VIN+.
+type Inputs = Option<[u8; 3]>;
+
+/// One of the eight modes.
+#[derive(Debug)]
+struct Mode {
+    inputs: [Inputs; 2],
+    /// Comparators whose output goes to a pin.
+    outputs: [bool; 2],
+    /// Pins RA0 to RA3 that stay digital.
+    digital: u8,
+}
+
+const fn mode(c1: Inputs, c2: Inputs, outputs: [bool; 2], digital: u8) -> Mode {
+    Mode { inputs: [c1, c2], outputs, digital }
+}
+
+/// DS40044 figure 10-1; the 16F87 and 16F88 are wired alike (DS30487 figure 13-1).
+#[rustfmt::skip]
+const F62X: [Mode; 8] = [
+    mode(None,                None,                [false, false], 0b0000),
+    mode(Some([0, 3, 2]),     Some([1, 1, 2]),     [false, false], 0b0000),
+    mode(Some([0, 3, CVREF]), Some([1, 2, CVREF]), [false, false], 0b0000),
+    mode(Some([0, 0, 2]),     Some([1, 1, 2]),     [false, false], 0b1000),
+    mode(Some([0, 0, 3]),     Some([1, 1, 2]),     [false, false], 0b0000),
+    mode(None,                Some([1, 1, 2]),     [false, false], 0b1001),
+    mode(Some([0, 0, 2]),     Some([1, 1, 2]),     [true,  true],  0b1000),
+    mode(None,                None,                [false, false], 0b1111),
+];
+
+/// DS39582 figure 12-1.
+#[rustfmt::skip]
+const F87XA: [Mode; 8] = [
+    mode(None,                None,                [false, false], 0b0000),
+    mode(Some([0, 0, 3]),     None,                [true,  false], 0b0110),
+    mode(Some([0, 0, 3]),     Some([1, 1, 2]),     [false, false], 0b0000),
+    mode(Some([0, 0, 3]),     Some([1, 1, 2]),     [true,  true],  0b0000),
+    mode(Some([0, 0, 3]),     Some([1, 1, 3]),     [false, false], 0b0100),
+    mode(Some([0, 0, 3]),     Some([1, 1, 3]),     [true,  true],  0b0100),
+    mode(Some([0, 3, CVREF]), Some([1, 2, CVREF]), [false, false], 0b0000),
+    mode(None,                None,                [false, false], 0b1111),
+];
+
+/// No comparators: all pins stay digital.
+const ABSENT: Mode = mode(None, None, [false, false], 0b1111);
+
+/// The comparators. Voltages are in millivolts above VSS.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Comparators {
+    kind: chips::Comparators,
+    /// Bits 5 to 0.
+    cmcon: u8,
+    cvrcon: u8,
+    inputs: [u32; 4],
+    supply: u32,
+    /// C2OUT and C1OUT as they are, and as they were when CMCON was last read or written.
+    outputs: u8,
+    seen: u8,
+    driven: [Drive; 2],
+}
+
+impl Comparators {
+    /// The comparators of a chip after power-up, with 5 V of supply and all inputs at 0 V.
+    #[must_use]
+    pub fn new(kind: chips::Comparators) -> Comparators {
+        Comparators {
+            kind,
+            cmcon: reset_cmcon(kind),
+            cvrcon: 0,
+            inputs: [0; 4],
+            supply: 5_000,
+            outputs: 0,
+            seen: 0,
+            driven: [Drive::Port; 2],
+        }
+    }
+
+    /// Any reset at `t` (DS39582 section 12.8, DS40044 section 10.8).
+    pub fn reset(&mut self, t: u64, out: &mut Outbox) {
+        (self.cmcon, self.cvrcon) = (reset_cmcon(self.kind), 0);
+        (self.outputs, self.seen) = (0, 0);
+        self.update(t, out);
+    }
+
+    /// The voltage on RA`pin`, 0 to 3, from `t` on; other pins are ignored. Where the reference is put out on RA2
+    /// ([`Comparators::reference_out`]) the owner decides what stands there.
+    pub fn set_input(&mut self, pin: u8, millivolts: u32, t: u64, out: &mut Outbox) {
+        if let Some(input) = self.inputs.get_mut(usize::from(pin)) {
+            *input = millivolts;
+            self.update(t, out);
+        }
+    }
+
+    /// VDD from `t` on.
+    pub fn set_supply(&mut self, millivolts: u32, t: u64, out: &mut Outbox) {
+        self.supply = millivolts;
+        self.update(t, out);
+    }
+
+    /// The pins RA0 to RA3 that stay digital, RA0 in bit 0; the others read 0.
+    #[must_use]
+    pub fn digital(&self) -> u8 {
+        self.mode().digital
+    }
+
+    /// An output differs from what it was when CMCON was last read or written. As long as it does CMIF cannot be cleared:
+    /// it is set again at once (DS39582 section 12.6).
+    #[must_use]
+    pub const fn mismatch(&self) -> bool {
+        self.outputs != self.seen
+    }
+
+    /// CVREF (VREF), rounded down; 0 while the reference is off.
+    #[must_use]
+    pub fn reference(&self) -> u32 {
+        (self.reference_96ths() / 96).try_into().unwrap_or(u32::MAX)
+    }
+
+    /// What the reference puts on RA2; `None` where CVROE or CVREN is clear.
+    #[must_use]
+    pub fn reference_out(&self) -> Option<u32> {
+        (self.cvrcon & (CVREN | CVROE) == CVREN | CVROE).then(|| self.reference())
+    }
+
+    fn mode(&self) -> &'static Mode {
+        let cm = usize::from(self.cmcon & 7);
+        match self.kind {
+            chips::Comparators::None => &ABSENT,
+            chips::Comparators::F62x | chips::Comparators::F88 => &F62X[cm],
+            chips::Comparators::F87xA => &F87XA[cm],
+        }
+    }
+
+    /// CVREF in 96ths of a millivolt, in which both ranges are exact: VDD CVR / 24, and VDD / 4 + VDD CVR / 32.
+    fn reference_96ths(&self) -> u64 {
+        let (vdd, cvr) = (u64::from(self.supply), u64::from(self.cvrcon & 15));
+        match (self.cvrcon & CVREN != 0, self.cvrcon & CVRR != 0) {
+            (false, _) => 0,
+            (true, true) => vdd * cvr * 4,
+            (true, false) => vdd * (8 + cvr) * 3,
+        }
+    }
+
+    fn level(&self, input: u8) -> u64 {
+        self.inputs.get(usize::from(input)).map_or_else(|| self.reference_96ths(), |&mv| u64::from(mv) * 96)
+    }
+
+    /// Works out the outputs anew and says what has changed.
+    fn update(&mut self, t: u64, out: &mut Outbox) {
+        let mode = self.mode();
+        let mut outputs = 0;
+        for (inputs, (bit, inverted)) in mode.inputs.iter().zip([(C1OUT, 1 << 4), (C2OUT, 1 << 5)]) {
+            if let Some([minus, minus_cis, plus]) = *inputs {
+                let minus = if self.cmcon & CIS != 0 { minus_cis } else { minus };
+                if (self.level(plus) > self.level(minus)) != (self.cmcon & inverted != 0) {
+                    outputs |= bit;
+                }
+            }
+        }
+        if outputs != self.outputs {
+            self.outputs = outputs;
+            if self.mismatch() {
+                out.push(Signal::Flag { t, flag: Flag::CMIF });
+            }
+        }
+        for (n, (line, bit)) in [(Line::C1out, C1OUT), (Line::C2out, C2OUT)].into_iter().enumerate() {
+            let drive = if mode.outputs[n] { Drive::of(outputs & bit != 0) } else { Drive::Port };
+            if self.driven[n] != drive {
+                self.driven[n] = drive;
+                out.push(Signal::Drive { t, line, drive });
+            }
+        }
+    }
+}
+
+/// CMCON after a reset.
+fn reset_cmcon(kind: chips::Comparators) -> u8 {
+    match kind {
+        chips::Comparators::None | chips::Comparators::F62x => 0,
+        chips::Comparators::F87xA | chips::Comparators::F88 => 7,
+    }
+}
+
+impl Device for Comparators {
+    fn run(&mut self, _t: u64, _out: &mut Outbox) {}
+
+    fn next(&self) -> u64 {
+        NEVER
+    }
+
+    fn read(&mut self, reg: Sfr, t: u64, _out: &mut Outbox) -> u8 {
+        if reg == Sfr::CMCON {
+            self.seen = self.outputs;
+        }
+        self.peek(reg, t)
+    }
+
+    fn peek(&self, reg: Sfr, _t: u64) -> u8 {
+        match reg {
+            Sfr::CMCON => self.outputs | self.cmcon,
+            Sfr::CVRCON => self.cvrcon,
+            _ => 0,
+        }
+    }
+
+    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Outbox) {
+        match reg {
+            _ if self.kind == chips::Comparators::None => {}
+            Sfr::CMCON => {
+                // The write ends an old mismatch; what it changes itself is a new one (DS39582 section 12.6 and the note on
+                // changes of mode in section 12.1).
+                self.seen = self.outputs;
+                self.cmcon = value & CMCON_MASK;
+                self.update(t, out);
+            }
+            Sfr::CVRCON => {
+                self.cvrcon = value & CVRCON_MASK;
+                self.update(t, out);
+            }
+            _ => {}
+        }
+    }
+
+    // Neither needs the oscillator: they go on in sleep (DS39582 section 12.7).
+    fn sleep(&mut self, _t: u64, _out: &mut Outbox) {}
+
+    fn wake(&mut self, _t: u64, _out: &mut Outbox) {}
+
+    fn steady(&self, _reg: Sfr, _t: u64) -> u64 {
+        NEVER
+    }
+}

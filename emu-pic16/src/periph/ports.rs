@@ -1,0 +1,256 @@
+//! The ports (DS30292, chapter 3): latches, TRIS, and pins that both sides drive.
+//!
+//! A pin is driven by its latch where TRIS has a 0, or by a part that has taken it. A pin with an open drain is only ever pulled
+//! low. An analog input reads 0 whatever its level. What nothing drives keeps its charge.
+
+use emu_core::pins::{Level, Pin, PinId};
+
+use super::Drive;
+use crate::chips::{NO_PIN, Part, Port};
+
+/// Pins that a chip can have.
+pub const PINS: usize = 48;
+
+/// What reaches a pin besides its port.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Taken {
+    drive: Drive,
+    /// TRIS does not hold it back.
+    over_tris: bool,
+}
+
+/// What a pin has become.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Change {
+    /// Its level now.
+    pub level: Level,
+    /// It reads otherwise than before: to float is no such change.
+    pub toggled: bool,
+}
+
+/// Latches, directions, and the pins.
+#[derive(Debug, Clone)]
+pub struct Ports {
+    ports: &'static [Port],
+    latch: [u8; 5],
+    tris: [u8; 5],
+    taken: [Taken; PINS],
+    /// Pins that read 0, as a set by number.
+    analog: u64,
+    /// Pins that the configuration keeps from the ports, as a set by number: they read 0.
+    withheld: u64,
+    /// Pins that a part takes whole, likewise.
+    taken_whole: u64,
+    /// The pull-ups of port B are on.
+    pull_ups: bool,
+    pins: [Pin; PINS],
+    /// The pins of every port that are high, and those that a program can see.
+    high: [u8; 5],
+    seen: [u8; 5],
+    /// Port and bit of every pin; port 7 where it belongs to none.
+    at: [(u8, u8); PINS],
+}
+
+/// Port B in the list of ports.
+const B: usize = 1;
+
+impl Ports {
+    /// The ports after reset; all latches 0. `withheld`: pins that the configuration keeps from the ports.
+    #[must_use]
+    pub fn new(part: &Part, withheld: u64) -> Ports {
+        let mut at = [(7, 0); PINS];
+        for (number, port) in part.ports.iter().enumerate() {
+            for (bit, &pin) in port.pins.iter().enumerate() {
+                if let Some(place) = at.get_mut(usize::from(pin)) {
+                    *place = (number as u8, bit as u8);
+                }
+            }
+        }
+        let mut ports = Ports {
+            ports: part.ports,
+            latch: [0; 5],
+            tris: [0xFF; 5],
+            taken: [Taken::default(); PINS],
+            analog: 0,
+            withheld,
+            taken_whole: 0,
+            pull_ups: false,
+            pins: [Pin::default(); PINS],
+            high: [0; 5],
+            seen: [0; 5],
+            at,
+        };
+        ports.look();
+        // Nothing holds the reset pin down unless the outside does.
+        if let Some(pin) = ports.pins.get_mut(usize::from(part.mclr)) {
+            *pin = Pin::charged();
+        }
+        ports
+    }
+
+    /// All pins inputs, no part on any, no pull-ups; latches and what drives from outside stay. The pins are to be settled.
+    pub fn reset(&mut self) {
+        self.tris = [0xFF; 5];
+        self.taken = [Taken::default(); PINS];
+        self.pull_ups = false;
+    }
+
+    /// The number of the port whose register this is, if it is one.
+    #[must_use]
+    pub fn port(&self, is: impl Fn(&Port) -> bool) -> Option<usize> {
+        self.ports.iter().position(is)
+    }
+
+    /// The pins of a port that it has, one bit each.
+    #[must_use]
+    pub fn mask(&self, port: usize) -> u8 {
+        self.bits(port, |pin| pin != NO_PIN)
+    }
+
+    /// The pins of a port, as a set of bits.
+    fn bits(&self, port: usize, is: impl Fn(PinId) -> bool) -> u8 {
+        let pins = self.ports.get(port).map_or([NO_PIN; 8], |port| port.pins);
+        pins.iter().enumerate().fold(0, |byte, (bit, &pin)| byte | u8::from(is(pin)) << bit)
+    }
+
+    /// A pin of a port.
+    #[must_use]
+    pub fn pin_of(&self, port: usize, bit: usize) -> PinId {
+        self.ports.get(port).and_then(|port| port.pins.get(bit)).copied().unwrap_or(NO_PIN)
+    }
+
+    /// The latch of a port.
+    #[must_use]
+    pub fn latch(&self, port: usize) -> u8 {
+        self.latch.get(port).copied().unwrap_or(0)
+    }
+
+    /// The directions of a port: ones are inputs. Bits without a pin read 0.
+    #[must_use]
+    pub fn tris(&self, port: usize) -> u8 {
+        let inputs = self.ports.get(port).map_or(0, |port| port.inputs);
+        (self.tris.get(port).copied().unwrap_or(0) | inputs) & self.mask(port)
+    }
+
+    /// Writes a latch; its pins are to be settled.
+    pub fn set_latch(&mut self, port: usize, value: u8) {
+        if let Some(latch) = self.latch.get_mut(port) {
+            *latch = value;
+        }
+    }
+
+    /// Writes the directions; the pins are to be settled.
+    pub fn set_tris(&mut self, port: usize, value: u8) {
+        if let Some(tris) = self.tris.get_mut(port) {
+            *tris = value;
+        }
+    }
+
+    /// A part takes a pin, or gives it back; it is to be settled.
+    pub fn take(&mut self, pin: PinId, drive: Drive, over_tris: bool) {
+        if let Some(taken) = self.taken.get_mut(usize::from(pin)) {
+            *taken = Taken { drive, over_tris };
+        }
+    }
+
+    /// The pull-ups of port B; its pins are to be settled.
+    pub fn set_pull_ups(&mut self, on: bool) {
+        self.pull_ups = on;
+    }
+
+    /// Which pins are analog inputs.
+    pub fn set_analog(&mut self, pins: u64) {
+        self.analog = pins;
+        self.look();
+    }
+
+    /// Which pins a program can see.
+    fn look(&mut self) {
+        for port in 0..self.seen.len() {
+            let seen = self.bits(port, |pin| pin != NO_PIN && !self.is_analog(pin) && !self.is_withheld(pin));
+            self.seen[port] = seen;
+        }
+    }
+
+    /// True when a pin is an analog input.
+    #[must_use]
+    pub fn is_analog(&self, pin: PinId) -> bool {
+        self.analog.checked_shr(pin.into()).unwrap_or(0) & 1 == 1
+    }
+
+    /// Pins that a part takes whole, as a set by number: they read 0 and are not driven. They are to be settled.
+    pub fn withhold(&mut self, pins: u64) {
+        self.taken_whole = pins;
+        self.look();
+    }
+
+    fn is_withheld(&self, pin: PinId) -> bool {
+        (self.withheld | self.taken_whole).checked_shr(pin.into()).unwrap_or(0) & 1 == 1
+    }
+
+    /// What a port reads: the levels of its pins, 0 for analog inputs, for pins that are taken by the
+    /// configuration, and for bits without a pin.
+    #[must_use]
+    #[inline]
+    pub fn input(&self, port: usize) -> u8 {
+        self.high.get(port).zip(self.seen.get(port)).map_or(0, |(high, seen)| high & seen)
+    }
+
+    /// The bits of a port that are analog inputs.
+    #[must_use]
+    pub fn analog_bits(&self, port: usize) -> u8 {
+        self.bits(port, |pin| pin != NO_PIN && self.is_analog(pin))
+    }
+
+    /// A pin; one that nothing drives where there is none.
+    #[must_use]
+    pub fn pin(&self, pin: PinId) -> Pin {
+        self.pins.get(usize::from(pin)).copied().unwrap_or_default()
+    }
+
+    /// The outside drives a pin from the clock `t` on; what changed.
+    pub fn drive(&mut self, pin: PinId, level: Level, t: u64) -> Option<Change> {
+        let before = self.pin(pin);
+        self.pins.get_mut(usize::from(pin))?.outside = level;
+        self.settle_from(pin, before, t)
+    }
+
+    /// Settles a pin at the clock `t` after something that drives it changed; what changed.
+    pub fn settle(&mut self, pin: PinId, t: u64) -> Option<Change> {
+        self.settle_from(pin, self.pin(pin), t)
+    }
+
+    fn settle_from(&mut self, pin: PinId, before: Pin, t: u64) -> Option<Change> {
+        let (own, pull_up) = self.own(pin);
+        let wire = self.pins.get_mut(usize::from(pin))?;
+        (wire.own, wire.pull_up) = (own, pull_up);
+        wire.settle(t);
+        let (after, high) = (wire.level(), wire.high);
+        let (port, bit) = self.at[usize::from(pin)];
+        if let Some(levels) = self.high.get_mut(usize::from(port)) {
+            *levels = *levels & !(1 << bit) | u8::from(high) << bit;
+        }
+        let toggled = before.high != high;
+        (before.level() != after || toggled).then_some(Change { level: after, toggled })
+    }
+
+    /// What the chip does to a pin: the level that it drives, and whether it pulls up.
+    fn own(&self, pin: PinId) -> (Level, bool) {
+        let (port, bit) = self.at.get(usize::from(pin)).map_or((7, 0), |&(port, bit)| (usize::from(port), bit));
+        let Some(row) = self.ports.get(port).filter(|_| !self.is_withheld(pin)) else { return (Level::Float, false) };
+        let taken = self.taken.get(usize::from(pin)).copied().unwrap_or_default();
+        let input = (self.tris[port] | row.inputs) >> bit & 1 == 1;
+        let wanted = match taken.drive {
+            Drive::Port => Level::of(self.latch[port] >> bit & 1 == 1),
+            Drive::Low => Level::Low,
+            Drive::High => Level::High,
+            Drive::Float => Level::Float,
+            Drive::Open if input => Level::Float,
+            Drive::Open => Level::Low,
+        };
+        let holds_back = input && !(taken.over_tris && taken.drive != Drive::Port);
+        let open = row.open >> bit & 1 == 1;
+        let level = if holds_back || open && wanted == Level::High { Level::Float } else { wanted };
+        (level, port == B && self.pull_ups && input)
+    }
+}

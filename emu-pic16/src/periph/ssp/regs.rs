@@ -1,0 +1,178 @@
+//! Registers, wires and modes: what the engines of the port share.
+
+use super::super::map::{Flag, Line};
+use super::super::{Drive, Outbox, Signal};
+
+/// SSPSTAT: input sampled at the end of a bit (SPI master).
+pub(super) const SMP: u8 = 0x80;
+/// SSPSTAT: output changes when the clock goes from active to idle (SPI).
+pub(super) const CKE: u8 = 0x40;
+/// SSPSTAT: the last byte was data, no address.
+pub(super) const DA: u8 = 0x20;
+/// SSPSTAT: the last condition was Stop.
+pub(super) const P: u8 = 0x10;
+/// SSPSTAT: the last condition was Start.
+pub(super) const S: u8 = 0x08;
+/// SSPSTAT: slave: the address asked for a read; master: a byte is being sent.
+pub(super) const RW: u8 = 0x04;
+/// SSPSTAT: SSPADD wants the other half of the address.
+pub(super) const UA: u8 = 0x02;
+/// SSPSTAT: SSPBUF is full.
+pub(super) const BF: u8 = 0x01;
+
+/// SSPCON: SSPBUF was written when it could not be.
+pub(super) const WCOL: u8 = 0x80;
+/// SSPCON: a byte came while SSPBUF was full.
+pub(super) const SSPOV: u8 = 0x40;
+/// SSPCON: the port is on.
+pub(super) const SSPEN: u8 = 0x20;
+/// SSPCON: idle level of the clock (SPI); the clock is let go (I2C slave).
+pub(super) const CKP: u8 = 0x10;
+
+/// SSPCON2: general call enabled.
+pub(super) const GCEN: u8 = 0x80;
+/// SSPCON2: the slave did not acknowledge.
+pub(super) const ACKSTAT: u8 = 0x40;
+/// SSPCON2: what to acknowledge with.
+pub(super) const ACKDT: u8 = 0x20;
+/// SSPCON2: acknowledge sequence.
+pub(super) const ACKEN: u8 = 0x10;
+/// SSPCON2: reception.
+pub(super) const RCEN: u8 = 0x08;
+/// SSPCON2: Stop sequence.
+pub(super) const PEN: u8 = 0x04;
+/// SSPCON2: repeated Start sequence.
+pub(super) const RSEN: u8 = 0x02;
+/// SSPCON2: Start sequence (master); the clock is stretched after a received byte (slave of the 16F87XA).
+pub(super) const SEN: u8 = 0x01;
+/// SSPCON2: the sequences.
+pub(super) const SEQUENCES: u8 = ACKEN | RCEN | PEN | RSEN | SEN;
+
+/// What SSPEN and SSPM select.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Mode {
+    /// Off, or a reserved value of SSPM.
+    Off,
+    /// SPI master with half a bit of so many clocks; `None` where a bit half is a period of timer 2.
+    SpiMaster(Option<u64>),
+    /// SPI slave, with or without slave select.
+    SpiSlave { select: bool },
+    /// I2C slave of 7 or 10 bits, with or without interrupts on Start and Stop.
+    Slave { ten: bool, notice: bool },
+    /// I2C master by the program: only Start and Stop are noticed.
+    Firmware,
+    /// I2C master.
+    Master,
+}
+
+impl Mode {
+    /// DS39582 registers 9-2 and 9-4; DS30292 register 9-2.
+    fn of(con: u8, master: bool) -> Mode {
+        if con & SSPEN == 0 {
+            return Mode::Off;
+        }
+        match con & 0x0F {
+            0 => Mode::SpiMaster(Some(2)),
+            1 => Mode::SpiMaster(Some(8)),
+            2 => Mode::SpiMaster(Some(32)),
+            3 => Mode::SpiMaster(None),
+            4 => Mode::SpiSlave { select: true },
+            5 => Mode::SpiSlave { select: false },
+            6 => Mode::Slave { ten: false, notice: false },
+            7 => Mode::Slave { ten: true, notice: false },
+            8 if master => Mode::Master,
+            11 => Mode::Firmware,
+            14 => Mode::Slave { ten: false, notice: true },
+            15 => Mode::Slave { ten: true, notice: true },
+            _ => Mode::Off,
+        }
+    }
+
+    /// The wires are those of I2C.
+    pub(super) fn i2c(self) -> bool {
+        matches!(self, Mode::Slave { .. } | Mode::Firmware | Mode::Master)
+    }
+}
+
+/// Registers and wires.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Regs {
+    /// An MSSP.
+    pub(super) master: bool,
+    /// SEN stretches the clock of the slave.
+    pub(super) stretch: bool,
+    pub(super) buf: u8,
+    pub(super) con: u8,
+    pub(super) con2: u8,
+    pub(super) add: u8,
+    pub(super) stat: u8,
+    /// Level of SCK, SCL.
+    pub(super) scl: bool,
+    /// Level of SDI, SDA.
+    pub(super) sda: bool,
+    /// Level of SS.
+    pub(super) ss: bool,
+    /// This part pulls SCL.
+    pub(super) pull_scl: bool,
+    /// This part pulls SDA.
+    pub(super) pull_sda: bool,
+    /// What was last said of SDI, SCK, SDO.
+    drives: [Drive; 3],
+}
+
+impl Regs {
+    pub(super) fn new(master: bool) -> Regs {
+        Regs {
+            master,
+            stretch: false,
+            buf: 0,
+            con: 0,
+            con2: 0,
+            add: 0,
+            stat: 0,
+            scl: false,
+            sda: false,
+            ss: false,
+            pull_scl: false,
+            pull_sda: false,
+            drives: [Drive::Port; 3],
+        }
+    }
+
+    pub(super) fn mode(&self) -> Mode {
+        Mode::of(self.con, self.master)
+    }
+
+    /// Sets or clears bits of SSPSTAT.
+    pub(super) fn stat(&mut self, bits: u8, on: bool) {
+        self.stat = self.stat & !bits | if on { bits } else { 0 };
+    }
+
+    /// A byte has come: it goes to SSPBUF, or is lost if that is full. True if it was not.
+    pub(super) fn receive(&mut self, byte: u8) -> bool {
+        let room = self.stat & BF == 0;
+        if room {
+            self.buf = byte;
+            self.stat |= BF;
+        } else {
+            self.con |= SSPOV;
+        }
+        room
+    }
+
+    /// Says what has changed of the drives. SDA comes before SCL: what must not be seen as Start or Stop is let go first.
+    pub(super) fn settle(&mut self, sck: Drive, sdi: Drive, sdo: Drive, t: u64, out: &mut Outbox) {
+        let now = [sdi, sck, sdo];
+        for ((line, was), drive) in [Line::Sdi, Line::Sck, Line::Sdo].into_iter().zip(self.drives).zip(now) {
+            if was != drive {
+                out.push(Signal::Drive { t, line, drive });
+            }
+        }
+        self.drives = now;
+    }
+}
+
+/// Sets SSPIF.
+pub(super) fn interrupt(t: u64, out: &mut Outbox) {
+    out.push(Signal::Flag { t, flag: Flag::SSPIF });
+}

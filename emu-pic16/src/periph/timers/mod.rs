@@ -1,0 +1,380 @@
+//! Timer 1, timer 2 and the CCP modules (DS33023 sections 12 to 14; DS30292 and DS39582 sections 6 to 8), which hang
+//! together: the modules capture timer 1, compare with it and reset it, and make pulses of timer 2.
+//!
+//! What the sheets leave open is settled so:
+//!
+//! - Timer 1: an edge of a synchronised external clock counts at the first cycle boundary 3 clocks or more after it, and a
+//!   cycle counts once. TMR1ON stands behind the prescaler, as in the block diagram. A change of the clock's path loses what
+//!   is in the synchroniser, and so does sleep. A write takes the place of a count, a carry and a special event of its clock.
+//! - Compare: match, flag and pin come with the count that makes TMR1 what CCPRx is, or with the write that does, in
+//!   asynchronous mode as well. The module that resets timer 1 does so while both are equal at the next count.
+//! - Capture: TMR1, CCPRx and the flag are those of the clock of the edge, in sleep and in asynchronous mode as well.
+//! - PWM: the output is low from entering the mode to the next period.
+
+mod ccp;
+mod timer1;
+mod timer2;
+
+use emu_core::NEVER;
+
+use super::map::{Flag, Line, Sfr};
+use super::{Device, Drive, Outbox, Signal};
+use ccp::{Ccp, Mode};
+use timer1::Timer1;
+use timer2::Timer2;
+
+/// What differs between the two modules.
+const MODULES: [(Line, Flag); 2] = [(Line::Ccp1, Flag::CCP1IF), (Line::Ccp2, Flag::CCP2IF)];
+
+/// Timer 1, timer 2 and 0 to 2 CCP modules. It serves the registers `TMR1L TMR1H T1CON TMR2 T2CON PR2` and `CCPRxL CCPRxH
+/// CCPxCON`, the flags `TMR1IF TMR2IF CCP1IF CCP2IF`, and the lines `T1cki Ccp1 Ccp2`. Anything else, and the registers of
+/// a module that is not there, reads 0 and takes no write.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Timers {
+    timer1: Timer1,
+    timer2: Timer2,
+    ccp: [Ccp; 2],
+    ccps: usize,
+    listener: bool,
+    asleep: bool,
+    /// Clocks at which timer 1 and timer 2 have more to do than to count.
+    next: [u64; 2],
+}
+
+impl Timers {
+    /// As after power-on at clock 0, all lines low.
+    ///
+    /// `ccps`: number of CCP modules, 0 to 2; the special event of the last one starts a conversion. `crystal`: the
+    /// oscillator of the chip and the crystal at T1OSI and T1OSO, in hertz, if there is one (not faster than the
+    /// oscillator: it is taken as that); it swings from when T1OSCEN is set.
+    #[must_use]
+    pub fn new(ccps: u8, crystal: Option<(u64, u64)>) -> Timers {
+        Timers {
+            timer1: Timer1::new(crystal),
+            timer2: Timer2::new(0),
+            ccp: Default::default(),
+            ccps: usize::from(ccps).min(2),
+            listener: false,
+            asleep: false,
+            next: [NEVER; 2],
+        }
+    }
+
+    /// A reset at `t`, by power-on or brown-out, or another one (DS30292 table 12-6): T2CON, TMR2 and CCPxCON are 0 and
+    /// PR2 is FFh; T1CON is 0 only at power-on, and timer 1 and CCPRx go on as they are after any other. Who listens to
+    /// timer 2 goes on doing so. A sleep is over.
+    pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Outbox) {
+        self.run(t, out);
+        if self.asleep {
+            self.wake(t, out);
+        }
+        self.timer2 = Timer2::new(t);
+        if power_on {
+            self.timer1.power_on(t);
+        }
+        let before = self.drives();
+        self.ccp.iter_mut().for_each(|ccp| ccp.reset(power_on));
+        self.show(before, t, out);
+        self.plan();
+    }
+
+    /// While `on`, every end of a period of timer 2 after `t` gives [`Signal::Timer2`]: the clock of the SSP is half that.
+    pub fn set_timer2_listener(&mut self, on: bool, t: u64, out: &mut Outbox) {
+        self.run(t, out);
+        self.settle(t);
+        self.listener = on;
+        self.plan();
+    }
+
+    /// The clock of the first end of a period of timer 2 after `t`, if no register is written; `NEVER` if it stands.
+    #[must_use]
+    pub fn timer2_match_next(&self, t: u64) -> u64 {
+        self.timer2.end_after(t)
+    }
+
+    /// A pin may still change by itself: a module makes pulses while timer 2 runs, or waits to set or clear its pin.
+    #[must_use]
+    pub fn moves_pins(&self) -> bool {
+        let waits = |ccp: &Ccp| match ccp.mode() {
+            Mode::Pwm => self.timer2.end_after(0) != NEVER,
+            _ => ccp.drive() != Drive::Port && self.next[0] != NEVER,
+        };
+        !self.asleep && self.ccp.iter().any(waits)
+    }
+
+    /// To be called when anything but time has changed something.
+    fn plan(&mut self) {
+        self.next = [self.next1(), self.next2()];
+    }
+
+    /// Brings both timers up to `t`, so that what is asked of them from now on is not looked for in the past.
+    fn settle(&mut self, t: u64) {
+        self.timer1.settle(t);
+        self.timer2.settle(t);
+    }
+
+    fn drives(&self) -> [Drive; 2] {
+        [self.ccp[0].drive(), self.ccp[1].drive()]
+    }
+
+    /// Says what has become of the lines, which were `before`.
+    fn show(&self, before: [Drive; 2], t: u64, out: &mut Outbox) {
+        for ((before, drive), (line, _)) in before.into_iter().zip(self.drives()).zip(MODULES) {
+            if drive != before {
+                out.push(Signal::Drive { t, line, drive });
+            }
+        }
+    }
+
+    /// Which modules compare with timer 1 and find it to be `value`.
+    fn equal(&self, value: u16) -> [bool; 2] {
+        [self.ccp[0].compared() == Some(value), self.ccp[1].compared() == Some(value)]
+    }
+
+    /// Serves the modules that find timer 1 equal to `value` at `t`, and did not `before`; `drives` is what the lines were.
+    fn compare(&mut self, before: [bool; 2], drives: [Drive; 2], value: u16, t: u64, out: &mut Outbox) {
+        let last = self.ccps;
+        let now = self.equal(value).into_iter().zip(before).map(|(now, before)| now && !before);
+        for (i, ((ccp, matches), (_, flag))) in self.ccp.iter_mut().zip(now).zip(MODULES).enumerate() {
+            if matches {
+                out.push(Signal::Flag { t, flag });
+                if ccp.matches() && i + 1 == last {
+                    out.push(Signal::Convert { t });
+                }
+            }
+        }
+        self.show(drives, t, out);
+    }
+
+    /// Timer 1, which was `old`, has counted once at `t`.
+    fn counted(&mut self, old: u16, t: u64, out: &mut Outbox) {
+        let reset = self.ccp.iter().any(|ccp| ccp.resets(old));
+        let value = if reset { 0 } else { old.wrapping_add(1) };
+        self.timer1.set(value);
+        if value == 0 && !reset {
+            out.push(Signal::Flag { t, flag: Flag::TMR1IF });
+        }
+        self.compare(self.equal(old), self.drives(), value, t, out);
+    }
+
+    /// The clock at which timer 1 next has more to do than to count: a first edge that does not count, an overflow, a
+    /// match, a reset by the special event.
+    fn next1(&self) -> u64 {
+        let value = self.timer1.settled();
+        let left = |to: u16| match to.wrapping_sub(value) {
+            0 => 0x1_0000,
+            n => u64::from(n),
+        };
+        let counts = self.ccp.iter().fold(left(0), |n, ccp| match ccp.compared() {
+            Some(_) if ccp.resets(value) => 1,
+            Some(to) => n.min(left(to)),
+            None => n,
+        });
+        self.timer1.when(counts).min(self.timer1.uncounted())
+    }
+
+    fn fire1(&mut self, t: u64, out: &mut Outbox) {
+        if self.timer1.uncounted() == t {
+            self.timer1.arm(t);
+        } else {
+            let old = self.timer1.before(t);
+            self.timer1.settle(t);
+            self.counted(old, t, out);
+        }
+    }
+
+    /// The clock at which the pulse of `ccp` ends.
+    fn falls(&self, ccp: &Ccp) -> u64 {
+        ccp.falls_at().map_or(NEVER, |duty| self.timer2.reaches(duty))
+    }
+
+    /// The clock at which timer 2 next has more to do than to count and to go round.
+    fn next2(&self) -> u64 {
+        let pulses = self.ccp.iter().any(|ccp| ccp.mode() == Mode::Pwm);
+        let period = if pulses || self.listener { self.timer2.end(1) } else { self.timer2.flag() };
+        self.ccp.iter().map(|ccp| self.falls(ccp)).fold(period, u64::min)
+    }
+
+    fn fire2(&mut self, t: u64, out: &mut Outbox) {
+        let before = self.drives();
+        for i in 0..self.ccp.len() {
+            if self.falls(&self.ccp[i]) == t {
+                self.ccp[i].fall();
+            }
+        }
+        let (ended, flag) = self.timer2.settle(t);
+        if ended {
+            self.ccp.iter_mut().for_each(Ccp::period);
+            if flag {
+                out.push(Signal::Flag { t, flag: Flag::TMR2IF });
+            }
+            if self.listener {
+                out.push(Signal::Timer2 { t });
+            }
+        }
+        self.show(before, t, out);
+    }
+
+    /// Does what is due of timer 1 up to `t1` and of timer 2 up to `t2`.
+    fn due(&mut self, t1: u64, t2: u64, out: &mut Outbox) {
+        loop {
+            let [next1, next2] = self.next;
+            if next1 <= t1 && (next1 <= next2 || next2 > t2) {
+                self.fire1(next1, out);
+                self.next[0] = self.next1();
+            } else if next2 <= t2 {
+                self.fire2(next2, out);
+                self.next[1] = self.next2();
+            } else {
+                return;
+            }
+        }
+    }
+
+    /// The module, if it is there, and which of its registers: 0 CCPRxL, 1 CCPRxH, 2 CCPxCON.
+    fn module(&self, reg: Sfr) -> Option<(usize, u8)> {
+        let (i, which) = match reg {
+            Sfr::CCPR1L => (0, 0),
+            Sfr::CCPR1H => (0, 1),
+            Sfr::CCP1CON => (0, 2),
+            Sfr::CCPR2L => (1, 0),
+            Sfr::CCPR2H => (1, 1),
+            Sfr::CCP2CON => (1, 2),
+            _ => return None,
+        };
+        (i < self.ccps).then_some((i, which))
+    }
+
+    /// A write to a register of a module.
+    fn write_module(&mut self, i: usize, which: u8, value: u8, t: u64, out: &mut Outbox) {
+        self.settle(t);
+        let timer1 = self.timer1.settled();
+        let (before, drives) = (self.equal(timer1), self.drives());
+        let ccp = &mut self.ccp[i];
+        match which {
+            0 => ccp.low = value,
+            1 => ccp.write_high(value),
+            _ => {
+                if ccp.write_con(value) {
+                    ccp.capture(timer1);
+                    out.push(Signal::Flag { t, flag: MODULES[i].1 });
+                }
+            }
+        }
+        self.compare(before, drives, timer1, t, out);
+    }
+}
+
+impl Device for Timers {
+    fn run(&mut self, t: u64, out: &mut Outbox) {
+        self.due(t, t, out);
+    }
+
+    /// Early at times, never late: a reset of timer 1 by the special event counts too.
+    fn next(&self) -> u64 {
+        self.next[0].min(self.next[1])
+    }
+
+    fn peek(&self, reg: Sfr, t: u64) -> u8 {
+        match reg {
+            Sfr::TMR1L => self.timer1.value(t) as u8,
+            Sfr::TMR1H => (self.timer1.value(t) >> 8) as u8,
+            Sfr::T1CON => self.timer1.con(),
+            Sfr::TMR2 => self.timer2.value(t),
+            Sfr::T2CON => self.timer2.con(),
+            Sfr::PR2 => self.timer2.pr(),
+            _ => match self.module(reg) {
+                Some((i, 0)) => self.ccp[i].low,
+                Some((i, 1)) => self.ccp[i].high(),
+                Some((i, _)) => self.ccp[i].con(),
+                None => 0,
+            },
+        }
+    }
+
+    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Outbox) {
+        // A counter that is written takes the value instead of what is due at this clock.
+        let before = t.saturating_sub(1);
+        match reg {
+            Sfr::TMR1L | Sfr::TMR1H => {
+                self.due(before, t, out);
+                let equal = self.equal(self.timer1.before(t));
+                self.timer1.write(t, |old| {
+                    if reg == Sfr::TMR1L { old & 0xFF00 | u16::from(value) } else { old & 0xFF | u16::from(value) << 8 }
+                });
+                self.compare(equal, self.drives(), self.timer1.settled(), t, out);
+            }
+            Sfr::TMR2 => {
+                self.due(t, before, out);
+                self.timer2.write(value, t);
+            }
+            _ => {
+                self.run(t, out);
+                match reg {
+                    Sfr::T1CON => self.timer1.write_con(value, t),
+                    Sfr::T2CON => self.timer2.write_con(value, t),
+                    Sfr::PR2 => self.timer2.write_pr(value, t),
+                    _ => {
+                        if let Some((i, which)) = self.module(reg) {
+                            self.write_module(i, which, value, t, out);
+                        }
+                    }
+                }
+            }
+        }
+        self.plan();
+        // A pulse ends where TMR2 is written to be its duty.
+        self.run(t, out);
+    }
+
+    fn line(&mut self, line: Line, high: bool, t: u64, out: &mut Outbox) {
+        match line {
+            Line::T1cki => {
+                let old = self.timer1.value(t);
+                if self.timer1.line(high, t) {
+                    self.counted(old, t, out);
+                }
+            }
+            Line::Ccp1 | Line::Ccp2 => {
+                let value = self.timer1.value(t);
+                for (ccp, (own, flag)) in self.ccp.iter_mut().zip(MODULES) {
+                    if own == line && ccp.line(high) {
+                        ccp.capture(value);
+                        out.push(Signal::Flag { t, flag });
+                    }
+                }
+            }
+            _ => {}
+        }
+        self.plan();
+    }
+
+    fn sleep(&mut self, t: u64, out: &mut Outbox) {
+        self.run(t, out);
+        self.asleep = true;
+        self.timer1.sleep(t);
+        self.timer2.sleep(t);
+        self.plan();
+    }
+
+    fn wake(&mut self, t: u64, out: &mut Outbox) {
+        self.run(t, out);
+        self.asleep = false;
+        self.timer1.wake(t);
+        self.timer2.wake(t);
+        self.plan();
+    }
+
+    fn steady(&self, reg: Sfr, t: u64) -> u64 {
+        let ahead = |counts: u64| self.timer1.when(self.timer1.counts(t) + counts).min(self.next[0]);
+        match reg {
+            Sfr::TMR1L => ahead(1),
+            Sfr::TMR1H => ahead(0x100 - u64::from(self.timer1.value(t) & 0xFF)),
+            Sfr::TMR2 => self.timer2.count_after(t),
+            _ => match self.module(reg) {
+                Some((i, 1)) if self.ccp[i].mode() == Mode::Pwm => self.timer2.end_after(t),
+                _ => NEVER,
+            },
+        }
+    }
+}

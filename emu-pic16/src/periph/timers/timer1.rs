@@ -1,0 +1,370 @@
+//! Timer 1 (DS33023 section 12; DS30292 and DS39582 section 6), in closed form.
+//!
+//! What is kept is the state at one clock, `at`; how far the timer has come since, and when it will have counted `n` times, is
+//! computed. Only edges of the pin T1CKI come one by one. What the counter does when it counts (overflow, compare match,
+//! reset by a special event) is not decided here.
+//!
+//! The stages follow the block diagram: input, prescaler, synchroniser, TMR1ON, counter. So the prescaler goes on while
+//! TMR1ON is 0, and an external clock moves it in sleep even where the synchroniser is shut off.
+
+use emu_core::NEVER;
+
+/// T1CON<0>: the counter counts.
+const TMR1ON: u8 = 1 << 0;
+/// T1CON<1>: external clock.
+const TMR1CS: u8 = 1 << 1;
+/// T1CON<2>: the external clock is *not* synchronised.
+const T1SYNC: u8 = 1 << 2;
+/// T1CON<3>: the oscillator runs, and is the external clock.
+const T1OSCEN: u8 = 1 << 3;
+/// The bits of T1CON that exist.
+const T1CON: u8 = 0x3F;
+
+/// What the three bits of the prescaler count to.
+const PRESCALER: u64 = 8;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Source {
+    /// Nothing: Fosc/4 in sleep, or an oscillator without a crystal.
+    None,
+    /// Fosc/4.
+    Cycles,
+    /// T1CKI.
+    Pin,
+    /// The crystal at T1OSI and T1OSO.
+    Crystal,
+}
+
+/// The crystal at T1OSI and T1OSO, against the oscillator of the chip. Both in hertz, `0 < hz <= osc`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Crystal {
+    osc: u64,
+    hz: u64,
+}
+
+impl Crystal {
+    /// Rising edges within `clocks` of switching on: the `k`-th comes `k` periods after.
+    fn rises(self, clocks: u64) -> u64 {
+        (u128::from(clocks) * u128::from(self.hz) / u128::from(self.osc)) as u64
+    }
+
+    /// Falling edges, half a period before the rising ones.
+    fn falls(self, clocks: u64) -> u64 {
+        let (osc, hz) = (u128::from(self.osc), u128::from(self.hz));
+        ((2 * u128::from(clocks) * hz + osc) / (2 * osc)) as u64
+    }
+
+    /// Clocks up to the `k`-th rising edge.
+    fn rise(self, k: u64) -> u64 {
+        u64::try_from((u128::from(k) * u128::from(self.osc)).div_ceil(u128::from(self.hz))).unwrap_or(NEVER)
+    }
+}
+
+/// The cycle boundary at which the synchroniser hands on an edge that left the prescaler at `t`: it samples with the start of
+/// Q2 and counts at the end of that cycle, so the edge takes 3 to 6 clocks (DS30292 table 15-4, parameter 48: 2 to 7 Tosc).
+const fn synchronised(t: u64) -> u64 {
+    t.saturating_add(6) & !3
+}
+
+/// The last clock whose edges have been handed on at `t`, as [`synchronised`] has it.
+const fn sampled(t: u64) -> u64 {
+    (t & !3).saturating_sub(3)
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Timer1 {
+    con: u8,
+    crystal: Option<Crystal>,
+    /// Clock since which the crystal swings.
+    swings: u64,
+    /// Level of T1CKI.
+    pin: bool,
+    /// Clock of `value` and `prescaler`.
+    at: u64,
+    value: u16,
+    /// Three bits, of which T1CKPS says how many divide.
+    prescaler: u8,
+    /// The next rising edge is not counted, since no falling edge has come yet (DS30292 section 6.2).
+    unarmed: bool,
+    /// Boundaries at which edges that are in the synchroniser will be counted, in order, `NEVER` where there is none. Two
+    /// are enough: an edge is in there for less than two cycles, and one cycle counts once.
+    flight: [u64; 2],
+    asleep: bool,
+}
+
+impl Timer1 {
+    /// `crystal`: hertz of the oscillator and of the crystal, if there is one.
+    pub(super) fn new(crystal: Option<(u64, u64)>) -> Timer1 {
+        Timer1 {
+            con: 0,
+            // Two edges in one clock cannot be told apart, and no crystal is that fast.
+            crystal: crystal.filter(|&(osc, hz)| osc > 0 && hz > 0).map(|(osc, hz)| Crystal { osc, hz: hz.min(osc) }),
+            swings: 0,
+            pin: false,
+            at: 0,
+            value: 0,
+            prescaler: 0,
+            unarmed: false,
+            flight: [NEVER; 2],
+            asleep: false,
+        }
+    }
+
+    fn on(&self, bits: u8) -> bool {
+        self.con & bits == bits
+    }
+
+    fn source(&self) -> Source {
+        match (self.on(TMR1CS), self.on(T1OSCEN)) {
+            (false, _) if self.asleep => Source::None,
+            (false, _) => Source::Cycles,
+            (true, false) => Source::Pin,
+            (true, true) if self.crystal.is_some() => Source::Crystal,
+            (true, true) => Source::None,
+        }
+    }
+
+    /// The clock passes the synchroniser.
+    fn synchronous(&self) -> bool {
+        self.con & (TMR1CS | T1SYNC) == TMR1CS
+    }
+
+    /// What leaves the prescaler is counted.
+    fn counting(&self) -> bool {
+        self.on(TMR1ON) && !(self.asleep && self.synchronous())
+    }
+
+    /// 1, 2, 4 or 8: the power of two.
+    fn scale(&self) -> u8 {
+        self.con >> 4 & 3
+    }
+
+    /// Where the prescaler stands within its ratio.
+    fn phase(&self) -> u64 {
+        u64::from(self.prescaler & ((1 << self.scale()) - 1))
+    }
+
+    /// Rising edges of the input in `(at, t]`. Those of the pin are not here: they are served as they come.
+    fn inputs(&self, t: u64) -> u64 {
+        if t <= self.at {
+            return 0;
+        }
+        match (self.source(), self.crystal) {
+            (Source::Cycles, _) => t / 4 - self.at / 4,
+            (Source::Crystal, Some(c)) => c.rises(t - self.swings) - c.rises(self.at - self.swings),
+            _ => 0,
+        }
+    }
+
+    /// Clock of the `n`-th rising edge of the input after `at`.
+    fn input(&self, n: u64) -> u64 {
+        match (self.source(), self.crystal) {
+            (Source::Cycles, _) => (self.at / 4).saturating_add(n).saturating_mul(4),
+            (Source::Crystal, Some(c)) => {
+                self.swings.saturating_add(c.rise(c.rises(self.at - self.swings).saturating_add(n)))
+            }
+            _ => NEVER,
+        }
+    }
+
+    /// What leaves the prescaler in `(at, t]`.
+    fn outputs(&self, t: u64) -> u64 {
+        (self.phase() + self.inputs(t)) >> self.scale()
+    }
+
+    /// Clock of the `n`-th output of the prescaler after `at`.
+    fn output(&self, n: u64) -> u64 {
+        self.input(n.saturating_mul(1 << self.scale()) - self.phase())
+    }
+
+    /// The crystal brings an edge to every cycle, and more that the synchroniser cannot tell apart.
+    fn crowded(&self) -> bool {
+        self.crystal.is_some_and(|c| u128::from(c.osc) << self.scale() < 4 * u128::from(c.hz))
+    }
+
+    /// First boundary at which the synchroniser hands on an edge of the crystal after `at`, and how many edges it is late
+    /// because one that is in there already shares its boundary.
+    fn first(&self) -> (u64, u64) {
+        let boundary = synchronised(self.output(1));
+        if self.flight.contains(&boundary) { (boundary.saturating_add(4), 1) } else { (boundary, 0) }
+    }
+
+    /// Counts in `(at, t]`.
+    pub(super) fn counts(&self, t: u64) -> u64 {
+        if !self.counting() {
+            0
+        } else if !self.synchronous() {
+            self.outputs(t)
+        } else {
+            let flown = self.flight.iter().filter(|&&b| b <= t).count() as u64;
+            let (first, late) = if self.source() == Source::Crystal { self.first() } else { (NEVER, 0) };
+            let more = if !self.crowded() {
+                self.outputs(sampled(t)).saturating_sub(late)
+            } else if t < first {
+                0
+            } else {
+                (t - first) / 4 + 1
+            };
+            flown + more
+        }
+    }
+
+    /// Clock of the `n`-th count after `at`, `n` at least 1, as far as that is known.
+    pub(super) fn when(&self, n: u64) -> u64 {
+        if !self.counting() {
+            return NEVER;
+        } else if !self.synchronous() {
+            return self.output(n);
+        }
+        let waiting = self.flight.iter().filter(|&&b| b != NEVER).count() as u64;
+        if n <= waiting {
+            return if n == 1 { self.flight[0] } else { self.flight[1] };
+        } else if self.source() != Source::Crystal {
+            return NEVER;
+        }
+        let (n, (first, late)) = (n - waiting, self.first());
+        if self.crowded() {
+            first.saturating_add((n - 1).saturating_mul(4))
+        } else {
+            match self.output(n + late) {
+                NEVER => NEVER,
+                t => synchronised(t),
+            }
+        }
+    }
+
+    /// The counter at `t`, if nothing but counting happens in between.
+    pub(super) fn value(&self, t: u64) -> u16 {
+        self.value.wrapping_add(self.counts(t) as u16)
+    }
+
+    /// The counter at `at`.
+    pub(super) fn settled(&self) -> u16 {
+        self.value
+    }
+
+    /// Moves `at` to `t`. What is in the synchroniser stays there only as long as it is counting.
+    pub(super) fn settle(&mut self, t: u64) {
+        if t < self.at {
+            return;
+        }
+        let (value, prescaler) = (self.value(t), (u64::from(self.prescaler) + self.inputs(t)) % PRESCALER);
+        let mut waiting = [NEVER; 2];
+        if self.counting() && self.synchronous() {
+            let next = (t & !3).saturating_add(4);
+            for (slot, boundary) in waiting.iter_mut().zip([next, next.saturating_add(4)]) {
+                let fresh = self.outputs(sampled(boundary).min(t)) > self.outputs(sampled(boundary - 4));
+                if fresh || self.flight.contains(&boundary) {
+                    *slot = boundary;
+                }
+            }
+            waiting.sort_unstable();
+        }
+        (self.value, self.prescaler, self.flight, self.at) = (value, prescaler as u8, waiting, t);
+    }
+
+    /// Takes a value in place of what counting has made of it.
+    pub(super) fn set(&mut self, value: u16) {
+        self.value = value;
+    }
+
+    /// A write to TMR1L or TMR1H: `edit` makes the new value. A count at `t` is lost, and the prescaler begins anew
+    /// (DS30569 section 6.8).
+    pub(super) fn write(&mut self, t: u64, edit: impl FnOnce(u16) -> u16) {
+        let before = self.before(t);
+        if self.uncounted() <= t {
+            self.arm(t);
+        } else {
+            self.settle(t);
+        }
+        self.value = edit(before);
+        self.prescaler = 0;
+    }
+
+    /// The counter just before `t`.
+    pub(super) fn before(&self, t: u64) -> u16 {
+        if t > self.at { self.value(t - 1) } else { self.value }
+    }
+
+    pub(super) fn con(&self) -> u8 {
+        self.con
+    }
+
+    /// A write to T1CON. Edges that are in the synchroniser are lost if the path of the clock changes.
+    pub(super) fn write_con(&mut self, con: u8, t: u64) {
+        self.settle(t);
+        let changed = self.con ^ con;
+        self.con = con & T1CON;
+        if changed & T1OSCEN != 0 {
+            self.swings = t;
+        }
+        if changed & (TMR1ON | TMR1CS | T1SYNC | T1OSCEN) != 0 {
+            self.flight = [NEVER; 2];
+        }
+        if changed & (TMR1ON | TMR1CS | T1OSCEN) != 0 {
+            let low = match (self.source(), self.crystal) {
+                (Source::Pin, _) => !self.pin,
+                (Source::Crystal, Some(c)) => {
+                    let swung = t.saturating_sub(self.swings);
+                    c.falls(swung) > c.rises(swung)
+                }
+                _ => false,
+            };
+            self.unarmed = self.on(TMR1ON) && low;
+        }
+    }
+
+    /// The clock at which a rising edge of the crystal comes that is not to be counted: nothing that [`Timer1::when`] says
+    /// holds beyond it.
+    pub(super) fn uncounted(&self) -> u64 {
+        if self.unarmed { self.input(1) } else { NEVER }
+    }
+
+    /// Passes the rising edge of [`Timer1::uncounted`] at `t`.
+    pub(super) fn arm(&mut self, t: u64) {
+        let value = self.value;
+        self.settle(t);
+        self.value = value;
+        self.flight = [NEVER; 2];
+        self.unarmed = false;
+    }
+
+    /// T1CKI has changed. True if the counter counts at `t`.
+    pub(super) fn line(&mut self, high: bool, t: u64) -> bool {
+        let rises = high && !self.pin;
+        self.pin = high;
+        if !rises || self.source() != Source::Pin {
+            return false;
+        }
+        self.settle(t);
+        self.prescaler = (self.prescaler + 1) % PRESCALER as u8;
+        if std::mem::take(&mut self.unarmed) || self.phase() != 0 || !self.counting() {
+            return false;
+        }
+        if self.synchronous() {
+            let boundary = synchronised(t);
+            if !self.flight.contains(&boundary) {
+                self.flight[usize::from(self.flight[0] != NEVER)] = boundary;
+            }
+        }
+        !self.synchronous()
+    }
+
+    /// The oscillator stops: the synchroniser is shut off, and loses what is in it (DS30292 section 6.3).
+    pub(super) fn sleep(&mut self, t: u64) {
+        self.settle(t);
+        self.asleep = true;
+    }
+
+    /// The oscillator runs again.
+    pub(super) fn wake(&mut self, t: u64) {
+        self.settle(t);
+        self.asleep = false;
+    }
+
+    /// A reset at power-on or brown-out: T1CON is 0, the counter, which the sheet calls unknown, too. No other reset does
+    /// anything to the timer (DS30569 section 6.7).
+    pub(super) fn power_on(&mut self, t: u64) {
+        *self = Timer1 { crystal: self.crystal, pin: self.pin, at: t, ..Timer1::new(None) };
+    }
+}

@@ -1,0 +1,59 @@
+//! RCREG: two words deep, with FERR and RX9D of each (DS30292, 10.2.2).
+
+/// A word received.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Received {
+    pub(super) byte: u8,
+    pub(super) ninth: bool,
+    pub(super) bad_stop: bool,
+}
+
+/// Up to two words, the older one in front. The last one read stays in sight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Fifo {
+    head: Received,
+    second: Received,
+    held: u8,
+}
+
+impl Fifo {
+    pub(super) const EMPTY: Fifo = Fifo { head: Received::NONE, second: Received::NONE, held: 0 };
+
+    /// There is a word.
+    pub(super) const fn held(&self) -> bool {
+        self.held > 0
+    }
+
+    /// What RCREG and RCSTA show.
+    pub(super) const fn head(&self) -> Received {
+        self.head
+    }
+
+    /// False if there was no room.
+    pub(super) fn push(&mut self, word: Received) -> bool {
+        match self.held {
+            0 => self.head = word,
+            1 => self.second = word,
+            _ => return false,
+        }
+        self.held += 1;
+        true
+    }
+
+    /// The older word has been read.
+    pub(super) fn pop(&mut self) {
+        if self.held == 2 {
+            self.head = self.second;
+        }
+        self.held = self.held.saturating_sub(1);
+    }
+
+    /// Drops all words, and with them the framing error and the ninth bit.
+    pub(super) fn clear(&mut self) {
+        *self = Fifo { head: Received { byte: self.head.byte, ..Received::NONE }, ..Fifo::EMPTY };
+    }
+}
+
+impl Received {
+    const NONE: Received = Received { byte: 0, ninth: false, bad_stop: false };
+}

@@ -1,0 +1,120 @@
+//! The transmitter: TXREG, the shift register TSR, and the way between them.
+
+use emu_core::NEVER;
+
+use super::super::{Outbox, Signal};
+use super::{TCY, TX9, TX9D, Usart};
+
+/// A word in TSR.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Word {
+    pub(super) byte: u8,
+    /// The bits that are not on the line yet, the next one lowest, and how many they are.
+    bits: u16,
+    pub(super) left: u8,
+    /// Synchronous: CK is in the high half of a bit.
+    pub(super) high: bool,
+    /// A reception has disconnected it from DT, so that nobody has got it (DS30292, 10.3.1).
+    pub(super) cut: bool,
+    /// The next step, in clocks run; `NEVER` where CK comes from outside.
+    pub(super) next: u64,
+}
+
+/// What a word did at a step.
+pub(super) enum Step {
+    /// A bit is on the line.
+    Bit(bool),
+    /// CK has fallen.
+    Fall,
+    /// The word is over.
+    End { byte: u8, cut: bool },
+}
+
+impl Word {
+    fn new(byte: u8, ninth: Option<bool>, framed: bool, cut: bool, next: u64) -> Word {
+        let (data, n) = match ninth {
+            None => (u16::from(byte), 8),
+            Some(bit) => (u16::from(byte) | u16::from(bit) << 8, 9),
+        };
+        let (bits, left) = if framed { ((data | 1 << n) << 1, n + 2) } else { (data, n) };
+        Word { byte, bits, left, high: false, cut, next }
+    }
+
+    /// The next edge of the shift clock. A master ends a word when the time of its last bit is over, a slave with the last
+    /// falling edge of CK, since there may be no other.
+    fn step(&mut self, sync: bool, slave: bool) -> Step {
+        let fell = std::mem::take(&mut self.high);
+        if self.left == 0 && (!fell || slave) {
+            return Step::End { byte: self.byte, cut: self.cut };
+        }
+        if fell {
+            return Step::Fall;
+        }
+        let bit = self.bits & 1 != 0;
+        self.bits >>= 1;
+        self.left -= 1;
+        self.high = sync;
+        Step::Bit(bit)
+    }
+}
+
+impl Usart {
+    /// TXREG has been filled or emptied: TXIF follows a cycle later, if it is so still.
+    pub(super) fn fill(&mut self, full: bool, t: u64) {
+        self.full = full;
+        self.empty_change = if self.empty_seen == full { t.saturating_add(TCY) } else { NEVER };
+    }
+
+    /// An idle TSR takes what is in TXREG one cycle later.
+    pub(super) fn call(&mut self, t: u64) {
+        if self.load == NEVER && self.sends() && self.full && self.word.is_none() {
+            self.load = t.saturating_add(TCY);
+        }
+    }
+
+    /// TXREG goes to TSR.
+    pub(super) fn transfer(&mut self, t: u64) {
+        self.load = NEVER;
+        self.fill(false, t);
+        let ninth = (self.txsta & TX9 != 0).then_some(self.txsta & TX9D != 0);
+        let next = self.shift(self.osc(t));
+        let cut = self.sync() && self.receives();
+        self.word = Some(Word::new(self.txreg, ninth, !self.sync(), cut, next));
+    }
+
+    /// TSR takes a step at `t`.
+    pub(super) fn send(&mut self, t: u64, out: &mut Outbox) {
+        let now = self.osc(t);
+        let (shift, fall) = (self.shift(now.saturating_add(1)), self.fall(now));
+        let (sync, slave) = (self.sync(), self.slave());
+        let Some(word) = &mut self.word else { return };
+        let step = word.step(sync, slave);
+        word.next = match (slave, word.high) {
+            (true, _) => NEVER,
+            (false, true) => fall,
+            (false, false) => shift,
+        };
+        match step {
+            Step::Bit(bit) => self.out_bit = bit,
+            Step::Fall => {}
+            Step::End { byte, cut } => {
+                self.word = None;
+                if !cut {
+                    out.push(Signal::Sent { t, byte });
+                }
+                if self.full {
+                    self.transfer(t);
+                }
+            }
+        }
+    }
+
+    /// The shift clock has other edges after `now`.
+    pub(super) fn retime_sender(&mut self, now: u64) {
+        let (rise, fall) = (self.shift(now.saturating_add(1)), self.fall(now));
+        let slave = self.slave();
+        if let Some(word) = self.word.as_mut().filter(|_| !slave) {
+            word.next = if word.high { fall } else { rise };
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! Program memory as predecoded ops, four bytes each, for every bank of its own: where an operand lies is known then.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use emu_core::engine::Mark;
+use emu_core::table::{Op, Site};
+
+use crate::isa::{Kind, Pic16Op, SHAPES, SPAN, row_of};
+use crate::operands::{B, F, Place};
+use crate::periph::map::Sfr;
+use crate::record::record;
+use crate::turn::{DATA, OPS};
+
+/// Words between the ends of a loop that is looked at.
+const REACH: u32 = 16;
+
+/// A loop that only looks.
+#[derive(Debug, Clone)]
+struct Loop {
+    head: u32,
+    /// The registers of the chip that it reads.
+    looks: Vec<Sfr>,
+}
+
+/// Program memory in both forms. Behind its end it begins anew (DS33023, section 6.2).
+#[derive(Debug, Clone)]
+pub struct Code {
+    /// Words of 14 bits, erased ones 3FFFh.
+    pub words: Box<[u16; SPAN]>,
+    /// One op per bank and word, traps in place: `ops[0]` marks jumps to themselves as [`Kind::Poll`], since that is how
+    /// programs end; `ops[1]` marks all loops that only look.
+    pub ops: [Box<[Pic16Op; OPS]>; 2],
+    /// The same without any marks or traps.
+    pub plain: Box<[Pic16Op; OPS]>,
+    /// Where every address of data memory lies.
+    pub places: Box<[Place; DATA]>,
+    /// The lowest address of what lies at each.
+    pub lowest: Box<[u16; DATA]>,
+    /// By bank and address of the jump that closes them.
+    loops: BTreeMap<u32, Loop>,
+    traps: BTreeSet<u32>,
+    size: u32,
+}
+
+impl Code {
+    /// Program memory of `size` words (a power of two, at most [`SPAN`]) filled from address 0 with `image`, erased behind it.
+    pub fn new(image: &[u16], size: u32, places: Box<[Place; DATA]>) -> Code {
+        let size = size.clamp(1, SPAN as u32);
+        let mut words = Box::new([0x3FFF; SPAN]);
+        for (at, word) in words.iter_mut().enumerate() {
+            *word = image.get(at % size as usize).map_or(0x3FFF, |word| word & 0x3FFF);
+        }
+        let mut lowest = Box::new([0; DATA]);
+        for (addr, low) in lowest.iter_mut().enumerate() {
+            let same = |other: &usize| places[addr] != Place::NONE && places[*other] == places[addr];
+            *low = (0..addr).find(same).unwrap_or(addr) as u16;
+        }
+        let erased = decode(0x3FFF, 0, &places);
+        // Behind the end of memory the slow path goes on at its beginning.
+        let mut behind = Box::new([Op { kind: Kind::Poll, ..erased }; OPS]);
+        for bank in behind.chunks_exact_mut(OPS / 4) {
+            bank[..SPAN].fill(erased);
+        }
+        let ops = || behind.clone();
+        let (marked, plain) = ([ops(), ops()], ops());
+        let mut code =
+            Code { words, ops: marked, plain, places, lowest, loops: BTreeMap::new(), traps: BTreeSet::new(), size };
+        for pc in 0..SPAN as u32 {
+            if code.words[pc as usize] != 0x3FFF {
+                code.predecode(pc);
+            }
+        }
+        code
+    }
+
+    /// Writes a word, at all addresses where it stands.
+    pub fn poke(&mut self, addr: u32, word: u16) {
+        let at = addr % self.size;
+        for first in (0..SPAN as u32).step_by(self.size as usize) {
+            self.words[(first + at) as usize] = word & 0x3FFF;
+        }
+        for first in (0..SPAN as u32).step_by(self.size as usize) {
+            // The jump that closes a loop around the word may stand some words ahead.
+            for pc in first + at..=first + at + REACH {
+                self.predecode(pc % SPAN as u32);
+            }
+        }
+    }
+
+    /// Sets or clears a trap; false when it was so already.
+    pub fn trap(&mut self, pc: u32, on: bool) -> bool {
+        let changed = if on { self.traps.insert(pc) } else { self.traps.remove(&pc) };
+        if changed {
+            self.predecode(pc);
+        }
+        changed
+    }
+
+    /// True when a trap stands at `pc`.
+    pub fn has_trap(&self, pc: u32) -> bool {
+        self.traps.contains(&pc)
+    }
+
+    /// What the instruction at `pc` is in the bank that begins at the op `bank`.
+    pub fn mark(&self, bank: u32, pc: u32) -> Mark {
+        match self.plain[(bank | pc) as usize % OPS].kind {
+            Kind::Goto if spins(self.words[pc as usize % SPAN], pc) => Mark::Spins,
+            _ if self.loops.contains_key(&(bank | pc)) => Mark::ClosesLoop,
+            _ => Mark::Plain,
+        }
+    }
+
+    /// The loop that only looks and is closed by the jump at `end`: its head and what it reads.
+    pub fn look(&self, bank: u32, end: u32) -> Option<(u32, &[Sfr])> {
+        self.loops.get(&(bank | end)).map(|found| (found.head, found.looks.as_slice()))
+    }
+
+    fn predecode(&mut self, pc: u32) {
+        let word = self.words[pc as usize];
+        for bank in 0..4 {
+            let at = bank << 14 | pc;
+            let op = decode(word, bank as u16, &self.places);
+            self.plain[at as usize] = op;
+            let spins = op.kind == Kind::Goto && spins(word, pc);
+            let looks = if spins { None } else { self.loop_closed_by(op, bank as u16, pc) };
+            let kinds = match (self.traps.contains(&pc), spins, &looks) {
+                (true, ..) => [Kind::Trap; 2],
+                (_, true, _) => [Kind::Poll; 2],
+                (.., Some(_)) => [op.kind, Kind::Poll],
+                _ => [op.kind; 2],
+            };
+            for (ops, kind) in self.ops.iter_mut().zip(kinds) {
+                ops[at as usize] = Op { kind, arg: op.arg };
+                // The slow path takes the program from behind the end to the beginning, where a trap may stand.
+                if let Some(behind) = ops.get_mut(at as usize + SPAN).filter(|_| pc < 2) {
+                    behind.kind = if kind == Kind::Trap { Kind::Trap } else { Kind::Poll };
+                }
+            }
+            match looks {
+                Some(found) => self.loops.insert(at, found),
+                None => self.loops.remove(&at),
+            };
+        }
+    }
+
+    /// The loop that the GOTO `op` at `end` closes, when a turn of it changes nothing but W and flags: then a turn that leaves
+    /// the core as it was is followed by one just like it, until a register of the chip that it reads changes.
+    fn loop_closed_by(&self, op: Pic16Op, bank: u16, end: u32) -> Option<Loop> {
+        let target = Some(op).filter(|op| op.kind == Kind::Goto).and_then(|op| record(op).target)?;
+        // PCLATH as it is in all code that stays in its page; the loop is not jumped over when it turns out otherwise.
+        let head = end & 0x1800 | u32::from(target);
+        if head > end || end - head > REACH {
+            return None;
+        }
+        let mut looks = Vec::new();
+        for pc in head..=end {
+            let record = record(decode(self.words[pc as usize], bank, &self.places));
+            if record.reaches_out {
+                return None;
+            }
+            looks.extend(record.looks.iter().filter_map(|place| register(*place)));
+        }
+        Some(Loop { head, looks })
+    }
+}
+
+/// The register of the chip at a place; none for RAM and for what the core keeps.
+fn register(place: Place) -> Option<Sfr> {
+    let sfr = *Sfr::ALL.get(usize::from(place.0.checked_sub(Place::sfr(Sfr::INDF).0)?))?;
+    (!matches!(sfr, Sfr::INDF | Sfr::PCL | Sfr::STATUS | Sfr::FSR | Sfr::PCLATH)).then_some(sfr)
+}
+
+/// The GOTO `word` at `pc` goes to itself, as long as PCLATH is of its page.
+fn spins(word: u16, pc: u32) -> bool {
+    u32::from(word & 0x7FF) == pc & 0x7FF
+}
+
+/// Decodes an instruction that is executed with `bank` in RP1:RP0, without poll marks or traps.
+fn decode(word: u16, bank: u16, places: &[Place; DATA]) -> Pic16Op {
+    let Some((row, kind)) = row_of(word) else {
+        return Op { kind: Kind::Illegal, arg: [0; 3] };
+    };
+    let mut op = row.op(kind, word.into(), &Site { len: 1, ..Site::default() });
+    let (mut at, mut in_ram) = (0, false);
+    for slot in row.operands {
+        match slot.kind.name {
+            F::NAME => {
+                let place = places[usize::from(bank << 7 | word & 0x7F) % DATA];
+                op.arg[at..at + 2].copy_from_slice(&place.0.to_le_bytes());
+                in_ram = place.0 < DATA as u16;
+            }
+            B::NAME => op.arg[at] = 1 << (op.arg[at] & 7),
+            _ => {}
+        }
+        at += if slot.kind.wide { 2 } else { 1 };
+    }
+    match SHAPES[kind as usize] {
+        Some(shape) if in_ram => Op { kind: shape, ..op },
+        _ => op,
+    }
+}

@@ -1,0 +1,196 @@
+//! Interrupts (DS30292, 12.10): flags, enables, and the boundary at which an interrupt is taken.
+//!
+//! Flags and enables are sampled at Q1 of every cycle, and the interrupt is taken at the boundary behind that cycle. So a pin
+//! change is sampled at the next Q1, sets its flag there, and is taken a cycle later, 3 to 4 cycles before the first
+//! instruction of the service routine. A flag that a part sets in step with the clock was there for the sample before: figure
+//! "TMR0 interrupt timing" has the service routine read TMR0 as 2. What an instruction writes is sampled in the cycle after it: an
+//! interrupt that was sampled while GIE was being cleared is taken (12.10, "GIE"), and an instruction is executed between
+//! setting GIE and the interrupt.
+
+use emu_core::cpu::NEVER;
+
+use super::Soc;
+use crate::chips::{FlagAt, Part};
+use crate::periph::map::{Flag, Sfr};
+
+/// Enables as they are sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Enables {
+    /// INTCON: GIE, PEIE, enables of TMR0, INT and port B.
+    pub intcon: u8,
+    /// PIE1, PIE2.
+    pub pie: [u8; 2],
+}
+
+/// GIE in INTCON.
+pub const GIE: u8 = 0x80;
+/// RBIF in INTCON.
+pub const RBIF: u8 = 0x01;
+/// PEIE in INTCON.
+const PEIE: u8 = 0x40;
+
+/// Flags that stand in PIR1, PIR2 and INTCON, and when they interrupt.
+#[derive(Debug, Clone)]
+pub struct Interrupts {
+    /// Enables; INTCON holds the flags of TMR0, INT and port B too.
+    pub enables: Enables,
+    /// PIR1, PIR2, without the flags that are levels of other parts.
+    pub pir: [u8; 2],
+    /// Enables before the last instruction that wrote them,
+    before: Enables,
+    /// which count for what happens at this boundary still.
+    changed: u64,
+    /// The boundary from which on an interrupt is taken.
+    pub at: u64,
+    /// The clocks at which INTF and RBIF will be set, since their pins have changed.
+    pub sampled: [u64; 2],
+    /// Port B as the program has seen it last.
+    pub seen: u8,
+    /// The flag that stands in a register of its part, on chips that have one.
+    elsewhere: Option<&'static FlagAt>,
+    /// RCIF and TXIF, which are levels, in PIR1.
+    pub levels: [u8; 2],
+}
+
+impl Interrupts {
+    /// None enabled, none there.
+    pub fn new(part: &'static Part) -> Interrupts {
+        let bit = |flag| part.flags.iter().find(|row| row.flag == flag).map_or(0, |row| 1 << row.at.1);
+        Interrupts {
+            enables: Enables::default(),
+            pir: [0; 2],
+            before: Enables::default(),
+            changed: NEVER,
+            at: NEVER,
+            sampled: [NEVER; 2],
+            seen: 0,
+            elsewhere: part.flags.iter().find(|row| !matches!(row.at.0, Sfr::PIR1 | Sfr::PIR2 | Sfr::INTCON)),
+            levels: [bit(Flag::RCIF), bit(Flag::TXIF)],
+        }
+    }
+
+    /// The enables are about to be written by the instruction of the cycle before the boundary `boundary`.
+    pub fn remember(&mut self, boundary: u64) {
+        self.before = self.enables;
+        self.changed = boundary;
+    }
+
+    /// The clock at which a pin change is sampled next.
+    pub fn next_sample(&self) -> u64 {
+        self.sampled[0].min(self.sampled[1])
+    }
+}
+
+impl Soc {
+    /// Sets a flag that a part of the chip raises at the clock `t`.
+    pub(super) fn raise(&mut self, flag: Flag, t: u64) {
+        let Some(row) = self.part.flags.iter().find(|row| row.flag == flag) else { return };
+        let (register, bit) = row.at;
+        match register {
+            // They are levels of the USART.
+            _ if matches!(flag, Flag::RCIF | Flag::TXIF) => {}
+            Sfr::INTCON => self.irq.enables.intcon |= 1 << bit,
+            Sfr::PIR1 => self.irq.pir[0] |= 1 << bit,
+            Sfr::PIR2 => self.irq.pir[1] |= 1 << bit,
+            // It stands in a register of the part itself.
+            _ => {}
+        }
+        let taken = t.div_ceil(4) + u64::from(matches!(flag, Flag::INTF | Flag::RBIF));
+        let old = taken == self.irq.changed;
+        let enables = if old { self.irq.before } else { self.irq.enables };
+        let on = |enables: Enables| enables.intcon & GIE != 0 && self.enabled(enables, row.enable, row.peripheral);
+        if on(enables) {
+            self.irq.at = self.irq.at.min(taken);
+        } else if old && on(self.irq.enables) {
+            self.irq.at = self.irq.at.min(taken + 1);
+        }
+    }
+
+    pub(super) fn enabled(&self, enables: Enables, at: (Sfr, u8), peripheral: bool) -> bool {
+        let byte = match at.0 {
+            Sfr::INTCON => enables.intcon,
+            Sfr::PIE1 => enables.pie[0],
+            Sfr::PIE2 => enables.pie[1],
+            _ => 0,
+        };
+        byte >> at.1 & 1 == 1 && (!peripheral || enables.intcon & PEIE != 0)
+    }
+
+    /// A flag is set and enabled, whatever GIE says: it ends standby.
+    pub(super) fn wanted(&self, t: u64) -> bool {
+        // Flags and enables of one number stand in the same places, which a test asks of every row; what remains are the flags
+        // that small chips keep in the registers of their parts.
+        let Enables { intcon, pie } = self.irq.enables;
+        let (own, peripheral) = (intcon & intcon >> 3 & 7, intcon & PEIE != 0);
+        let set = || (self.irq.pir[0] | self.levels(Sfr::PIR1, pie[0], t)) & pie[0] | self.irq.pir[1] & pie[1];
+        own != 0
+            || peripheral && set() != 0
+            || self.irq.elsewhere.is_some_and(|row| {
+                self.enabled(self.irq.enables, row.enable, row.peripheral)
+                    && self.show(row.at.0, t) >> row.at.1 & 1 == 1
+            })
+    }
+
+    /// Flags or enables may have changed by the instruction whose cycle ends at the boundary `boundary`.
+    pub(super) fn look_again(&mut self, boundary: u64) {
+        let on = self.irq.enables.intcon & GIE != 0 && self.wanted(4 * boundary);
+        // What has been sampled by then is taken.
+        if self.irq.at > boundary {
+            self.irq.at = if on { self.irq.at.min(boundary + 1) } else { NEVER };
+        }
+    }
+
+    /// GIE.
+    #[must_use]
+    pub const fn interrupts_enabled(&self) -> bool {
+        self.irq.enables.intcon & GIE != 0
+    }
+
+    /// RETFIE, whose first cycle is `cycle`: sets GIE.
+    pub fn interrupt_ended(&mut self, cycle: u64) {
+        self.run(4 * cycle + 3);
+        self.irq.remember(cycle + 1);
+        self.irq.enables.intcon |= GIE;
+        self.look_again(cycle + 1);
+    }
+
+    /// The boundary from which on the interrupt is there that would be taken at `now`.
+    #[must_use]
+    pub fn interrupt_since(&self, now: u64) -> Option<u64> {
+        (self.irq.at <= now && self.power.runs()).then_some(self.irq.at)
+    }
+
+    /// Writes the flags and enables of INTCON at the clock `t`.
+    pub(super) fn write_intcon(&mut self, value: u8, t: u64) {
+        self.irq.remember(t / 4);
+        self.irq.enables.intcon = value;
+        self.mismatch(t);
+    }
+
+    /// Compares port B with what the program has seen of it; RBIF will be set where they differ (DS30292, 3.2).
+    pub(super) fn mismatch(&mut self, t: u64) {
+        if self.power.in_reset(t) {
+            return self.see_b();
+        }
+        if self.irq.enables.intcon & RBIF != 0 {
+            return;
+        }
+        if self.changes_b() == 0 {
+            self.irq.sampled[1] = NEVER;
+        } else if self.irq.sampled[1] == NEVER {
+            self.irq.sampled[1] = if self.power.runs() { t.next_multiple_of(4) } else { t };
+        }
+    }
+
+    /// The bits of port B that differ from what the program has seen.
+    fn changes_b(&self) -> u8 {
+        const PORTB: usize = 1;
+        (self.ports.input(PORTB) ^ self.irq.seen) & self.ports.tris(PORTB) & 0xF0
+    }
+
+    /// The program sees port B.
+    pub(super) fn see_b(&mut self) {
+        self.irq.seen = self.ports.input(1);
+        self.irq.sampled[1] = NEVER;
+    }
+}

@@ -1,0 +1,189 @@
+//! The registers of the chip: who keeps which, reading, writing, and how long a value lasts.
+
+use emu_core::cpu::NEVER;
+
+use super::{Soc, at};
+use crate::chips::Internal;
+use crate::periph::Device;
+use crate::periph::map::Sfr;
+
+/// Bits of PCON that a program can write: OSCF where there is one, POR and BOR.
+const PCON: u8 = 0x0B;
+
+/// Bits of OSCTUNE: TUN5 to TUN0 (DS30487, register 4-1).
+const OSCTUNE: u8 = 0x3F;
+
+/// Bits of OSCCON that a program can write: IRCF2 to IRCF0, and where the part can change its clock SCS1 and SCS0 (DS39598,
+/// register 4-2; DS30487, register 4-2).
+const IRCF: u8 = 0x70;
+const SCS: u8 = 3;
+/// The internal oscillator is stable.
+const IOFS: u8 = 1 << 2;
+/// The chip runs from its primary clock; only where there is SCS.
+const OSTS: u8 = 1 << 3;
+
+/// Does something with the part that keeps a register; `$none` where no part does.
+macro_rules! keeper {
+    ($soc:ident $($mutable:ident)?; $reg:expr, $part:ident => $what:expr, $none:expr) => {
+        match $reg {
+            Sfr::TMR0 | Sfr::OPTION | Sfr::WDTCON => { $($soc.touched |= 1 << at::TIMER0; let _ = stringify!($mutable);)? let $part = & $($mutable)? $soc.timer0; $what }
+            Sfr::TMR1L | Sfr::TMR1H | Sfr::T1CON | Sfr::TMR2 | Sfr::T2CON | Sfr::PR2 | Sfr::CCPR1L | Sfr::CCPR1H
+            | Sfr::CCP1CON | Sfr::CCPR2L | Sfr::CCPR2H | Sfr::CCP2CON => { $($soc.touched |= 1 << at::TIMERS; let _ = stringify!($mutable);)? let $part = & $($mutable)? $soc.timers; $what }
+            Sfr::SSPBUF | Sfr::SSPCON | Sfr::SSPCON2 | Sfr::SSPADD | Sfr::SSPSTAT => { $($soc.touched |= 1 << at::SSP; let _ = stringify!($mutable);)? let $part = & $($mutable)? $soc.ssp; $what }
+            Sfr::RCSTA | Sfr::TXSTA | Sfr::TXREG | Sfr::RCREG | Sfr::SPBRG => { $($soc.touched |= 1 << at::USART; let _ = stringify!($mutable);)? let $part = & $($mutable)? $soc.usart; $what }
+            Sfr::ADRESH | Sfr::ADRESL | Sfr::ADCON0 | Sfr::ADCON1 | Sfr::ANSEL => { $($soc.touched |= 1 << at::ADC; let _ = stringify!($mutable);)? let $part = & $($mutable)? $soc.adc; $what }
+            Sfr::CMCON | Sfr::CVRCON => { $($soc.touched |= 1 << at::COMPARATORS; let _ = stringify!($mutable);)? let $part = & $($mutable)? $soc.comparators; $what }
+            Sfr::EEDATA | Sfr::EEADR | Sfr::EEDATH | Sfr::EEADRH | Sfr::EECON1 | Sfr::EECON2 => {
+                $($soc.touched |= 1 << at::EEPROM; let _ = stringify!($mutable);)? let $part = & $($mutable)? $soc.eeprom;
+                $what
+            }
+            _ => $none,
+        }
+    };
+}
+
+impl Soc {
+    /// What a register reads at the clock `t`, everything due having been run.
+    pub(super) fn show(&self, reg: Sfr, t: u64) -> u8 {
+        keeper!(self; reg, part => part.peek(reg, t), self.show_own(reg, t))
+    }
+
+    fn show_own(&self, reg: Sfr, t: u64) -> u8 {
+        match reg {
+            Sfr::INTCON => self.irq.enables.intcon,
+            Sfr::PIR1 => self.irq.pir[0] | self.levels(reg, 0xFF, t),
+            Sfr::PIR2 => self.irq.pir[1],
+            Sfr::PIE1 => self.irq.enables.pie[0],
+            Sfr::PIE2 => self.irq.enables.pie[1],
+            Sfr::PCON => self.pcon,
+            Sfr::OSCCON => self.show_osccon(),
+            Sfr::OSCTUNE => self.osc[1],
+            _ => self.show_port(reg, t),
+        }
+    }
+
+    /// SCS1 and SCS0 on the parts that can change their clock, which are those with a WDTCON.
+    fn scs(&self) -> u8 {
+        if self.part.has(Sfr::WDTCON) { SCS } else { 0 }
+    }
+
+    /// The oscillators take no time to become stable here: IOFS is always set, and OSTS follows the choice at once.
+    fn show_osccon(&self) -> u8 {
+        let kept = self.osc[0];
+        let primary = self.scs() != 0 && kept & SCS == 0;
+        kept | IOFS | if primary { OSTS } else { 0 }
+    }
+
+    fn show_port(&self, reg: Sfr, t: u64) -> u8 {
+        if let Some(port) = self.ports.port(|row| row.port == reg) {
+            return match reg {
+                Sfr::PORTD if self.psp.on() => self.psp.peek_port(),
+                _ => self.ports.input(port),
+            };
+        }
+        if let Some(port) = self.ports.port(|row| row.tris == reg) {
+            return self.ports.tris(port) | if reg == Sfr::TRISE && self.part.psp { self.psp.peek(reg, t) } else { 0 };
+        }
+        0
+    }
+
+    /// The flags of PIR1 under `mask` that are levels of the USART.
+    pub(super) fn levels(&self, reg: Sfr, mask: u8, t: u64) -> u8 {
+        let [rcif, txif] = self.irq.levels.map(|bit| if reg == Sfr::PIR1 { bit & mask } else { 0 });
+        let on = |bit: u8, level: &dyn Fn() -> bool| if bit != 0 && level() { bit } else { 0 };
+        on(rcif, &|| self.usart.rcif()) | on(txif, &|| self.usart.txif(t))
+    }
+
+    /// Reads a register as a program does, at the clock `t`.
+    pub(super) fn load(&mut self, reg: Sfr, t: u64) -> u8 {
+        let value = keeper!(self mut; reg, part => part.read(reg, t, &mut self.out), {
+            let value = self.show_own(reg, t);
+            match reg {
+                Sfr::PORTB => {
+                    self.see_b();
+                    self.plan();
+                    return value;
+                }
+                Sfr::PORTD if self.psp.on() => self.psp.read_port(t),
+                _ => return value,
+            }
+        });
+        self.carry_out();
+        if matches!(reg, Sfr::RCREG | Sfr::CMCON | Sfr::SSPBUF | Sfr::PORTD) {
+            self.look_again(t / 4 + 1);
+            self.plan();
+        }
+        value
+    }
+
+    /// Writes a register at the clock `t`, the end of an instruction cycle.
+    pub(super) fn store(&mut self, reg: Sfr, value: u8, t: u64) {
+        keeper!(self mut; reg, part => part.write(reg, value, t, &mut self.out), self.store_own(reg, value, t));
+        self.carry_out();
+        self.written(reg, value, t);
+        // Ports interrupt by their pins only.
+        if !(Sfr::PORTA..=Sfr::TRISE).contains(&reg) {
+            self.look_again(t / 4);
+        }
+        self.plan();
+    }
+
+    fn store_own(&mut self, reg: Sfr, value: u8, t: u64) {
+        match reg {
+            Sfr::INTCON => self.write_intcon(value, t),
+            Sfr::PIR1 => self.irq.pir[0] = value & self.writable(reg),
+            Sfr::PIR2 => self.irq.pir[1] = value & self.writable(reg),
+            Sfr::PIE1 | Sfr::PIE2 => {
+                self.irq.remember(t / 4);
+                self.irq.enables.pie[usize::from(reg == Sfr::PIE2)] = value & self.writable(reg);
+            }
+            Sfr::PCON => {
+                let oscf = matches!(self.part.internal, Internal::F62x(_));
+                self.pcon = value & if oscf { PCON } else { PCON & 3 };
+            }
+            Sfr::OSCCON => self.osc[0] = value & (IRCF | self.scs()),
+            Sfr::OSCTUNE => self.osc[1] = value & OSCTUNE,
+            _ => {
+                if let Some(port) = self.ports.port(|row| row.port == reg) {
+                    self.write_port(port, reg, value, t);
+                } else if let Some(port) = self.ports.port(|row| row.tris == reg) {
+                    self.write_tris(port, reg, value, t);
+                }
+            }
+        }
+    }
+
+    /// The bits of PIR1, PIR2, PIE1 and PIE2 that the chip has; levels of the USART can not be written.
+    fn writable(&self, reg: Sfr) -> u8 {
+        use crate::periph::map::Flag;
+        self.part.flags.iter().fold(0, |byte, row| {
+            let flag = row.at.0 == reg && !matches!(row.flag, Flag::RCIF | Flag::TXIF);
+            byte | u8::from(flag) << row.at.1 | u8::from(row.enable.0 == reg) << row.enable.1
+        })
+    }
+
+    /// The bits of a register, by its number, that are pins in use as analog inputs.
+    #[must_use]
+    pub fn analog_bits(&self, reg: u16) -> u8 {
+        let port = Sfr::ALL.get(usize::from(reg)).and_then(|&sfr| self.ports.port(|row| row.port == sfr));
+        port.map_or(0, |port| self.ports.analog_bits(port))
+    }
+
+    /// The latch of the port whose register, by its number, this is.
+    #[must_use]
+    pub fn latch(&self, reg: u16) -> Option<u8> {
+        let port = Sfr::ALL.get(usize::from(reg)).and_then(|&sfr| self.ports.port(|row| row.port == sfr))?;
+        Some(self.ports.latch(port) & self.ports.mask(port))
+    }
+
+    /// How long a register keeps its value from the clock `t` on, nothing being due at it.
+    pub(super) fn steady(&self, reg: Sfr, t: u64) -> u64 {
+        keeper!(self; reg, part => part.steady(reg, t), match reg {
+            Sfr::PORTD if self.psp.on() => t,
+            // Reading it ends a mismatch.
+            Sfr::PORTB if self.irq.sampled[1] != NEVER => t,
+            Sfr::PIR1 | Sfr::PIR2 => self.usart.steady(reg, t),
+            _ => NEVER,
+        })
+    }
+}

@@ -1,0 +1,128 @@
+//! Random writes, keys right and wrong, sleeps and resets: the EEPROM agrees with the ticked model in every cycle.
+
+use emu_core::rng::Rng;
+use emu_pic16::chips::Memory;
+use emu_pic16::periph::eeprom::{Eeprom, Flash};
+use emu_pic16::periph::map::Sfr;
+use emu_pic16::periph::{Device, Outbox, Signal};
+
+use crate::model::Model;
+
+const KINDS: [Memory; 7] =
+    [Memory::F84, Memory::F62x, Memory::Word, Memory::Block4, Memory::Read, Memory::Row32, Memory::None];
+
+/// Five instructions that start a write, or something near that: what is written in each cycle from the first on.
+fn key(rng: &mut Rng, eecon1: u8) -> Vec<Option<(Sfr, u8)>> {
+    let wren = if rng.one_in(12) { 0 } else { 4 };
+    let mut list = vec![
+        Some((Sfr::EECON1, eecon1 & !3 | wren)),
+        Some((Sfr::EECON2, 0x55)),
+        None,
+        Some((Sfr::EECON2, 0xAA)),
+        Some((Sfr::EECON1, eecon1 & !1 | wren | 2)),
+    ];
+    if rng.one_in(6) {
+        let at = rng.below(5) as usize;
+        match rng.below(4) {
+            0 => list.insert(at, None),
+            1 => _ = list.remove(at),
+            2 => list.swap(at, 2),
+            _ => list[at] = Some((Sfr::EECON2, rng.next_u64() as u8)),
+        }
+    }
+    list
+}
+
+fn live(seed: u64, cycles: u64) -> [usize; 3] {
+    let mut rng = Rng::new(seed);
+    let kind = KINDS[rng.below(KINDS.len() as u64) as usize];
+    let (write, clocks) = (1 + rng.below(300), 1 + rng.below(300));
+    let first = rng.below(3) as u16 * 0x100;
+    let mut bytes = vec![0; 64];
+    rng.fill(&mut bytes);
+    let mut eeprom = Eeprom::new(kind, &bytes, write, Flash { words: 0x800, writable: first..0x800, clocks });
+    let mut model = Model::new(kind, &bytes, write, clocks, first);
+    let (mut told, mut expected) = (Outbox::new(), Outbox::new());
+    let mut script: Vec<Option<(Sfr, u8)>> = Vec::new();
+    let mut steady = Vec::new();
+    for t in 0..4 * cycles {
+        let (from, known) = (told.len(), expected.len());
+        let mut fresh = Outbox::new();
+        if t > 0 {
+            model.tick(t, &mut fresh);
+        }
+        let cycle = t.is_multiple_of(4);
+        if cycle && script.is_empty() {
+            let eecon1 = model.eecon1() & !0x90 | if rng.one_in(2) { 0x80 } else { 0 } | rng.next_u64() as u8 & 0x10;
+            script = match rng.below(8) {
+                0 => key(&mut rng, eecon1),
+                1 => vec![Some((Sfr::EECON1, rng.next_u64() as u8))],
+                2 => vec![Some((Sfr::EEADR, rng.next_u64() as u8 & if rng.one_in(4) { 0xFF } else { 0x43 }))],
+                3 => vec![Some((Sfr::EEADRH, rng.next_u64() as u8))],
+                4 => vec![Some((Sfr::EEDATA, rng.next_u64() as u8))],
+                5 => vec![Some((Sfr::EEDATH, rng.next_u64() as u8))],
+                6 => vec![Some((Sfr::EECON1, 0x81))],
+                _ => vec![None; rng.below(40) as usize + 1],
+            };
+        }
+        let write = if cycle { script.remove(0) } else { None };
+        if write.is_none() && eeprom.next() <= t {
+            eeprom.run(t, &mut told);
+            assert!(!fresh.is_empty(), "seed {seed:#x}: nothing was due at {t}");
+        }
+        if cycle {
+            model.cycle(write, t, &mut fresh);
+        }
+        if let Some((reg, value)) = write {
+            eeprom.write(reg, value, t, &mut told);
+        }
+        super::answer(&mut eeprom, &told, from);
+        let mut disturbed = write.is_some();
+        if rng.one_in(4000) {
+            disturbed = true;
+            let power_on = rng.one_in(3);
+            model.reset(power_on);
+            eeprom.reset(power_on, t);
+            script.clear();
+        } else if rng.one_in(1000) {
+            eeprom.sleep(t, &mut told);
+            eeprom.wake(t, &mut told);
+        }
+        expected.extend(fresh);
+        assert_eq!(told[from..], expected[known..], "seed {seed:#x}, {kind:?}, at {t}");
+        let mut seen: Vec<(Sfr, u8)> = [Sfr::EEDATA, Sfr::EEADR, Sfr::EEDATH, Sfr::EEADRH]
+            .into_iter()
+            .map(|reg| (reg, model.regs[reg.name()]))
+            .collect();
+        seen.push((Sfr::EECON1, model.eecon1()));
+        seen.push((Sfr::EECON2, 0));
+        for &(reg, value) in &seen {
+            assert_eq!(eeprom.peek(reg, t), value, "seed {seed:#x}, {kind:?}: {} at {t}", reg.name());
+        }
+        if disturbed {
+            steady = seen.iter().map(|&(reg, value)| (reg, value, eeprom.steady(reg, t))).collect();
+        }
+        for &(reg, value, until) in &steady {
+            let now = seen.iter().find(|s| s.0 == reg).map(|s| s.1);
+            assert!(t >= until || now == Some(value), "seed {seed:#x}: {} not steady up to {until}", reg.name());
+        }
+        // All cells, now and then: a byte that is wrong stays wrong for a while.
+        let cells = if t.is_multiple_of(16) { eeprom.bytes() } else { &[] };
+        for (n, byte) in cells.iter().enumerate() {
+            assert_eq!(model.cells[&(n as u8)], *byte, "seed {seed:#x}: cell {n} at {t}");
+        }
+    }
+    let count = |f: fn(&Signal) -> bool| told.iter().filter(|s| f(s)).count();
+    [
+        count(|s| matches!(s, Signal::Flag { .. })),
+        count(|s| matches!(s, Signal::FlashWrite { .. } | Signal::FlashProgram { .. })),
+        count(|s| matches!(s, Signal::FlashRead { .. })),
+    ]
+}
+
+#[test]
+fn random_lives_agree_with_the_ticked_model() {
+    let base = 0x00ee_0000;
+    let met = (0..70).map(|n| live(base + n, 4000)).fold([0; 3], |a, b| [0, 1, 2].map(|i| a[i] + b[i]));
+    assert!(met.iter().all(|&n| n > 200), "{met:?} flags, program writes, program reads");
+}

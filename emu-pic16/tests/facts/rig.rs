@@ -1,0 +1,143 @@
+//! Runs a program instruction by instruction and tells what came of it.
+
+use std::collections::BTreeMap;
+
+use emu_core::pins::{Event, Level, Time};
+use emu_core::{Cpu, Probe, RamInit, Stop};
+use emu_pic16::Pic16;
+
+use crate::read::{self, Run};
+
+/// All that is noted: moments by the text that asks for them, and why the run has ended.
+struct Seen {
+    pic: Pic16,
+    stop: Stop,
+    moments: BTreeMap<String, Vec<Time>>,
+}
+
+/// Instructions and edges.
+#[derive(Default)]
+struct Log {
+    visits: Vec<(u64, u32)>,
+    events: Vec<Event>,
+}
+
+impl Probe for Log {
+    const INSN: bool = true;
+    const EVENTS: bool = true;
+    fn insn(&mut self, at: u64, pc: u32) -> bool {
+        self.visits.push((at, pc));
+        false
+    }
+    fn event(&mut self, event: Event) -> bool {
+        self.events.push(event);
+        false
+    }
+}
+
+fn execute(run: &Run) -> Seen {
+    let mut pic = Pic16::with(&run.part.chip, &run.image, RamInit::Zero, run.options);
+    for &(at, pin, level) in &run.drives {
+        pic.drive(at, pin, level);
+    }
+    for &(at, millivolts) in &run.supply {
+        assert!(pic.supply(Time::at(at), millivolts), "{}: no supply", run.name);
+    }
+    let (mut log, mut moments) = (Log::default(), BTreeMap::<String, Vec<Time>>::new());
+    let bit = |pic: &Pic16, addr: u16, bit: u8| pic.peek("data", addr.into()).is_some_and(|b| b >> bit & 1 == 1);
+    let mut before: Vec<bool> = run.watched.iter().map(|w| bit(&pic, w.1, w.2)).collect();
+    let stop = loop {
+        // A watched bit is looked at before every cycle at which an instruction may begin; without one the run is one piece.
+        let until = if run.watched.is_empty() { run.until } else { pic.cycle() + 1 };
+        let stop = pic.run(until, &mut log);
+        for (seen, (name, addr, number)) in before.iter_mut().zip(&run.watched) {
+            let now = bit(&pic, *addr, *number);
+            if std::mem::replace(seen, now) != now {
+                moments.entry(name.clone()).or_default().push(Time::at(pic.cycle()));
+            }
+        }
+        if stop != Stop::Limit || pic.cycle() >= run.until {
+            break stop;
+        }
+    };
+    for (at, pc) in log.visits {
+        for (label, _) in run.labels.iter().filter(|label| *label.1 == pc) {
+            moments.entry(label.clone()).or_default().push(Time::at(at));
+        }
+    }
+    for event in log.events {
+        if let Event::Edge { at, pin, .. } = event {
+            let name = run.part.chip.pins[usize::from(pin)].name;
+            moments.entry(name.to_owned()).or_default().push(at);
+        }
+    }
+    Seen { pic, stop, moments }
+}
+
+/// What `run` is to show.
+pub fn shown(run: &Run) -> String {
+    let seen = execute(run);
+    let mut text = String::new();
+    let mut rest = run.show.as_str();
+    while let Some((plain, (asked, behind))) = rest.split_once('{').and_then(|(p, r)| Some((p, r.split_once('}')?))) {
+        text += plain;
+        text += &answer(run, &seen, asked);
+        rest = behind;
+    }
+    text + rest
+}
+
+fn answer(run: &Run, seen: &Seen, asked: &str) -> String {
+    let clocks = |a: &str, b: &str| {
+        let at = |text: &str| seen.at(text).map(|at| 4 * at.cycle + u64::from(at.phase));
+        Some(at(b)?.saturating_sub(at(a)?))
+    };
+    let words: Vec<&str> = asked.split_whitespace().collect();
+    let found = match words[..] {
+        ["end"] => Some(match seen.stop {
+            Stop::Limit => "goes on".to_owned(),
+            other => format!("{other:?}").to_lowercase(),
+        }),
+        ["seen", name] => Some(seen.moments.get(name).map_or(0, Vec::len).to_string()),
+        ["level", name] => read::pin(run.part, name).map(|pin| {
+            match seen.pic.level(pin) {
+                Level::Low => "0",
+                Level::High => "1",
+                Level::Float => "z",
+            }
+            .to_owned()
+        }),
+        ["clocks", a, b] => clocks(a, b).map(|clocks| clocks.to_string()),
+        ["cycles", a, b] => clocks(a, b).map(|clocks| {
+            assert!(clocks % 4 == 0, "{}: {clocks} clocks", run.name);
+            (clocks / 4).to_string()
+        }),
+        // Whole microseconds; what is shown is exact or fails here.
+        ["ms", a, b] => clocks(a, b).map(|clocks| {
+            assert!(clocks * 1_000_000 % run.options.hz == 0, "{}: {clocks} clocks", run.name);
+            let micros = clocks * 1_000_000 / run.options.hz;
+            format!("{}.{:03}", micros / 1000, micros % 1000)
+        }),
+        [place] => seen.byte(run, place),
+        _ => None,
+    };
+    found.unwrap_or_else(|| format!("no {asked}"))
+}
+
+impl Seen {
+    fn at(&self, text: &str) -> Option<Time> {
+        let (name, which) = text.split_once('#').unwrap_or((text, "1"));
+        let noted = self.moments.get(name).and_then(|all| all.get(which.parse::<usize>().ok()?.checked_sub(1)?));
+        noted.copied().or_else(|| read::moment(text))
+    }
+
+    /// A byte at the end: decimal, hexadecimal with an `h` behind.
+    fn byte(&self, run: &Run, place: &str) -> Option<String> {
+        let (name, hex) = place.strip_suffix('h').map_or((place, false), |name| (name, true));
+        let of_chip = || self.pic.peek("data", read::register(run.part, name)?.into()).map(u32::from);
+        let (space, addr) = name.split_once(':').unwrap_or(("data", name));
+        let byte = || self.pic.peek(space, u32::from_str_radix(addr, 16).ok()?).map(u32::from);
+        let value = self.pic.reg(name).or_else(of_chip).or_else(byte)?;
+        Some(if hex { format!("{value:02X}h") } else { value.to_string() })
+    }
+}

@@ -1,0 +1,13 @@
+//! What every instruction does: cases written by hand, all operands against plain integers, and that any way of running a
+//! program gives the same machine.
+
+mod bits;
+mod encoding;
+mod exhaustive;
+mod flow;
+mod memory;
+mod rig;
+mod slices;
+mod states;
+mod status;
+mod table;

@@ -1,0 +1,179 @@
+//! Data memory: which addresses are the same byte, which are nothing, by the register file maps of the data sheets.
+
+use emu_core::Cpu;
+
+use super::rig::{Rig, machine, put_word, word};
+
+/// RAM of a chip: ranges of addresses that begin at the first and are the same bytes wherever they stand.
+struct Map {
+    chip: &'static str,
+    /// Lists of addresses at which a block of so many bytes stands.
+    blocks: &'static [(&'static [u16], u16)],
+    /// Addresses where nothing is.
+    nothing: &'static [(u16, u16)],
+}
+
+/// DS30292 figures 2-3 and 2-4, DS39582 figures 2-3 and 2-4, DS35007 figure 2-2, DS40044 figure 4-2.
+const MAPS: &[Map] = &[
+    Map {
+        chip: "pic16f873",
+        blocks: &[(&[0x20, 0x120], 0x60), (&[0xA0, 0x1A0], 0x60)],
+        nothing: &[
+            (0x08, 0x09),
+            (0x88, 0x89),
+            (0x8F, 0x90),
+            (0x95, 0x97),
+            (0x9A, 0x9D),
+            (0x105, 0x105),
+            (0x107, 0x109),
+            (0x110, 0x11F),
+            (0x185, 0x185),
+            (0x187, 0x189),
+            (0x190, 0x19F),
+        ],
+    },
+    Map {
+        chip: "pic16f877",
+        blocks: &[
+            (&[0x20], 0x50),
+            (&[0xA0], 0x50),
+            (&[0x110], 0x60),
+            (&[0x190], 0x60),
+            (&[0x70, 0xF0, 0x170, 0x1F0], 0x10),
+        ],
+        nothing: &[
+            (0x8F, 0x90),
+            (0x95, 0x97),
+            (0x9A, 0x9D),
+            (0x105, 0x105),
+            (0x107, 0x109),
+            (0x185, 0x185),
+            (0x187, 0x189),
+        ],
+    },
+    Map {
+        chip: "pic16f873a",
+        blocks: &[(&[0x20, 0x120], 0x60), (&[0xA0, 0x1A0], 0x60)],
+        nothing: &[
+            (0x08, 0x09),
+            (0x88, 0x89),
+            (0x8F, 0x90),
+            (0x95, 0x97),
+            (0x9A, 0x9B),
+            (0x110, 0x11F),
+            (0x190, 0x19F),
+        ],
+    },
+    Map {
+        chip: "pic16f84a",
+        blocks: &[(&[0x0C, 0x8C], 0x44)],
+        nothing: &[(0x07, 0x07), (0x50, 0x7F), (0x87, 0x87), (0xD0, 0xFF)],
+    },
+    Map {
+        chip: "pic16f628a",
+        blocks: &[(&[0x20], 0x50), (&[0xA0], 0x50), (&[0x120], 0x30), (&[0x70, 0xF0, 0x170, 0x1F0], 0x10)],
+        nothing: &[(0x07, 0x09), (0x0D, 0x0D), (0x1B, 0x1E), (0x150, 0x16F), (0x1A0, 0x1EF)],
+    },
+];
+
+/// A chip, and what reads and writes one byte of it as a program does: directly, and through INDF.
+struct Reach {
+    rig: Rig,
+}
+
+impl Reach {
+    fn new(chip: &str) -> Reach {
+        Reach { rig: Rig { cpu: machine(chip, 0x33) } }
+    }
+
+    /// Puts the instruction there and makes the banks, and FSR, right for it.
+    fn aim(&mut self, name: &str, rest: &str, addr: u16, indirect: bool) {
+        let banks = if indirect { u32::from(addr >> 8) << 7 } else { u32::from(addr >> 7) << 5 };
+        self.rig.cpu.set_reg("STATUS", 0x18 | banks);
+        if indirect {
+            self.rig.cpu.set_reg("FSR", u32::from(addr & 0xFF));
+        }
+        let f = if indirect { 0 } else { addr & 0x7F };
+        put_word(&mut self.rig.cpu, Rig::PC, word(&format!("{name} {f}{rest}")));
+    }
+
+    fn write(&mut self, addr: u16, value: u8, indirect: bool) {
+        self.rig.set_w(value);
+        self.aim("movwf", "", addr, indirect);
+        assert_eq!(self.rig.go(), 1);
+    }
+
+    fn read(&mut self, addr: u16, indirect: bool) -> u8 {
+        self.rig.set_w(0xEE);
+        self.aim("movf", ", W", addr, indirect);
+        assert_eq!(self.rig.go(), 1);
+        self.rig.w()
+    }
+}
+
+/// Every byte is written at one address and read at all others, each way; bytes of other blocks stay.
+#[test]
+fn the_same_byte_at_all_its_addresses() {
+    for map in MAPS {
+        let mut reach = Reach::new(map.chip);
+        for (turn, &(firsts, len)) in (0u8..).zip(map.blocks) {
+            for offset in 0..len {
+                for (n, &first) in (0u8..).zip(firsts) {
+                    let value = (offset as u8).wrapping_mul(37) ^ turn << 6 ^ n;
+                    reach.write(first + offset, value, n % 2 == 1);
+                    for &other in firsts {
+                        let found = [false, true].map(|indirect| reach.read(other + offset, indirect));
+                        assert_eq!(found, [value; 2], "{}: {:03x} at {other:03x}", map.chip, first + offset);
+                    }
+                }
+            }
+        }
+        // All at once: no block has overwritten another.
+        for (turn, &(firsts, len)) in (0u8..).zip(map.blocks) {
+            for offset in 0..len {
+                let last = firsts.len() as u8 - 1;
+                let value = (offset as u8).wrapping_mul(37) ^ turn << 6 ^ last;
+                assert_eq!(reach.read(firsts[0] + offset, false), value, "{}: {:03x}", map.chip, firsts[0] + offset);
+            }
+        }
+        let bytes: u32 = map.blocks.iter().map(|block| u32::from(block.1)).sum();
+        assert_eq!(bytes, u32::from(reach.rig.cpu.chip().ram_len), "{}: bytes of RAM", map.chip);
+    }
+}
+
+/// What is not there reads 0 and cannot be written.
+#[test]
+fn nothing_reads_0() {
+    for map in MAPS {
+        let mut reach = Reach::new(map.chip);
+        for addr in map.nothing.iter().flat_map(|&(first, last)| first..=last) {
+            for indirect in [false, true] {
+                reach.write(addr, 0xA5, indirect);
+                assert_eq!(reach.read(addr, indirect), 0, "{}: {addr:03x}", map.chip);
+                assert_eq!(reach.rig.cpu.peek("data", addr.into()), Some(0), "{}: {addr:03x}", map.chip);
+            }
+        }
+    }
+}
+
+/// PCL, STATUS, FSR, PCLATH and INTCON stand in every bank; INDF reads 0 and swallows writes wherever FSR points to it.
+#[test]
+fn the_core_in_every_bank() {
+    for map in MAPS {
+        let mut reach = Reach::new(map.chip);
+        for bank in 0..4 {
+            for other in 0..4 {
+                for (low, value) in [(0x04u16, 0x5A), (0x0A, 0x15), (0x0B, 0x48)] {
+                    let value = value ^ bank as u8;
+                    reach.write(0x80 * bank + low, value, false);
+                    let found = reach.read(0x80 * other + low, false);
+                    assert_eq!(found, value, "{}: {low:02x} in banks {bank}, {other}", map.chip);
+                }
+            }
+            assert_eq!(reach.read(0x80 * bank + 2, false), (Rig::PC + 1) as u8, "{}: PCL", map.chip);
+            assert_eq!(reach.read(0x80 * bank + 3, false) & 0x60, (bank as u8) << 5, "{}: STATUS", map.chip);
+            reach.write(0x80 * bank, 0xFF, true);
+            assert_eq!(reach.read(0x80 * bank, true), 0, "{}: INDF in bank {bank}", map.chip);
+        }
+    }
+}

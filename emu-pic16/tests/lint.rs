@@ -1,0 +1,103 @@
+//! The diagnostics of the core, case by case in `lint.txt`: a program, and every lint that it gives with its cycle.
+
+use emu_core::cpu::{Cpu, Probe, RamInit, Stop};
+use emu_core::image::{Image, Segment};
+use emu_core::lint::{CODES, Lint};
+use emu_core::pins::{Level, Time};
+use emu_pic16::chips::PIC16F873;
+use emu_pic16::{Options, Pic16};
+
+/// No watchdog, no low-voltage programming, a crystal.
+const CONFIG: u16 = 0x3F31;
+
+#[derive(Default)]
+struct Seen(Vec<String>);
+
+impl Probe for Seen {
+    const LINT: bool = true;
+
+    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
+        let more = match lint {
+            Lint::AnalogRead { port, bits } | Lint::ForeignLatch { port, bits } => format!(" {port:02X} {bits:02X}"),
+            Lint::Page { target } => format!(" {target:04X}"),
+            Lint::NotSaved { register } => format!(" {register}"),
+            Lint::UnknownRead { addr, .. } => format!(" {addr:02X}"),
+            Lint::StackOverflow | Lint::StackUnderflow | Lint::NoSleep => String::new(),
+        };
+        self.0.push(format!("{at} {pc:04X} {}{more}", lint.code()));
+    }
+}
+
+fn image(program: &str) -> Image {
+    let (mut segments, mut pc) = (Vec::new(), 0);
+    for item in program.split(';').map(str::trim) {
+        let line = match item.strip_prefix('@') {
+            Some(rest) => {
+                let (addr, line) = rest.split_once(' ').expect("an address and an instruction");
+                pc = u32::from_str_radix(addr, 16).expect("an address");
+                line
+            }
+            None => item,
+        };
+        let words = emu_pic16::isa::assemble(line, pc).unwrap_or_else(|e| panic!("{line}: {e}"));
+        let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        segments.push(Segment { space: "flash", addr: 2 * pc, bytes });
+        pc += words.len() as u32;
+    }
+    Image { segments, ..Image::default() }
+}
+
+/// The machine of a case, and how long it runs.
+fn machine(program: &str, wiring: &str) -> (Pic16, u64) {
+    let options = Options { config: Some(CONFIG), start_up: false, ..Options::default() };
+    let mut pic = Pic16::with(&PIC16F873.chip, &image(program), RamInit::Zero, options);
+    let (mut pins, mut cycles) = (Vec::new(), 40);
+    for word in wiring.split_whitespace() {
+        match word.split_once('=').expect("a level or a number") {
+            ("for", number) => cycles = number.parse().expect("cycles"),
+            (pin, level) => pins.push((pin, if level == "1" { Level::High } else { Level::Low })),
+        }
+    }
+    for (pin, level) in pins {
+        let pin = pic.chip().pin(pin).expect("a pin");
+        pic.drive(Time::default(), pin, level);
+    }
+    (pic, cycles)
+}
+
+/// What a program could see.
+fn state(pic: &Pic16) -> (u64, u32, Vec<Option<u8>>) {
+    (pic.cycle(), pic.pc(), (0..0x200).map(|addr| pic.peek("data", addr)).collect())
+}
+
+#[test]
+fn lints() {
+    let (mut wrong, mut fired) = (Vec::new(), Vec::new());
+    for line in include_str!("lint.txt").lines().filter(|l| !l.is_empty() && !l.starts_with('#')) {
+        let columns: Vec<&str> = line.split('|').map(str::trim).collect();
+        let [_, program, wiring, wanted] = columns[..] else { panic!("four columns wanted: {line}") };
+        let (start, cycles) = machine(program, wiring);
+
+        let (mut pic, mut seen) = (start.clone(), Seen::default());
+        pic.run(cycles, &mut seen);
+        let found = seen.0.join("; ");
+        if found != wanted {
+            wrong.push(format!("{line}\n    found {found}"));
+        }
+        fired.extend(seen.0);
+
+        // Cut into cycles it is the same, and no diagnostic changes what the machine does.
+        let (mut steps, mut seen) = (start.clone(), Seen::default());
+        _ = (1..=cycles).any(|until| steps.run(until, &mut seen) == Stop::Halted);
+        let mut plain = start;
+        plain.run(cycles, &mut ());
+        if seen.0.join("; ") != found || state(&steps) != state(&pic) || state(&plain) != state(&pic) {
+            wrong.push(format!("{line}\n    differs when it is cut or not looked at"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    // What the core itself never tells of is told by tools.
+    let silent = |code: &str| fired.iter().all(|seen| !seen.contains(code));
+    let silent: Vec<&str> = CODES.iter().map(|row| row.code).filter(|code| silent(code)).collect();
+    assert_eq!(silent, [Lint::UnknownRead { space: "data", addr: 0 }.code()]);
+}

@@ -1,0 +1,87 @@
+//! Two wires with pull-ups, on which everyone can only pull.
+
+use emu_pic16::periph::map::{Line, Sfr};
+use emu_pic16::periph::{Device, ssp::Ssp};
+
+use crate::rig::Rig;
+
+/// Ports on one I2C bus, and a hand from outside.
+pub struct Bus {
+    pub rigs: Vec<Rig>,
+    /// The outside pulls SCL, SDA.
+    pub hand: [bool; 2],
+    /// Levels of SCL, SDA.
+    pub wires: [bool; 2],
+    /// Edges: clock, wire (0 is SCL), level.
+    pub edges: Vec<(u64, usize, bool)>,
+    pub t: u64,
+}
+
+impl Bus {
+    pub fn new(ports: Vec<Ssp>) -> Bus {
+        let rigs = ports.into_iter().map(Rig::new).collect();
+        let mut bus = Bus { rigs, hand: [false; 2], wires: [false; 2], edges: Vec::new(), t: 0 };
+        bus.settle();
+        bus.edges.clear();
+        bus
+    }
+
+    /// Tells everyone of the wires until they are at rest.
+    pub fn settle(&mut self) {
+        for _ in 0..40 {
+            let mut rest = true;
+            // SDA first: what is let go together must not look like Stop.
+            for wire in [1, 0] {
+                let level = !self.hand[wire] && self.rigs.iter().all(|rig| !rig.pulls()[wire]);
+                if self.wires[wire] != level {
+                    rest = false;
+                    self.wires[wire] = level;
+                    self.edges.push((self.t, wire, level));
+                    for rig in &mut self.rigs {
+                        rig.line([Line::Sck, Line::Sdi][wire], level, self.t);
+                    }
+                }
+            }
+            if rest {
+                return;
+            }
+        }
+        panic!("the bus does not come to rest");
+    }
+
+    /// Up to a clock, this one included.
+    pub fn to(&mut self, t: u64) {
+        while self.t < t {
+            self.t += 1;
+            for rig in &mut self.rigs {
+                rig.tick(self.t);
+            }
+            self.settle();
+        }
+    }
+
+    pub fn write(&mut self, who: usize, reg: Sfr, value: u8) {
+        assert!(self.t.is_multiple_of(4), "instructions write at the end of a cycle");
+        self.rigs[who].write(reg, value, self.t);
+        self.settle();
+    }
+
+    pub fn read(&mut self, who: usize, reg: Sfr) -> u8 {
+        let value = self.rigs[who].read(reg, self.t);
+        self.settle();
+        value
+    }
+
+    pub fn peek(&self, who: usize, reg: Sfr) -> u8 {
+        self.rigs[who].port.peek(reg, self.t)
+    }
+
+    /// On to the end of the cycle in which someone has set another flag, or `limit` clocks.
+    pub fn until_flag(&mut self, who: usize, limit: u64) {
+        let (had, end) = (self.rigs[who].flags.len(), self.t + limit);
+        while self.rigs[who].flags.len() == had && self.t < end {
+            self.to(self.t + 1);
+        }
+        self.to(self.t.next_multiple_of(4));
+    }
+}

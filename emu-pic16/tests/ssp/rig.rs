@@ -1,0 +1,120 @@
+//! A port with its wires: what it says is collected, and every signal must bear the clock at which it is said.
+
+use emu_core::NEVER;
+use emu_pic16::periph::map::{Flag, Line, Sfr};
+use emu_pic16::periph::ssp::Ssp;
+use emu_pic16::periph::{Device, Drive, Outbox, Signal};
+
+/// The registers.
+pub const REGS: [Sfr; 5] = [Sfr::SSPBUF, Sfr::SSPCON, Sfr::SSPCON2, Sfr::SSPADD, Sfr::SSPSTAT];
+
+/// A port that is called only when something is due.
+pub struct Rig {
+    pub port: Ssp,
+    /// What it says of SCK, SDI, SDO.
+    pub drives: [Drive; 3],
+    /// Flags set, with their clocks.
+    pub flags: Vec<(u64, Flag)>,
+    out: Outbox,
+    /// What [`Device::steady`] has promised: a register, its value, and the clock before which it stays.
+    promised: Option<(Sfr, u8, u64)>,
+}
+
+impl Rig {
+    pub fn new(port: Ssp) -> Rig {
+        Rig { port, drives: [Drive::Port; 3], flags: Vec::new(), out: Vec::new(), promised: None }
+    }
+
+    fn collect(&mut self, now: u64) {
+        for signal in self.out.drain(..) {
+            match signal {
+                Signal::Flag { t, flag } => {
+                    assert_eq!(t, now, "a flag out of its time");
+                    self.flags.push((t, flag));
+                }
+                Signal::Drive { t, line, drive } => {
+                    assert_eq!(t, now, "a drive out of its time");
+                    let place = match line {
+                        Line::Sck => 0,
+                        Line::Sdi => 1,
+                        Line::Sdo => 2,
+                        _ => panic!("{line:?} is not driven"),
+                    };
+                    assert_ne!(self.drives[place], drive, "a drive that changes nothing");
+                    self.drives[place] = drive;
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+
+    /// Runs only when the port says that it must.
+    pub fn tick(&mut self, t: u64) {
+        assert!(self.port.next() >= t || t == 0, "something was due before");
+        if self.port.next() == t {
+            self.port.run(t, &mut self.out);
+            assert!(self.port.next() > t);
+            self.collect(t);
+        }
+        let promised = *self.promised.get_or_insert_with(|| {
+            let reg = REGS[t as usize % REGS.len()];
+            (reg, self.port.peek(reg, t), self.port.steady(reg, t))
+        });
+        if t < promised.2 {
+            assert_eq!(self.port.peek(promised.0, t), promised.1, "{promised:?} at {t}");
+        } else {
+            self.promised = None;
+        }
+    }
+
+    pub fn line(&mut self, line: Line, high: bool, t: u64) {
+        self.promised = None;
+        self.port.line(line, high, t, &mut self.out);
+        self.collect(t);
+    }
+
+    pub fn write(&mut self, reg: Sfr, value: u8, t: u64) {
+        self.promised = None;
+        self.port.write(reg, value, t, &mut self.out);
+        self.collect(t);
+    }
+
+    pub fn read(&mut self, reg: Sfr, t: u64) -> u8 {
+        self.promised = None;
+        let value = self.port.read(reg, t, &mut self.out);
+        self.collect(t);
+        value
+    }
+
+    pub fn timer2(&mut self, t: u64) {
+        self.port.timer2(t, &mut self.out);
+        self.collect(t);
+    }
+
+    pub fn sleep(&mut self, t: u64) {
+        self.promised = None;
+        self.port.sleep(t, &mut self.out);
+        self.collect(t);
+        assert_eq!(self.port.next(), NEVER);
+    }
+
+    pub fn wake(&mut self, t: u64) {
+        self.promised = None;
+        self.port.wake(t, &mut self.out);
+        self.collect(t);
+    }
+
+    pub fn regs(&self, t: u64) -> [u8; 5] {
+        REGS.map(|reg| self.port.peek(reg, t))
+    }
+
+    /// It pulls SCL, SDA.
+    pub fn pulls(&self) -> [bool; 2] {
+        [self.drives[0] == Drive::Low, self.drives[1] == Drive::Low]
+    }
+
+    /// How often a flag was set.
+    pub fn count(&self, flag: Flag) -> usize {
+        self.flags.iter().filter(|&&(_, f)| f == flag).count()
+    }
+}

@@ -1,0 +1,178 @@
+//! SPI clock by clock. The master is the drawing of figure 9-3: where in its bits a clock lies says what the pins are.
+
+use emu_pic16::periph::Drive;
+use emu_pic16::periph::map::{Flag, Line};
+
+use crate::model::Chip;
+use crate::rig::Rig;
+
+#[derive(Default)]
+pub struct Spi {
+    /// The bits in SSPSR, first to leave first.
+    sr: Vec<bool>,
+    /// Master: clocks since the write.
+    age: Option<u64>,
+    /// Master on timer 2: halves begun.
+    halves: Option<u64>,
+    /// The clock is active.
+    active: bool,
+    sdo: bool,
+    /// Slave: bits in.
+    bits: u32,
+    /// Slave: an edge of this byte has been.
+    begun: bool,
+    /// All bits are in; the end of a Q2 has seen that.
+    complete: Option<bool>,
+    byte: u8,
+}
+
+impl Spi {
+    pub fn busy(&self) -> bool {
+        self.age.is_some() || self.halves.is_some() || self.begun || self.complete.is_some()
+    }
+
+    pub fn active(&self) -> bool {
+        self.active
+    }
+
+    pub fn sdo(&self) -> bool {
+        self.sdo
+    }
+
+    fn first(&self) -> bool {
+        self.sr.first().copied().unwrap_or(false)
+    }
+
+    fn shift_in(&mut self, bit: bool) {
+        self.sr.resize(8, false);
+        self.sr.remove(0);
+        self.sr.push(bit);
+    }
+
+    pub fn load(&mut self, chip: &Chip) {
+        self.sr = (0..8).rev().map(|bit| chip.buf >> bit & 1 == 1).collect();
+        match chip.con & 15 {
+            0..=2 => self.age = Some(0),
+            3 => self.halves = Some(0),
+            _ => self.show(chip),
+        }
+    }
+
+    fn show(&mut self, chip: &Chip) {
+        if chip.cke() {
+            self.sdo = self.first();
+        }
+    }
+
+    fn finish_shift(&mut self) {
+        self.byte = self.sr.iter().fold(0, |byte, &bit| byte << 1 | u8::from(bit));
+        self.complete = Some(false);
+    }
+
+    /// Half number `n` of the 16 begins; number 16 is the end.
+    fn at_half(&mut self, chip: &Chip, n: u64) {
+        let middle = n % 2 == 1;
+        if middle && !chip.smp() || !middle && n > 0 && chip.smp() {
+            self.shift_in(chip.sda);
+        }
+        if n == 16 {
+            self.active = false;
+            self.finish_shift();
+            return;
+        }
+        if !middle {
+            self.sdo = self.first();
+        }
+        self.active = if chip.cke() { middle } else { !middle };
+    }
+
+    pub fn half_bit(&mut self, chip: &mut Chip, _: u64) {
+        if let Some(n) = self.halves {
+            self.at_half(chip, n);
+            self.halves = (n < 16).then_some(n + 1);
+        }
+    }
+
+    pub fn tick(&mut self, chip: &mut Chip, t: u64) {
+        match self.complete {
+            Some(true) if t.is_multiple_of(4) => self.deliver(chip, t),
+            _ => {}
+        }
+        if let Some(age) = self.age {
+            let age = age + 1;
+            self.age = Some(age);
+            let half = [2, 8, 32][usize::from(chip.con & 3)];
+            if age >= 2 && (age - 2).is_multiple_of(half) {
+                let n = (age - 2) / half;
+                self.at_half(chip, n);
+                if n == 16 {
+                    self.age = None;
+                }
+            }
+        }
+        self.see(t);
+    }
+
+    /// The end of Q2 sees what is complete by then.
+    fn see(&mut self, t: u64) {
+        if self.complete.is_some() && t % 4 == 2 {
+            self.complete = Some(true);
+        }
+    }
+
+    /// SSPSR goes to SSPBUF, if it is complete.
+    pub fn deliver(&mut self, chip: &mut Chip, t: u64) {
+        if self.complete.take().is_none() {
+            return;
+        }
+        if chip.con & 15 >= 4 && chip.bf {
+            chip.set_sspov();
+        } else {
+            chip.buf = self.byte;
+            chip.bf = true;
+        }
+        chip.flag(Flag::SSPIF, t);
+    }
+
+    /// The slave's clock has changed.
+    pub fn edge(&mut self, chip: &mut Chip, t: u64, asleep: bool) {
+        if chip.con & 15 == 4 && chip.ss {
+            return;
+        }
+        self.begun = true;
+        let to_active = chip.scl != chip.ckp();
+        // Figures 9-5 and 9-6: in one half of the figure SCK leads the data by half a bit, in the other it does not.
+        match (to_active, chip.cke()) {
+            (true, false) | (false, true) => self.sdo = self.first(),
+            (true, true) | (false, false) => self.shift_in(chip.sda),
+        }
+        if !to_active {
+            self.bits += 1;
+        }
+        if self.bits == 8 {
+            self.bits = 0;
+            self.begun = false;
+            self.finish_shift();
+            self.see(t);
+            if asleep {
+                self.deliver(chip, t);
+            }
+        }
+    }
+
+    pub fn select(&mut self, chip: &Chip) {
+        (self.bits, self.begun) = (0, false);
+        if !chip.ss {
+            self.show(chip);
+        }
+    }
+}
+
+/// SCK and SDO of the first rig to the second one, and SDO back.
+pub fn wire(rigs: &mut [Rig; 2], t: u64) {
+    let high = |drive| drive == Drive::High;
+    let [master, slave] = rigs;
+    slave.line(Line::Sck, high(master.drives[0]), t);
+    slave.line(Line::Sdi, high(master.drives[2]), t);
+    master.line(Line::Sdi, high(slave.drives[2]), t);
+}

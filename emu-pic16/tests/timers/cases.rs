@@ -1,0 +1,121 @@
+//! The cases of `cases.txt`.
+
+use emu_pic16::periph::map::{Flag, Line, Sfr};
+use emu_pic16::periph::timers::Timers;
+use emu_pic16::periph::{Device, Drive, Signal};
+
+/// A signal as the cases write it.
+fn text(signal: &Signal) -> String {
+    match signal {
+        Signal::Flag { t, flag } => format!("{flag:?}@{t}"),
+        Signal::Drive { t, line, drive } => format!("{line:?}:{drive:?}@{t}"),
+        Signal::Convert { t } => format!("Convert@{t}"),
+        Signal::Timer2 { t } => format!("Timer2@{t}"),
+        other => format!("{other:?}"),
+    }
+}
+
+/// Does what is due up to and with `to`, when it is due.
+fn advance(timers: &mut Timers, to: u64, out: &mut Vec<Signal>) {
+    while timers.next() <= to {
+        timers.run(timers.next(), out);
+    }
+}
+
+/// Registers by name.
+fn register(name: &str) -> Option<Sfr> {
+    Sfr::ALL.iter().copied().find(|sfr| sfr.name() == name)
+}
+
+/// Runs the steps of a case; what it expects in vain, or does not expect, is the error.
+fn case(steps: &str, said: &str) -> Result<(), String> {
+    let (mut ccps, mut crystal) = (2, None);
+    let mut todo = Vec::new();
+    for token in steps.split_whitespace() {
+        if let Some(n) = token.strip_prefix("ccps=") {
+            ccps = n.parse().map_err(|_| format!("{token}: a number"))?;
+        } else if let Some((osc, hz)) = token.strip_prefix("crystal=").and_then(|c| c.split_once('/')) {
+            crystal = Some((osc.parse().map_err(|_| "hertz")?, hz.parse().map_err(|_| "hertz")?));
+        } else {
+            let (what, t) = token.split_once('@').ok_or(format!("{token}: no clock"))?;
+            let t: u64 = t.parse().map_err(|_| format!("{token}: a clock"))?;
+            todo.push((t, what));
+        }
+    }
+    let (mut timers, mut out) = (Timers::new(ccps, crystal), Vec::new());
+    for (t, what) in todo {
+        if let Some((reg, value)) = what.split_once('=') {
+            let reg = register(reg).ok_or(format!("{reg}?"))?;
+            let value = u8::from_str_radix(value, 16).map_err(|_| format!("{what}: hexadecimal"))?;
+            advance(&mut timers, t - 1, &mut out);
+            timers.write(reg, value, t, &mut out);
+            continue;
+        }
+        advance(&mut timers, t, &mut out);
+        if let Some((reg, value)) = what.split_once('?') {
+            let reg = register(reg).ok_or(format!("{reg}?"))?;
+            let read = format!("{:02X}", timers.peek(reg, t));
+            if read != value {
+                return Err(format!("{what}@{t}: is {read}"));
+            }
+        } else if let Some(line) = what.strip_suffix(['+', '-']) {
+            let line = match line {
+                "t1cki" => Line::T1cki,
+                "ccp1" => Line::Ccp1,
+                "ccp2" => Line::Ccp2,
+                _ => return Err(format!("{line}?")),
+            };
+            timers.line(line, what.ends_with('+'), t, &mut out);
+        } else {
+            match what {
+                "sleep" => timers.sleep(t, &mut out),
+                "wake" => timers.wake(t, &mut out),
+                "reset" => timers.reset(false, t, &mut out),
+                "por" => timers.reset(true, t, &mut out),
+                "listen" => timers.set_timer2_listener(true, t, &mut out),
+                "end" => {}
+                _ => return Err(format!("{what}?")),
+            }
+        }
+    }
+    let mut heard: Vec<String> = out.iter().map(text).collect();
+    let mut wanted: Vec<&str> = said.split_whitespace().collect();
+    heard.sort();
+    wanted.sort_unstable();
+    if heard == wanted { Ok(()) } else { Err(format!("said {heard:?}, wanted {wanted:?}")) }
+}
+
+#[test]
+fn hand_worked() {
+    let mut cases = 0;
+    let mut failed = String::new();
+    for (i, line) in include_str!("cases.txt").lines().enumerate() {
+        let line = if line.starts_with('#') { "" } else { line };
+        let mut fields = line.split('|').map(str::trim);
+        let (Some(name), Some(steps)) = (fields.next(), fields.next()) else { continue };
+        cases += 1;
+        if let Err(error) = case(steps, fields.next().unwrap_or("")) {
+            failed += &format!("cases.txt:{}: {name}: {error}\n", i + 1);
+        }
+    }
+    assert!(failed.is_empty(), "\n{failed}");
+    assert!(cases >= 50, "only {cases} cases");
+}
+
+#[test]
+fn a_case_can_fail() {
+    for (steps, said) in [
+        ("T1CON=01@4 TMR1L?02@8", ""),
+        ("TMR1H=FF@4 TMR1L=FE@8 T1CON=01@12 end@20", ""),
+        ("TMR1H=FF@4 TMR1L=FE@8 T1CON=01@12 end@20", "TMR1IF@16"),
+    ] {
+        assert!(case(steps, said).is_err(), "{steps}");
+    }
+}
+
+#[test]
+fn names_of_the_text_are_those_of_the_part() {
+    let drive = Signal::Drive { t: 3, line: Line::Ccp1, drive: Drive::High };
+    assert_eq!(text(&drive), "Ccp1:High@3");
+    assert_eq!(text(&Signal::Flag { t: 4, flag: Flag::CCP1IF }), "CCP1IF@4");
+}
