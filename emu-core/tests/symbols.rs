@@ -123,14 +123,15 @@ fn listings_and_records_agree_on_lines_of_c() {
 fn every_code_has_a_case() {
     let rows = table("faults.txt", 3);
     let given: BTreeSet<&str> = rows.iter().filter_map(|row| row[2].split_whitespace().nth(1)).collect();
-    let codes = SYMBOL_CODES.iter().map(|row| row.code);
+    // The last three are of the files of gputils: `gputils.rs` has their cases.
+    let codes = SYMBOL_CODES.iter().map(|row| row.code).filter(|code| *code < "SYM013");
     let missing: Vec<&str> = codes.filter(|code| !given.contains(code)).collect();
     // The note is given only beside a hundred others: `damage.rs` has its case.
     assert_eq!(missing, ["SYM012"]);
     let docs = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/formats/sdcc.md");
     let docs = std::fs::read_to_string(docs).unwrap_or_else(|e| panic!("{docs}: {e}"));
     assert!(SYMBOL_CODES.is_sorted_by(|a, b| a.code < b.code));
-    for row in SYMBOL_CODES {
+    for row in SYMBOL_CODES.iter().filter(|row| row.code < "SYM013") {
         assert!(docs.contains(row.code) && row.explain.len() > 60, "{}", row.code);
     }
 }

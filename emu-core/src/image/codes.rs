@@ -79,6 +79,14 @@ pub const CODES: &[Code] = &[
     row("HEX023", "two start addresses",
         "A warning: two records of type 03 or 05 name different start addresses. The first is kept. The chip itself \
          starts at its reset vector whatever they say."),
+    row("HEX024", "a program word with more bits than program memory has",
+        "Words of some chips have fewer bits than the two bytes that hold them in the file: 14 on PIC16, so that none is above \
+         3FFF. A word that is above was not meant for such a chip: mostly the file is a program for another family, or \
+         unused words were filled with FFFF. The message gives the first one and the number of others. Mend: choose the \
+         chip that it was built for, or fill with 3FFF (mask the words with 0x3FFF)."),
+    row("HEX025", "a word with more bits than its memory has",
+        "A warning: in PIC16 files a byte of EEPROM takes a word, whose upper byte is 00, and configuration words have 14 \
+         bits. Bits that the memory lacks are left out. Check that two bytes of EEPROM were not packed into one word."),
     row("ELF001", "not an ELF file",
         "An ELF file begins with the bytes 7F 45 4C 46. Mend: load an ELF or an Intel HEX file."),
     row("ELF002", "not a 32-bit ELF file",
@@ -116,9 +124,9 @@ pub const CODES: &[Code] = &[
 #[rustfmt::skip]
 pub const SYMBOL_CODES: &[Code] = &[
     row("SYM001", "not a file of symbols",
-        "Symbols are read from what SDCC's tools write: the linker's .map, the .cdb of a build with --debug, the .rst \
-         listings that the linker updates, and .lst listings whose areas are absolute. They are told apart by their \
-         first lines. Mend: give one of these; an image (HEX, ELF) is given as the program."),
+        "Symbols are read from what SDCC's tools write for the 8051: the linker's .map, the .cdb of a build with --debug, \
+         the .rst listings that the linker updates, and .lst listings whose areas are absolute; and from the .cod, .map \
+         and .lst of gputils for a PIC. They are told apart by their first lines. Mend: give one of these; an image (HEX, ELF) is given as the program."),
     row("SYM002", "the file is empty",
         "There is nothing but white space in the file. Mend: look at the messages of the tool that wrote it."),
     row("SYM003", "a damaged record in a .cdb file",
@@ -126,12 +134,14 @@ pub const SYMBOL_CODES: &[Code] = &[
          needed (M, T and others) are passed over, but symbols (S, F) and link addresses (L) must be whole. Mend: build \
          anew."),
     row("SYM004", "an address beyond its memory",
-        "Program memory and external RAM end at 0xFFFF, internal RAM, registers and bits at 0xFF. Larger addresses in \
-         code are those of banks. Mend: link without banks; otherwise the file is damaged."),
+        "On an 8051 program memory and external RAM end at 0xFFFF, internal RAM, registers and bits at 0xFF. Larger addresses \
+         in code are those of banks. On a mid-range PIC program addresses end at 0x21FF, EEPROM included, data at 0x1FF. \
+         Mend: link without banks; otherwise the file is damaged or of another family."),
     row("SYM005", "a listing without final addresses",
         "The assembler writes a .lst before the linker has placed the areas, so its addresses count from the start of \
          each area. The linker writes the same listing with final addresses beside it, as .rst. A .lst is taken only \
-         where each area that has an address is absolute (ABS). Mend: give the .rst."),
+         where each area that has an address is absolute (ABS). Mend: give the .rst. With gputils the listing of a module \
+         that is to be linked is such a one; mend: give the .lst and .map of gplink."),
     row("SYM006", "a map in columns",
         "Without its option for wide maps the linker writes three or four symbols a line and cuts their names to 8 or 9 \
          characters. Mend: link with -w; sdcc gives it by itself."),
@@ -144,7 +154,7 @@ pub const SYMBOL_CODES: &[Code] = &[
          message names both places. Mend: build anew and give the files of one build."),
     row("SYM009", "a damaged line in a map",
         "In a map the line of a symbol has a value, a name and a module; the value is in the radix that the head of the \
-         page names. Mend: link anew."),
+         page names. In one of gplink it has a name, an address, a location, a storage and a file. Mend: link anew."),
     row("SYM010", "a damaged line in a listing",
         "Left of the source a line of a listing has an address of 4 to 8 hexadecimal digits or none, bytes of two digits \
          and the line's number, in fixed columns. Listings in octal (-q) or decimal (-d) are not read. Mend: assemble \
@@ -155,6 +165,15 @@ pub const SYMBOL_CODES: &[Code] = &[
          out. Mend: give the .cdb or the .rst files too."),
     row("SYM012", "more faults than are shown",
         "At most 100 errors and 100 warnings of one file of symbols are shown. The closing note counts the others."),
+    row("SYM013", "a .cod file that is not whole",
+        "A .cod is made of blocks of 512 bytes, and its directory names the blocks of each table. The message says which of \
+         them the file does not have. Mend: assemble or link anew."),
+    row("SYM014", "a damaged table in a .cod file",
+        "A record runs over the end of its block, or a line names a source file that is none. The message gives block and \
+         offset. Mend: assemble or link anew."),
+    row("SYM015", "a .cod file for another family",
+        "The file names its processor, and it is no mid-range PIC, whose program memory has words of 14 bits. Mend: give the \
+         .cod of the program that is run."),
 ];
 
 const fn row(code: &'static str, title: &'static str, explain: &'static str) -> Code {

@@ -6,7 +6,7 @@ use ihex::Record;
 use super::faults::Faults;
 use super::line::{self, Line};
 use super::place::{Origin, Placed, Trouble, describe};
-use super::{Image, Loaded, Space};
+use super::{Bits, Image, Loaded, Space};
 
 /// Offsets within a segment end here: an offset has 16 bits.
 const SEGMENT: usize = 0x1_0000;
@@ -17,7 +17,7 @@ const ELF_SECTIONS: std::ops::Range<u64> = 0x81_0000..0x85_0000;
 /// Loads Intel HEX. `file` is the name for messages, `spaces` are the memories of the chip.
 ///
 /// # Errors
-/// All faults of the file in the order of their places (codes HEX001 to HEX023, `docs/formats/hex.md`); at most
+/// All faults of the file in the order of their places (codes HEX001 to HEX025, `docs/formats/hex.md`); at most
 /// [`super::LIMIT`] and a closing note with the number of others.
 pub fn load_hex(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Vec<Diagnostic>> {
     let mut reader = Reader {
@@ -242,11 +242,43 @@ impl Reader<'_> {
             };
             self.faults.error("HEX018", pos, cause, "pad the image so that both bytes of every word are given");
         }
+        for wide in self.placed.wide_words() {
+            let pos = Pos::new(wide.from.line, wide.from.column + 2 * wide.offset, 2);
+            let byte = wide.space.start + wide.addr;
+            let others = match wide.others {
+                0 => String::new(),
+                1 => " (another too)".to_owned(),
+                count => format!(" ({count} others too)"),
+            };
+            let cause = |bits: u32| {
+                format!(
+                    "the {} word 0x{:04X} at byte 0x{byte:04X} has more than {bits} bits{others}",
+                    wide.space.name, wide.word
+                )
+            };
+            match wide.space.bits {
+                Bits::All => {}
+                Bits::Only(bits) => self.faults.error("HEX024", pos, || cause(bits), &too_wide(bits)),
+                Bits::Low(bits) => {
+                    self.faults.warning(
+                        "HEX025",
+                        pos,
+                        || cause(bits),
+                        "the upper bits are left out; write zeros there",
+                    );
+                }
+            }
+        }
         if self.faults.none() && self.placed.is_empty() {
             let cause = || "the file holds no data".to_owned();
             self.faults.warning("HEX021", Pos::default(), cause, "check that the program was built");
         }
     }
+}
+
+fn too_wide(bits: u32) -> String {
+    let most = (1u64 << bits.min(63)) - 1;
+    format!("is the program for this chip? Its words go to 0x{most:04X}: mask what fills or pads them (& 0x{most:04X})")
 }
 
 /// `byte 0x0010 was` or `bytes 0x0010 to 0x001F (16) were`.

@@ -8,7 +8,7 @@
 //!   hex.rs   lines to records to addresses          elf.rs   sections to load addresses, symbols
 //!   line.rs  one line and its faults                place.rs bytes into memories: outside, overlap, half words
 //!   write.rs segments to HEX                        faults.rs the list of faults and its limit
-//!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC writes
+//!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC and gputils write
 //! ```
 
 mod codes;
@@ -26,7 +26,8 @@ pub use codes::{CODES, SYMBOL_CODES};
 pub use elf::load_elf;
 pub use faults::LIMIT;
 pub use hex::load_hex;
-pub use symbols::{LineAt, LineKind, SymbolFile, SymbolSpaces, Symbols, load_symbols};
+
+pub use symbols::{LineAt, LineKind, Message, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols};
 pub use write::write_hex;
 
 /// One memory that an image may fill: a window in the address space of the image file.
@@ -40,6 +41,19 @@ pub struct Space {
     pub len: u32,
     /// Bytes in a word: 1 or 2. Where it is 2 an image must define both bytes of a word or none.
     pub word: u32,
+    /// Bits of a word that the memory has; looked at in HEX files where `word` is 2.
+    pub bits: Bits,
+}
+
+/// Bits of a word that a memory has, from bit 0 on, and what becomes of a word with more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bits {
+    /// All.
+    All,
+    /// So many, and a file with a word that has more is refused: it is no program for the chip.
+    Only(u32),
+    /// So many, and of a word that has more only these are kept, with a warning.
+    Low(u32),
 }
 
 /// Bytes that lie side by side in one memory.

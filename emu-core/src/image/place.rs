@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Segment, Space};
+use super::{Bits, Segment, Space};
 
 /// Where bytes came from: for HEX a line and the column of the first byte, for ELF the number of a section.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,6 +28,21 @@ pub(super) struct HalfWord<'s> {
     pub from: Origin,
     /// How many bytes of `from`'s run come before this one.
     pub offset: u32,
+}
+
+/// Words with bits that their memory has not.
+pub(super) struct WideWords<'s> {
+    pub space: &'s Space,
+    /// Byte address within the memory of the first of them.
+    pub addr: u32,
+    /// That word.
+    pub word: u16,
+    /// Where its upper byte came from.
+    pub from: Origin,
+    /// How many bytes of `from`'s record come before that byte.
+    pub offset: u32,
+    /// How many others there are.
+    pub others: u32,
 }
 
 /// The bytes placed so far. No run overlaps another.
@@ -129,6 +144,33 @@ impl<'s> Placed<'s> {
             }
         }
         halves
+    }
+
+    /// The words that have bits which their memory has not, memory by memory. Half words are none.
+    pub fn wide_words(&self) -> Vec<WideWords<'_>> {
+        let mut found = Vec::new();
+        for (space, runs) in self.spaces.iter().zip(&self.runs).filter(|(s, _)| s.word == 2) {
+            let (Bits::Only(bits) | Bits::Low(bits)) = space.bits else { continue };
+            let mut first: Option<WideWords<'_>> = None;
+            let mut low = None;
+            for (&at, run) in runs {
+                for ((addr, offset), &byte) in (at..).zip(run.offset..).zip(&run.bytes) {
+                    if addr % 2 == 0 {
+                        low = Some((addr, byte));
+                        continue;
+                    }
+                    let Some((addr, low)) = low.filter(|&(even, _)| even + 1 == addr) else { continue };
+                    let word = u16::from_le_bytes([low, byte]);
+                    match &mut first {
+                        _ if u32::from(word) >> bits == 0 => {}
+                        Some(first) => first.others += 1,
+                        None => first = Some(WideWords { space, addr, word, from: run.from, offset, others: 0 }),
+                    }
+                }
+            }
+            found.extend(first);
+        }
+        found
     }
 
     /// True when nothing was placed.

@@ -2,15 +2,15 @@
 
 use std::collections::BTreeSet;
 
-use emu_core::image::{Segment, Space, SymbolAt, load, load_elf};
+use emu_core::image::{Bits, Segment, Space, SymbolAt, load, load_elf};
 
 use crate::{AVR, table};
 
 /// The windows that avr-gcc gives to the memories of an AVR, with the sizes of an ATmega328P.
 pub const MEMORIES: &[Space] = &[
-    Space { name: "flash", start: 0, len: 0x8000, word: 2 },
-    Space { name: "data", start: 0x80_0000, len: 0x900, word: 1 },
-    Space { name: "eeprom", start: 0x81_0000, len: 0x400, word: 1 },
+    Space { name: "flash", start: 0, len: 0x8000, word: 2, bits: Bits::All },
+    Space { name: "data", start: 0x80_0000, len: 0x900, word: 1, bits: Bits::All },
+    Space { name: "eeprom", start: 0x81_0000, len: 0x400, word: 1, bits: Bits::All },
 ];
 
 const ALLOC: u32 = 2;

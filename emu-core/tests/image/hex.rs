@@ -4,13 +4,19 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use diag::{Diagnostic, Severity};
-use emu_core::image::{CODES, LIMIT, Loaded, Space, load, load_hex, write_hex};
+use emu_core::image::{Bits, CODES, LIMIT, Loaded, Space, load, load_hex, write_hex};
 
 use crate::{AVR, DIR, table};
 
 const MEMORIES: &[Space] = &[
-    Space { name: "flash", start: 0, len: 0x2_0000, word: 2 },
-    Space { name: "user", start: 0x30_0000, len: 8, word: 1 },
+    Space { name: "flash", start: 0, len: 0x2_0000, word: 2, bits: Bits::All },
+    Space { name: "user", start: 0x30_0000, len: 8, word: 1, bits: Bits::All },
+];
+
+/// Words of 14 bits, and cells of a byte in two bytes of the file, as PIC16 chips have them.
+const NARROW: &[Space] = &[
+    Space { name: "flash", start: 0, len: 0x800, word: 2, bits: Bits::Only(14) },
+    Space { name: "eeprom", start: 0x4200, len: 0x80, word: 2, bits: Bits::Low(8) },
 ];
 
 fn file(name: &str) -> Vec<u8> {
@@ -18,7 +24,8 @@ fn file(name: &str) -> Vec<u8> {
 }
 
 fn load_file(name: &str) -> Result<Loaded, Vec<Diagnostic>> {
-    load(&format!("{name}.hex"), &file(name), MEMORIES, &[], AVR)
+    let memories = if ["hex024", "hex025"].contains(&name) { NARROW } else { MEMORIES };
+    load(&format!("{name}.hex"), &file(name), memories, &[], AVR)
 }
 
 /// `line:column+width code cause` of each.
@@ -135,7 +142,7 @@ fn written_text() {
 /// A record may begin before a memory, cross a gap and end behind a memory; only what lies in none is at fault.
 #[test]
 fn a_record_across_memories() {
-    let memory = |name, start, len| Space { name, start, len, word: 1 };
+    let memory = |name, start, len| Space { name, start, len, word: 1, bits: Bits::All };
     let memories = [memory("late", 0x16, 2), memory("early", 0x10, 4), memory("none", 0x12, 0)];
     let found = load_hex("a.hex", b":10000E00000102030405060708090A0B0C0D0E0F6A\n:00000001FF", &memories).unwrap_err();
     let known = "outside the memories of the chip: late 0x0016 to 0x0017, 2 bytes; early 0x0010 to 0x0013, 4 bytes";
@@ -160,7 +167,7 @@ fn the_hint_fits_the_address() {
 /// The examples of the page on the format have the fault that they stand for.
 #[test]
 fn examples_in_the_docs() {
-    const FLASH: &[Space] = &[Space { name: "flash", start: 0, len: 0x8000, word: 2 }];
+    const FLASH: &[Space] = &[Space { name: "flash", start: 0, len: 0x8000, word: 2, bits: Bits::All }];
     let mut tried = 0;
     for row in docs().lines().filter(|line| line.starts_with("| HEX")) {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();

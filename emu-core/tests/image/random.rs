@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use emu_core::image::{LIMIT, Loaded, Space, load, load_hex, write_hex};
+use emu_core::image::{Bits, LIMIT, Loaded, Space, load, load_hex, write_hex};
 use proptest::prelude::*;
 
 use crate::AVR;
 use crate::elf::{MEMORIES, program};
 
 const HEX_MEMORIES: &[Space] = &[
-    Space { name: "low", start: 0, len: 0x1000, word: 1 },
-    Space { name: "middle", start: 0xFF00, len: 0x200, word: 1 },
-    Space { name: "high", start: 0xFFFF_FF00, len: 0x100, word: 1 },
+    Space { name: "low", start: 0, len: 0x1000, word: 1, bits: Bits::All },
+    Space { name: "middle", start: 0xFF00, len: 0x200, word: 1, bits: Bits::All },
+    Space { name: "high", start: 0xFFFF_FF00, len: 0x100, word: 1, bits: Bits::All },
 ];
 
 /// Cells of the memories above as addresses of the file with their bytes; biased to neighbours and to the ends.

@@ -1,4 +1,5 @@
-//! Symbols and source lines of programs for MCS-51, as SDCC's tools write them beside the image.
+//! Symbols and source lines of programs, as tools write them beside the image: SDCC's for MCS-51, and those of gputils for
+//! mid-range PICs (in `gputils/`).
 //!
 //! ```text
 //!   main.map   the linker's map: global names by area          map.rs
@@ -6,22 +7,28 @@
 //!   main.rst   a module's listing with final addresses         listing.rs, gutter.rs
 //!   main.lst   the same before linking; taken only where all its areas are absolute
 //!   names.rs   debugging names taken apart; which place gets which name
+//!   spaces.rs  the memories of both families
 //! ```
 //!
 //! Each of the files knows something that the others do not, so several are read together. What each gives and how
-//! names are chosen stands in `docs/formats/sdcc.md`.
+//! names are chosen stands in `docs/formats/sdcc.md` and `docs/formats/gputils.md`.
 
 mod cdb;
+mod gputils;
 mod gutter;
 mod listing;
 mod map;
 mod names;
+mod spaces;
 
 use diag::{Diagnostic, Pos};
 
 use super::faults::Faults;
 use super::{Image, SymbolAt};
+pub use gputils::message::{Message, load_messages};
 use names::Entry;
+use spaces::Mem;
+pub use spaces::SymbolSpaces;
 
 /// A file of symbols, read into memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,36 +37,6 @@ pub struct SymbolFile<'b> {
     pub name: &'b str,
     /// Its content.
     pub bytes: &'b [u8],
-}
-
-/// What the emulated chip calls the memories that SDCC knows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SymbolSpaces {
-    /// Program memory, byte addresses 0 to 0xFFFF.
-    pub code: &'static str,
-    /// Internal RAM as indirect addressing sees it, 0 to 0xFF: SDCC's `data`, `idata`, overlays, banks and stack.
-    pub idata: &'static str,
-    /// Special function registers, 0x80 to 0xFF.
-    pub sfr: &'static str,
-    /// External RAM, 0 to 0xFFFF: SDCC's `xdata` and `pdata`.
-    pub xdata: &'static str,
-    /// Bits by bit address, 0 to 0xFF.
-    pub bit: &'static str,
-}
-
-impl SymbolSpaces {
-    /// The names that the emulated 8051 uses.
-    pub const MCS51: Self = SymbolSpaces { code: "code", idata: "idata", sfr: "sfr", xdata: "xdata", bit: "bit" };
-
-    fn name(self, mem: Mem) -> &'static str {
-        match mem {
-            Mem::Code => self.code,
-            Mem::Idata => self.idata,
-            Mem::Sfr => self.sfr,
-            Mem::Xdata => self.xdata,
-            Mem::Bit => self.bit,
-        }
-    }
 }
 
 /// What a line belongs to.
@@ -89,7 +66,7 @@ pub struct LineAt {
 /// What files of symbols say.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Symbols {
-    /// The symbols in the order code, idata, sfr, xdata, bit, then by address and name. A place has one row for each of
+    /// The symbols in the order of the memories as [`SymbolSpaces`] lists them, then by address and name. A place has one row for each of
     /// its names; no name occurs twice in one memory.
     pub symbols: Vec<SymbolAt>,
     /// The lines by address, kind, file and line; none twice.
@@ -111,7 +88,8 @@ impl Symbols {
     }
 }
 
-/// Reads the symbol files of one program together: SDCC's `.map`, `.cdb`, `.rst` and `.lst`, told apart by content.
+/// Reads the symbol files of one program together, told apart by content: SDCC's `.map`, `.cdb`, `.rst` and `.lst`, or the
+/// `.cod`, `.map` and `.lst` of gputils.
 ///
 /// # Errors
 /// All faults of all files (codes in [`super::SYMBOL_CODES`]), file by file in the order of their places, at most
@@ -122,7 +100,7 @@ pub fn load_symbols(files: &[SymbolFile], spaces: SymbolSpaces) -> Result<Symbol
     for (index, file) in files.iter().enumerate() {
         let mut faults = Faults::new(file.name, MORE);
         found.file = index;
-        read(file, &mut found, &mut faults);
+        read(file, spaces, &mut found, &mut faults);
         match faults.finish(Image::default()) {
             Ok(loaded) => warnings.extend(loaded.warnings),
             Err(all) => refused.extend(all),
@@ -131,7 +109,7 @@ pub fn load_symbols(files: &[SymbolFile], spaces: SymbolSpaces) -> Result<Symbol
     // Files with faults disagree for reasons that are already told.
     if refused.is_empty() {
         warnings.retain(|warning| !(found.whole && warning.code == CUT));
-        let symbols = names::settle(&found.entries, spaces, files, &mut refused);
+        let symbols = names::settle(&found.entries, files, &mut refused);
         if refused.is_empty() {
             return Ok(found.into_symbols(symbols, warnings));
         }
@@ -143,25 +121,6 @@ pub fn load_symbols(files: &[SymbolFile], spaces: SymbolSpaces) -> Result<Symbol
 const MORE: &str = "SYM012";
 /// Code of the warning of names that are cut off, which needs no telling when another file has them whole.
 const CUT: &str = "SYM011";
-
-/// The memories of an MCS-51.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Mem {
-    Code,
-    Idata,
-    Sfr,
-    Xdata,
-    Bit,
-}
-
-impl Mem {
-    const fn last(self) -> u32 {
-        match self {
-            Mem::Code | Mem::Xdata => 0xFFFF,
-            Mem::Idata | Mem::Sfr | Mem::Bit => 0xFF,
-        }
-    }
-}
 
 /// What the readers find.
 #[derive(Default)]
@@ -224,11 +183,13 @@ fn direct(addr: u32) -> Mem {
     if addr < 0x80 { Mem::Idata } else { Mem::Sfr }
 }
 
-fn read(file: &SymbolFile, found: &mut Found, faults: &mut Faults) {
+fn read(file: &SymbolFile, spaces: SymbolSpaces, found: &mut Found, faults: &mut Faults) {
+    if spaces == SymbolSpaces::PIC16 {
+        return read_gputils(file, found, faults);
+    }
     let text = String::from_utf8_lossy(file.bytes);
     if text.trim().is_empty() {
-        let cause = || "there is nothing but white space in the file".to_owned();
-        return faults.error("SYM002", Pos::default(), cause, "look at the messages of the tool that wrote it");
+        return empty(faults);
     }
     match kind(file, &text) {
         Some(Kind::Map) => map::read(&text, found, faults),
@@ -280,6 +241,41 @@ fn kind(file: &SymbolFile, text: &str) -> Option<Kind> {
         "rst" | "lst" => Some(Kind::Listing),
         _ => None,
     }
+}
+
+fn read_gputils(file: &SymbolFile, found: &mut Found, faults: &mut Faults) {
+    if gputils::cod::is(file.bytes) {
+        return gputils::cod::read(file.bytes, found, faults);
+    }
+    let text = String::from_utf8_lossy(file.bytes);
+    if text.trim().is_empty() {
+        return empty(faults);
+    }
+    let mut heads = text.lines().map(|line| line.trim_start_matches('\u{c}'));
+    let (first, second) = (heads.next().unwrap_or(""), heads.next().unwrap_or(""));
+    match gputils::listing::kind(first, second, file.bytes) {
+        _ if file.bytes.contains(&0) || file.bytes.starts_with(b":") => {
+            unknown(file, "a .cod, .map or .lst of gputils", faults)
+        }
+        Some(listing) => gputils::listing::read(listing, file.name, &text, found, faults),
+        None if gputils::map::is(first) => gputils::map::read(&text, found, faults),
+        None => unknown(file, "a .cod, .map or .lst of gputils", faults),
+    }
+}
+
+fn unknown(file: &SymbolFile, wanted: &str, faults: &mut Faults) {
+    let cause = || format!("{}, wanted {wanted}", what(file.bytes));
+    faults.error(
+        "SYM001",
+        Pos::default(),
+        cause,
+        "give what the linker writes beside the image: .cod, .map (--map), .lst",
+    );
+}
+
+fn empty(faults: &mut Faults) {
+    let cause = || "there is nothing but white space in the file".to_owned();
+    faults.error("SYM002", Pos::default(), cause, "look at the messages of the tool that wrote it");
 }
 
 fn what(bytes: &[u8]) -> &'static str {

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 
 use diag::{Diagnostic, Pos, Severity};
 
-use super::{Mem, SymbolFile, SymbolSpaces};
+use super::{Mem, SymbolFile};
 use crate::image::SymbolAt;
 
 /// A name and how strong its claim is.
@@ -148,12 +148,7 @@ pub(super) fn in_c(scope: Scope, name: &str, block: &str) -> Vec<Name> {
 }
 
 /// Gives each name to the place with the strongest claim, and adds a fault for each name on which files disagree.
-pub(super) fn settle(
-    entries: &[Entry],
-    spaces: SymbolSpaces,
-    files: &[SymbolFile],
-    refused: &mut Vec<Diagnostic>,
-) -> Vec<SymbolAt> {
+pub(super) fn settle(entries: &[Entry], files: &[SymbolFile], refused: &mut Vec<Diagnostic>) -> Vec<SymbolAt> {
     let mut claims: BTreeMap<(Mem, &str), Vec<(Rank, &Entry)>> = BTreeMap::new();
     for entry in entries {
         for (rank, name) in &entry.names {
@@ -169,11 +164,10 @@ pub(super) fn settle(
             None => {
                 let same = claims.iter().filter(|(_, entry)| entry.addr == first.addr);
                 let size = same.map(|(_, entry)| entry.size).max().unwrap_or(0);
-                symbols
-                    .push((mem, SymbolAt { name: name.to_owned(), space: spaces.name(mem), addr: first.addr, size }));
+                symbols.push((mem, SymbolAt { name: name.to_owned(), space: mem.name(), addr: first.addr, size }));
             }
             Some(other) if best == Rank::Exact && refused.len() < crate::image::LIMIT => {
-                refused.push(disagreement(name, first, other, spaces, files));
+                refused.push(disagreement(name, first, other, files));
             }
             Some(_) => {}
         }
@@ -182,9 +176,9 @@ pub(super) fn settle(
     symbols.into_iter().map(|(_, symbol)| symbol).collect()
 }
 
-fn disagreement(name: &str, first: &Entry, other: &Entry, spaces: SymbolSpaces, files: &[SymbolFile]) -> Diagnostic {
+fn disagreement(name: &str, first: &Entry, other: &Entry, files: &[SymbolFile]) -> Diagnostic {
     let file = |entry: &Entry| files.get(entry.file).map_or("", |file| file.name);
-    let (space, name) = (spaces.name(first.mem), super::short(name));
+    let (space, name) = (first.mem.name(), super::short(name));
     let cause = format!(
         "{space} symbol `{name}` is at 0x{:04X}, but at 0x{:04X} in {}:{}",
         other.addr,

@@ -1,0 +1,215 @@
+//! `.cod` files: blocks of 512 bytes, the first of which is a directory.
+//!
+//! ```text
+//!   offset in a directory   what (first and last block, words low byte first; 0 where there is none)
+//!   430, 432                names of source files, 64 bytes each: length, text
+//!   434, 436                lines, 6 bytes each: file, flags, line (word), program address (word); 84 to a block
+//!   350                     what made it: length, text
+//!   439                     upper half of this directory's program addresses
+//!   441                     block of the next directory
+//!   453                     processor: length, text
+//!   462, 464                symbols: length, name, kind (word), value (4 bytes, high byte first)
+//!   466, 468                messages: see message.rs
+//! ```
+//! Sources: gputils documentation, "The .cod file format"; files that gpasm and gplink 1.4.0 write.
+
+use diag::Pos;
+
+use super::super::names::{self, Rank};
+use super::super::{Faults, Found, LineKind, short};
+
+/// Bytes in a block.
+pub(super) const BLOCK: usize = 512;
+
+/// Offsets of the pairs of block numbers in a directory.
+const FILES: usize = 430;
+const LINES: usize = 434;
+const SYMBOLS: usize = 462;
+pub(super) const MESSAGES: usize = 466;
+const HIGH: usize = 439;
+const NEXT: usize = 441;
+const PROCESSOR: usize = 453;
+const MAKER: usize = 350;
+
+/// Kinds of symbols.
+const DATA: u16 = 2;
+const LABEL: u16 = 46;
+
+/// Flags of a line that made the code at its address; others stand before it and made none.
+const MADE_CODE: u8 = 0x80;
+
+/// True for a file that can only be a `.cod`: a maker and a processor at their places, and no text in the first block.
+pub(in super::super) fn is(bytes: &[u8]) -> bool {
+    let texts = [MAKER, PROCESSOR].map(|at| text(bytes, at));
+    let binary = bytes.iter().take(BLOCK).any(|&byte| byte == 0);
+    bytes.len() >= BLOCK && binary && texts.iter().all(|text| text.as_ref().is_some_and(|t| printable(t)))
+}
+
+fn printable(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|b| b.is_ascii_graphic() || b == b' ')
+}
+
+/// A text with its length in front.
+pub(super) fn text(bytes: &[u8], at: usize) -> Option<String> {
+    let length = usize::from(*bytes.get(at)?);
+    Some(String::from_utf8_lossy(bytes.get(at + 1..at + 1 + length)?).into_owned())
+}
+
+/// The 16 bits at an offset, low byte first.
+pub(super) fn word(bytes: &[u8], at: usize) -> Option<u16> {
+    Some(u16::from_le_bytes([*bytes.get(at)?, *bytes.get(at + 1)?]))
+}
+
+/// The 32 bits at an offset, high byte first.
+pub(super) fn long(bytes: &[u8], at: usize) -> Option<u32> {
+    Some(u32::from_be_bytes(bytes.get(at..at + 4)?.try_into().ok()?))
+}
+
+/// A file whose directories are known to be there.
+pub(super) struct Cod<'b> {
+    bytes: &'b [u8],
+    /// Blocks of the directories, the first one being 0.
+    directories: Vec<usize>,
+}
+
+impl<'b> Cod<'b> {
+    /// Looks at the directories; nothing where they are damaged or for a chip of another family, which is told.
+    pub fn new(bytes: &'b [u8], faults: &mut Faults) -> Option<Self> {
+        if !bytes.len().is_multiple_of(BLOCK) || bytes.is_empty() {
+            let cause = || format!("the file has {} bytes, which is no whole number of blocks of {BLOCK}", bytes.len());
+            faults.error("SYM013", Pos::default(), cause, "the file is cut off: assemble or link anew");
+            return None;
+        }
+        let mut cod = Cod { bytes, directories: vec![0] };
+        let mut at = 0;
+        while let Some(next) = cod.block(at).and_then(|block| word(block, NEXT)).map(usize::from).filter(|n| *n != 0) {
+            if cod.block(next).is_none() || cod.directories.contains(&next) {
+                let cause = || format!("the next directory would be block {next} of {}", bytes.len() / BLOCK);
+                faults.error("SYM013", Pos::default(), cause, "the file is damaged: assemble or link anew");
+                return None;
+            }
+            cod.directories.push(next);
+            at = next;
+        }
+        let processor = text(bytes, PROCESSOR).unwrap_or_default();
+        let family = processor.trim_start_matches(['p', 'P', 'i', 'I', 'c', 'C']).get(..2);
+        if !matches!(family, Some("16" | "12" | "10" | "14")) {
+            let cause = || format!("the program is for {:?}, which is no mid-range PIC", short(&processor));
+            faults.error("SYM015", Pos::default(), cause, "give the .cod of a program for a 16F or 16C chip");
+            return None;
+        }
+        Some(cod)
+    }
+
+    fn block(&self, number: usize) -> Option<&'b [u8]> {
+        let start = number.checked_mul(BLOCK)?;
+        self.bytes.get(start..start.checked_add(BLOCK)?)
+    }
+
+    /// The blocks of a table of one directory, with their numbers; none where there is no such table. Blocks that the file
+    /// does not have are a fault.
+    pub fn table(&self, directory: usize, at: usize, what: &str, faults: &mut Faults) -> Vec<(usize, &'b [u8])> {
+        let entry = |at| self.block(directory).and_then(|block| word(block, at)).map_or(0, usize::from);
+        let (first, last) = (entry(at), entry(at + 2));
+        if first == 0 {
+            return Vec::new();
+        }
+        let blocks = self.bytes.len() / BLOCK;
+        if last < first || last >= blocks {
+            let cause = || format!("the table of {what} would be blocks {first} to {last} of {blocks}");
+            faults.error("SYM013", Pos::default(), cause, "the file is damaged: assemble or link anew");
+            return Vec::new();
+        }
+        (first..=last).filter_map(|number| Some((number, self.block(number)?))).collect()
+    }
+
+    /// The blocks of a table that only the first directory has.
+    pub fn main_table(&self, at: usize, what: &str, faults: &mut Faults) -> Vec<(usize, &'b [u8])> {
+        self.table(0, at, what, faults)
+    }
+}
+
+/// Tells of a record that is not whole.
+pub(super) fn damaged(block: usize, offset: usize, what: &str, faults: &mut Faults) {
+    let cause = || format!("{what} in block {block} at offset 0x{offset:X} is not whole");
+    faults.error("SYM014", Pos::default(), cause, "the file is damaged: assemble or link anew");
+}
+
+/// Reads symbols and lines.
+pub(in super::super) fn read(bytes: &[u8], found: &mut Found, faults: &mut Faults) {
+    let Some(cod) = Cod::new(bytes, faults) else { return };
+    for (number, block) in cod.main_table(SYMBOLS, "symbols", faults) {
+        symbols(number, block, found, faults);
+        if faults.full() {
+            return;
+        }
+    }
+    let mut files = Vec::new();
+    for (number, block) in cod.main_table(FILES, "source files", faults) {
+        for at in (0..BLOCK).step_by(64) {
+            let name = text(block, at).filter(|name| name.len() < 64);
+            if name.is_none() {
+                damaged(number, at, "the name of a source file", faults);
+            }
+            files.push(name.unwrap_or_default());
+        }
+    }
+    for &directory in &cod.directories {
+        // A program of mid-range size has one directory; the addresses of others begin at multiples of 32 K words.
+        let high = cod.block(directory).and_then(|block| word(block, HIGH)).map_or(0, |high| u32::from(high) << 15);
+        for (number, block) in cod.table(directory, LINES, "lines", faults) {
+            lines(number, block, high, &files, found, faults);
+            if faults.full() {
+                return;
+            }
+        }
+    }
+}
+
+fn symbols(number: usize, block: &[u8], found: &mut Found, faults: &mut Faults) {
+    let mut at = 0;
+    while let Some(length) = block.get(at).copied().filter(|length| *length != 0) {
+        let end = at + 1 + usize::from(length);
+        let (Some(name), Some(kind), Some(value)) = (text(block, at), word(block, end), long(block, end + 2)) else {
+            return damaged(number, at, "the symbol", faults);
+        };
+        let pos = Pos::default();
+        match kind {
+            DATA => super::data(value, names::linked(&name), pos, found, faults),
+            LABEL => super::label(value, names::linked(&name), pos, found, faults),
+            // Constants, which most often are the registers and bits of the chip's include file.
+            _ => found.unplaced.push((name, value)),
+        }
+        at = end + 6;
+    }
+}
+
+fn lines(number: usize, block: &[u8], high: u32, files: &[String], found: &mut Found, faults: &mut Faults) {
+    for (row, record) in block.chunks_exact(6).take(84).enumerate() {
+        let (Some(&[file, flags]), Some(line), Some(addr)) =
+            (record.get(..2).and_then(|r| <&[u8; 2]>::try_from(r).ok()), word(record, 2), word(record, 4))
+        else {
+            continue;
+        };
+        if flags != MADE_CODE {
+            continue;
+        }
+        match files.get(usize::from(file)).filter(|name| !name.is_empty()) {
+            Some(name) => super::line(high + u32::from(addr), LineKind::Asm, name, line.into(), found),
+            None => {
+                let cause = || {
+                    format!(
+                        "a line in block {number} at offset 0x{:X} names source file {file}, which is none",
+                        6 * row
+                    )
+                };
+                faults.error("SYM014", Pos::default(), cause, "the file is damaged: assemble or link anew");
+            }
+        }
+    }
+}
+
+/// The rank of the name of a static of one file.
+pub(super) fn of_file(file: &str, name: &str) -> Vec<(Rank, String)> {
+    names::local(super::module(file), name)
+}

@@ -1,0 +1,51 @@
+//! The table of messages in a `.cod` file: what `.direct` of gpasm leaves there for a simulator.
+//!
+//! ```text
+//!   program address (4 bytes, high byte first), kind (a letter), length, text
+//! ```
+//! The last 8 bytes of a block hold no message; a kind of 0 ends the messages of a block.
+
+use diag::Diagnostic;
+
+use super::super::{Faults, MORE, SymbolFile};
+use super::cod::{BLOCK, Cod, MESSAGES, damaged, long, text};
+use crate::image::Image;
+
+/// A message for a simulator.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Message {
+    /// Program word address to which it belongs.
+    pub addr: u32,
+    /// Its kind: `A` or `a` an assertion, `C` or `c` a command when the address is reached, `E` or `e` a command for the
+    /// start, others for other tools.
+    pub kind: char,
+    /// The text.
+    pub text: String,
+}
+
+/// Reads the messages of a `.cod` file in their order; none where it has no such table.
+///
+/// # Errors
+/// All faults of the file, codes as [`load_symbols`](crate::image::load_symbols) gives them.
+pub fn load_messages(file: &SymbolFile) -> Result<Vec<Message>, Vec<Diagnostic>> {
+    let mut faults = Faults::new(file.name, MORE);
+    let mut messages = Vec::new();
+    if let Some(cod) = Cod::new(file.bytes, &mut faults) {
+        for (number, block) in cod.main_table(MESSAGES, "messages", &mut faults) {
+            read(number, block, &mut messages, &mut faults);
+        }
+    }
+    faults.finish(Image::default()).map(|_| messages)
+}
+
+fn read(number: usize, block: &[u8], messages: &mut Vec<Message>, faults: &mut Faults) {
+    let mut at = 0;
+    while at < BLOCK - 8 {
+        let Some(kind) = block.get(at + 4).copied().filter(|kind| *kind != 0) else { return };
+        let (Some(addr), Some(text)) = (long(block, at), text(block, at + 5)) else {
+            return damaged(number, at, "the message", faults);
+        };
+        at += 6 + usize::from(block.get(at + 5).copied().unwrap_or(0));
+        messages.push(Message { addr, kind: char::from(kind), text });
+    }
+}

@@ -1,0 +1,66 @@
+//! Symbols and source lines of programs for mid-range PICs, as gputils writes them beside the image.
+//!
+//! ```text
+//!   main.cod   globals, lines of the sources, messages for a simulator    cod.rs, message.rs
+//!   main.map   the linker's map: all names of all files                   map.rs
+//!   main.lst   the linker's listing, or that of an absolute program       listing.rs
+//! ```
+
+pub(super) mod cod;
+pub(super) mod listing;
+pub(super) mod map;
+pub(super) mod message;
+
+use diag::Pos;
+
+use super::names::Name;
+use super::{Faults, Found, LineKind, Mem};
+
+/// Word address at which IDs and configuration words begin (DS33023, section 27.2).
+const CONFIG: u32 = 0x2000;
+/// Word address at which the EEPROM lies in image files (DS30262 and its kin, programming specifications).
+const EEPROM: u32 = 0x2100;
+
+/// Memory and byte address of a word of the programmer's address space; nothing beyond its end.
+fn program(word: u32) -> Option<(Mem, u32)> {
+    match word {
+        0..CONFIG => Some((Mem::Flash, 2 * word)),
+        CONFIG..EEPROM => Some((Mem::Config, 2 * (word - CONFIG))),
+        EEPROM..0x2200 => Some((Mem::Eeprom, word - EEPROM)),
+        _ => None,
+    }
+}
+
+/// Adds the names of a program address.
+fn label(word: u32, names: Vec<Name>, pos: Pos, found: &mut Found, faults: &mut Faults) {
+    match program(word) {
+        Some((mem, addr)) => found.place(mem, addr, 0, names, pos, faults),
+        None => beyond("program memory", word, 0x21FF, pos, faults),
+    }
+}
+
+/// Adds the names of a data address.
+fn data(addr: u32, names: Vec<Name>, pos: Pos, found: &mut Found, faults: &mut Faults) {
+    if addr > Mem::Data.last() {
+        return beyond("data memory", addr, Mem::Data.last(), pos, faults);
+    }
+    found.place(Mem::Data, addr, 0, names, pos, faults);
+}
+
+/// Adds the line of a word of program memory; IDs, configuration and EEPROM have no lines.
+fn line(word: u32, kind: LineKind, file: &str, number: u32, found: &mut Found) {
+    if let Some((Mem::Flash, addr)) = program(word) {
+        found.lines.push(super::LineAt { addr, kind, file: file.to_owned(), line: number });
+    }
+}
+
+fn beyond(memory: &str, addr: u32, last: u32, pos: Pos, faults: &mut Faults) {
+    let cause = || format!("the address 0x{addr:X} is beyond the last of {memory}, 0x{last:X}");
+    faults.error("SYM004", pos, cause, "the program is for another family, or the file is damaged: build anew");
+}
+
+/// The name of a source file without folder and extension, as a prefix of its statics.
+fn module(file: &str) -> &str {
+    let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
+}

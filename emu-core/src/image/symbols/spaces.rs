@@ -1,0 +1,61 @@
+//! The memories in which symbols lie, by family.
+
+/// Whose files are read, and with them what the emulated chip calls its memories.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SymbolSpaces {
+    /// SDCC for MCS-51: `code` (program memory, bytes 0 to 0xFFFF), `idata` (internal RAM as indirect addressing sees it, 0 to
+    /// 0xFF: SDCC's `data`, `idata`, overlays, banks and stack), `sfr` (0x80 to 0xFF), `xdata` (0 to 0xFFFF, with SDCC's
+    /// `pdata`), `bit` (bit addresses 0 to 0xFF).
+    Mcs51,
+    /// gputils for mid-range PICs: `flash` (byte addresses, two to a word, 0 to 0x3FFF), `data` (0 to 0x1FF), `eeprom` (bytes,
+    /// from the word address 0x2100 on), `config` (bytes, from the word address 0x2000 on).
+    Pic16,
+}
+
+impl SymbolSpaces {
+    /// What the emulated 8051 uses.
+    pub const MCS51: Self = SymbolSpaces::Mcs51;
+    /// What the emulated mid-range PICs use.
+    pub const PIC16: Self = SymbolSpaces::Pic16;
+}
+
+/// The memories of both families, in the order in which symbols are listed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Mem {
+    Code,
+    Idata,
+    Sfr,
+    Xdata,
+    Bit,
+    Flash,
+    Data,
+    Eeprom,
+    Config,
+}
+
+impl Mem {
+    /// The name that the chips give it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Mem::Code => "code",
+            Mem::Idata => "idata",
+            Mem::Sfr => "sfr",
+            Mem::Xdata => "xdata",
+            Mem::Bit => "bit",
+            Mem::Flash => "flash",
+            Mem::Data => "data",
+            Mem::Eeprom => "eeprom",
+            Mem::Config => "config",
+        }
+    }
+
+    /// The last address.
+    pub const fn last(self) -> u32 {
+        match self {
+            Mem::Code | Mem::Xdata => 0xFFFF,
+            Mem::Idata | Mem::Sfr | Mem::Bit | Mem::Eeprom => 0xFF,
+            Mem::Flash => 0x3FFF,
+            Mem::Data | Mem::Config => 0x1FF,
+        }
+    }
+}
