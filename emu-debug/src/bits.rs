@@ -20,7 +20,7 @@ const FIRST_REGISTER: u32 = 0x80;
 /// no such bit.
 #[must_use]
 pub fn byte_of(chip: &Chip, addr: u32) -> Option<(&'static str, u32, u32)> {
-    let size = chip.spaces.iter().find(|(name, _)| *name == BIT)?.1;
+    let size = chip.spaces.iter().find(|(name, ..)| *name == BIT)?.1;
     let (space, byte) = match addr {
         _ if addr >= size => return None,
         _ if addr < FIRST_REGISTER => (chip.ram, FIRST_BYTE + addr / 8),

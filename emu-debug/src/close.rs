@@ -48,25 +48,28 @@ pub struct Watch {
 
 /// RAM not written so far.
 #[derive(Debug, Clone)]
-struct Fresh {
+pub(crate) struct Fresh {
     space: &'static str,
-    start: u16,
-    /// For each byte the bits that were not written.
+    /// For each address the one under which its byte is kept, where it is RAM.
+    kept: Vec<Option<u32>>,
+    /// For each address under which a byte is kept the bits that were not written.
     unwritten: Vec<u8>,
 }
 
+/// What of a chip's RAM is looked at.
+pub struct RamTrap<'a> {
+    /// Where bytes of RAM are kept: [`Cpu::ram_at`](emu_core::Cpu::ram_at).
+    pub at: &'a dyn Fn(u32) -> Option<u32>,
+    /// Stretches of data memory that count as written.
+    pub filled: &'a [Range],
+}
+
 impl Close {
-    /// Waits for `watches`; with `filled` also for the first read of a byte of `chip`'s RAM that neither the program has
-    /// written nor lies in these stretches of data memory.
+    /// Waits for `watches`; with `trap` also for the first read of a byte of `chip`'s RAM that neither the program has written
+    /// nor counts as written.
     #[must_use]
-    pub fn new(chip: &'static Chip, watches: Vec<Watch>, filled: Option<&[Range]>) -> Close {
-        let fresh = filled.map(|filled| {
-            let ram = u32::from(chip.ram_start)..u32::from(chip.ram_start) + u32::from(chip.ram_len);
-            let is_filled = |addr| filled.iter().any(|r| r.space == chip.ram && (r.start..r.end).contains(&addr));
-            let unwritten = ram.map(|addr| if is_filled(addr) { 0 } else { 0xFF });
-            Fresh { space: chip.ram, start: chip.ram_start, unwritten: unwritten.collect() }
-        });
-        Close { seen: None, fault: None, chip, watches, fresh, pc: 0 }
+    pub fn new(chip: &'static Chip, watches: Vec<Watch>, trap: Option<&RamTrap<'_>>) -> Close {
+        Close { seen: None, fault: None, chip, watches, fresh: trap.map(|trap| Fresh::new(chip, trap)), pc: 0 }
     }
 
     /// The access as it is told, if a watch waits for it.
@@ -99,14 +102,36 @@ impl Watch {
 }
 
 impl Fresh {
-    /// Notes an access to some bits of a byte; true when it reads what was not written.
-    fn reads_unwritten(&mut self, space: &str, addr: u32, mask: u8, write: bool) -> bool {
-        let at = addr.checked_sub(u32::from(self.start)).filter(|_| space == self.space);
-        let Some(unwritten) = at.and_then(|at| self.unwritten.get_mut(at as usize)) else { return false };
+    /// All RAM of `chip` but what counts as written.
+    pub(crate) fn new(chip: &'static Chip, ram: &RamTrap<'_>) -> Fresh {
+        let size = chip.spaces.iter().find(|(name, ..)| *name == chip.ram).map_or(0, |space| space.1);
+        let filled = |addr| ram.filled.iter().any(|r| r.space == chip.ram && (r.start..r.end).contains(&addr));
+        Fresh {
+            space: chip.ram,
+            kept: (0..size).map(ram.at).collect(),
+            unwritten: (0..size).map(|addr| if filled(addr) { 0 } else { 0xFF }).collect(),
+        }
+    }
+
+    /// Notes an access as [`Probe::data`] tells of it; the byte of RAM that it reads without that having been written: the
+    /// address under which it is kept.
+    pub(crate) fn reads_unwritten(&mut self, chip: &Chip, space: u8, addr: u16, write: bool) -> Option<u32> {
+        let (space, addr) = (chip.spaces.get(usize::from(space))?.0, u32::from(addr));
+        let bit = if space == BIT { bits::byte_of(chip, addr) } else { None };
+        let (space, addr, mask) = bit.map_or((space, addr, 0xFF), |(space, byte, bit)| (space, byte, 1 << bit));
+        let kept = self.kept.get(addr as usize).copied().flatten().filter(|_| space == self.space)?;
+        let unwritten = self.unwritten.get_mut(kept as usize)?;
         if write {
             *unwritten &= !mask;
         }
-        !write && *unwritten & mask != 0
+        (!write && *unwritten & mask != 0).then_some(kept)
+    }
+
+    /// The byte kept at an address counts as written from now on.
+    pub(crate) fn fill(&mut self, kept: u32) {
+        if let Some(unwritten) = self.unwritten.get_mut(kept as usize) {
+            *unwritten = 0;
+        }
     }
 }
 
@@ -120,14 +145,10 @@ impl Probe for Close {
     }
 
     fn data(&mut self, _at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
-        let space = self.chip.spaces.get(usize::from(space)).map_or("", |(name, _)| name);
-        if let Some(fresh) = &mut self.fresh {
-            let bit = if space == BIT { bits::byte_of(self.chip, u32::from(addr)) } else { None };
-            let (byte_space, byte, mask) =
-                bit.map_or((space, u32::from(addr), 0xFF), |(space, byte, position)| (space, byte, 1 << position));
-            if fresh.reads_unwritten(byte_space, byte, mask, write) && self.fault.is_none() {
-                self.fault = Some((self.pc, Fault::UninitialisedRead { space, addr }));
-            }
+        let unknown = self.fresh.as_mut().and_then(|fresh| fresh.reads_unwritten(self.chip, space, addr, write));
+        let space = self.chip.spaces.get(usize::from(space)).map_or("", |(name, ..)| name);
+        if unknown.is_some() && self.fault.is_none() {
+            self.fault = Some((self.pc, Fault::UninitialisedRead { space, addr }));
         }
         if self.seen.is_none() {
             self.seen = self.watched(space, addr, value, write);

@@ -6,6 +6,8 @@
 //!   stimulus.rs  "10ms:PB0=1" to drives of pins             uart.rs   what the chip sends, and texts waited for in it
 //!   until.rs     "pin PB5=1" to conditions                  close.rs  accesses waited for, RAM read before written
 //!   text.rs      "\n\x41" to bytes and back                 wave.rs   pins and bytes as a VCD file
+//!   cod/         programs that check themselves, as gpsim does
+//!   lints.rs     what programs do that is seldom meant, collected
 //!   bits.rs      bits with addresses of their own, and the bytes that they are parts of
 //! ```
 //!
@@ -15,6 +17,8 @@
 
 pub mod bits;
 pub mod close;
+pub mod cod;
+pub mod lints;
 pub mod place;
 pub mod run;
 pub mod stimulus;
@@ -26,6 +30,7 @@ pub mod until;
 pub mod wave;
 
 pub use close::Close;
+pub use lints::{Found, Lints};
 pub use place::{Names, Range};
 pub use run::{Ended, Plan, Reason, run};
 pub use stimulus::Drive;

@@ -14,30 +14,30 @@ pub struct Names<'a> {
     pub symbols: &'a [SymbolAt],
 }
 
-/// Some bytes of one memory, or single bits of the memory `bit`.
+/// Some addresses of one memory: bytes, words where its addresses count words, or single bits of the memory `bit`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Range {
     /// The memory, as [`Chip::spaces`] names it.
     pub space: &'static str,
-    /// First byte address.
+    /// First address.
     pub start: u32,
-    /// Byte address after the last; above `start`.
+    /// Address after the last; above `start`.
     pub end: u32,
 }
 
 impl Names<'_> {
-    /// Bytes of a memory: `data:0x100` is one byte, `data:0x100..0x120` ends before 0x120. An address is a number
-    /// (decimal or 0x), a symbol of the program, in the memory of the chip's registers one of them by name, and in `bit` a
+    /// A part of a memory: `data:0x100` is one byte, `data:0x100..0x120` ends before 0x120. An address is a number (decimal
+    /// or 0x; of words where [`Chip::spaces`] says so), a symbol of the program, in the memory of the chip's registers one of them by name, and in `bit` a
     /// named bit or a bit of a byte (`0x20.3`, `P1.0`).
     ///
     /// # Errors
     /// No such memory, no address, a range without bytes or beyond the memory.
     pub fn range(&self, text: &str) -> Result<Range, String> {
-        let spaces = || self.chip.spaces.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+        let spaces = || self.chip.spaces.iter().map(|(name, ..)| *name).collect::<Vec<_>>().join(", ");
         let Some((space, addresses)) = text.split_once(':') else {
             return Err(format!("`{text}` names no memory; write {} (memories: {})", self.example(), spaces()));
         };
-        let Some(&(space, size)) = self.chip.spaces.iter().find(|(name, _)| *name == space.trim()) else {
+        let Some(&(space, size, width)) = self.chip.spaces.iter().find(|(name, ..)| *name == space.trim()) else {
             return Err(format!("{} has no memory `{space}`; memories are {}", self.chip.name, spaces()));
         };
         let beyond = || format!("`{text}` reaches beyond {space}, whose last address is 0x{:x}", size - 1);
@@ -49,7 +49,8 @@ impl Names<'_> {
             }
         };
         if start >= end {
-            return Err(format!("`{text}` holds no bytes: its end is excluded"));
+            let what = if width == 1 { "bytes" } else { "words" };
+            return Err(format!("`{text}` holds no {what}: its end is excluded"));
         }
         if end > size {
             return Err(beyond());
@@ -57,7 +58,8 @@ impl Names<'_> {
         Ok(Range { space, start, end })
     }
 
-    /// A program address: a number or a symbol, as the chip's users write it (bytes on AVR). Returns program words, as
+    /// A program address: a number or a symbol, as the chip's users write it (bytes on AVR, words on PIC16). Returns program
+    /// words, as
     /// [`Cpu::pc`](emu_core::Cpu::pc) counts.
     ///
     /// # Errors
@@ -76,23 +78,25 @@ impl Names<'_> {
     }
 
     fn word_up_to(&self, text: &str, most: u32) -> Result<u32, String> {
-        let byte = self.address(self.chip.code, text)?;
-        if byte % self.chip.word_bytes != 0 {
-            return Err(format!("0x{byte:x} is not the start of a word; program addresses are even byte addresses"));
+        let (addr, width) = (self.address(self.chip.code, text)?, self.chip.width(self.chip.code));
+        let byte = addr.saturating_mul(width);
+        if addr % (self.chip.word_bytes / width).max(1) != 0 {
+            return Err(format!("0x{addr:x} is not the start of a word; program addresses are even byte addresses"));
         }
         if byte > most {
-            let last = self.chip.flash - 1;
-            return Err(format!("0x{byte:x} reaches beyond {}, whose last address is 0x{last:x}", self.chip.code));
+            let last = (self.chip.flash - 1) / width;
+            return Err(format!("0x{addr:x} reaches beyond {}, whose last address is 0x{last:x}", self.chip.code));
         }
         Ok(byte / self.chip.word_bytes)
     }
 
-    /// The symbol at or before a byte address of program memory, as `main` or `main+0x12`; nothing before the first.
+    /// The symbol at or before a byte address of program memory, as `main` or `main+0x12` (in addresses as the chip's users
+    /// write them); nothing before the first.
     #[must_use]
     pub fn near(&self, byte: u32) -> Option<String> {
         let code = self.symbols.iter().filter(|s| s.space == self.chip.code && s.addr <= byte);
         let symbol = code.max_by_key(|s| (s.addr, s.size))?;
-        let offset = byte - symbol.addr;
+        let offset = (byte - symbol.addr) / self.chip.width(self.chip.code);
         Some(if offset == 0 { symbol.name.clone() } else { format!("{}+0x{offset:x}", symbol.name) })
     }
 
@@ -106,7 +110,7 @@ impl Names<'_> {
     fn address(&self, space: &str, text: &str) -> Result<u32, String> {
         let text = text.trim();
         if let Some(symbol) = self.symbols.iter().find(|s| s.space == space && s.name == text) {
-            return Ok(symbol.addr);
+            return Ok(symbol.addr / self.chip.width(space));
         }
         if let Some((byte, position)) = text.rsplit_once('.').filter(|_| space == BIT && self.chip.bit(text).is_none())
         {

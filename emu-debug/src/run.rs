@@ -4,7 +4,8 @@ use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, Fault, Probe, Stop};
 use emu_core::pins::{Level, PinId};
 
-use crate::close::{Access, Close, Watch};
+use crate::close::{Access, Close, RamTrap, Watch};
+use crate::lints::{Found, Lints};
 use crate::place::Range;
 use crate::tools::Tools;
 use crate::uart::Uart;
@@ -29,6 +30,8 @@ pub struct Plan {
     pub trap_ram: bool,
     /// Bytes of data memory that the image filled, which count as written.
     pub filled: Vec<Range>,
+    /// What the program does that is seldom meant is collected.
+    pub lint: bool,
 }
 
 /// Why a run ended. What the program did wrong goes before what was waited for, a text of [`Plan::fail`] before others.
@@ -71,6 +74,8 @@ pub struct Ended {
     pub uart: Vec<u8>,
     /// Pins that chip and outside drove against each other, each with the first machine cycle of that.
     pub contention: Vec<(PinId, u64)>,
+    /// What the program did that is seldom meant, with [`Plan::lint`].
+    pub lints: Vec<Found>,
 }
 
 /// Runs `cpu` as `plan` says. `wave` is written along and ended; `go_on` is called with all bytes sent so far before the
@@ -85,21 +90,22 @@ pub fn run<C: Cpu>(
     go_on: &mut dyn FnMut(&[u8]) -> bool,
 ) -> std::io::Result<Ended> {
     let watches = plan.watches();
-    if watches.is_empty() && !plan.trap_ram {
-        run_with(cpu, plan, wave, (), |()| None, go_on)
-    } else {
-        let close = Close::new(
-            cpu.chip(),
-            watches.iter().map(|(_, w)| *w).collect(),
-            plan.trap_ram.then_some(&plan.filled[..]),
-        );
-        let saw = |close: &Close| {
-            let fault = close.fault.map(|(pc, fault)| Reason::Fault { pc, fault });
-            let access = || close.seen.and_then(|a| Some(Reason::Until(watches.get(a.watch)?.0, Some(a))));
-            fault.or_else(access)
-        };
-        run_with(cpu, plan, wave, close, saw, go_on)
+    if watches.is_empty() && !plan.trap_ram && !plan.lint {
+        return run_with(cpu, plan, wave, (), |()| None, go_on).map(|(ended, ())| ended);
     }
+    let ram = RamTrap { at: &|addr| cpu.ram_at(addr), filled: &plan.filled };
+    let close = Close::new(cpu.chip(), watches.iter().map(|(_, w)| *w).collect(), plan.trap_ram.then_some(&ram));
+    let saw = |close: &Close| {
+        let fault = close.fault.map(|(pc, fault)| Reason::Fault { pc, fault });
+        let access = || close.seen.and_then(|a| Some(Reason::Until(watches.get(a.watch)?.0, Some(a))));
+        fault.or_else(access)
+    };
+    if plan.lint {
+        let both = (close, Lints::new(cpu.chip(), &ram));
+        let (ended, (_, lints)) = run_with(cpu, plan, wave, both, |(close, _)| saw(close), go_on)?;
+        return Ok(Ended { lints: lints.found(), ..ended });
+    }
+    run_with(cpu, plan, wave, close, saw, go_on).map(|(ended, _)| ended)
 }
 
 /// Levels of all pins of a chip, in the order of its pins.
@@ -136,7 +142,7 @@ fn run_with<C: Cpu, P: Probe>(
     close: P,
     saw: impl Fn(&P) -> Option<Reason>,
     go_on: &mut dyn FnMut(&[u8]) -> bool,
-) -> std::io::Result<Ended> {
+) -> std::io::Result<(Ended, P)> {
     let (texts, meanings) = plan.texts();
     let (mut pins, mut pin_conditions) = (Vec::new(), Vec::new());
     for (i, until) in plan.until.iter().enumerate() {
@@ -191,5 +197,6 @@ fn run_with<C: Cpu, P: Probe>(
     if let Some(wave) = tools.wave.take() {
         wave.finish(cpu.cycle())?;
     }
-    Ok(Ended { reason, uart: tools.uart.sent, contention: tools.contention })
+    let ended = Ended { reason, uart: tools.uart.sent, contention: tools.contention, lints: Vec::new() };
+    Ok((ended, tools.close))
 }

@@ -1,20 +1,35 @@
-//! What the outside does to the pins, and when.
+//! What the outside does to the pins and to the supply, and when.
 
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::pins::{Level, PinId, Time};
 
-use crate::time::Clock;
+use crate::time::{Clock, decimal, split};
 
-/// A pin is driven to a level, or let go.
+/// What the supply is called.
+pub const SUPPLY: &str = "VDD";
+
+/// Highest voltage, in millivolts: above what any pin of these chips bears.
+const MAX_MILLIVOLTS: u128 = 20_000;
+
+/// Something that is done from outside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Put {
+    /// A pin is driven to a level, or let go.
+    Level(PinId, Level),
+    /// A pin is driven to a voltage, in millivolts.
+    Volts(PinId, u32),
+    /// The supply gets a voltage, in millivolts.
+    Supply(u32),
+}
+
+/// Something that is done from outside, and when.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Drive {
-    /// Machine cycle.
-    pub at: u64,
-    /// Which pin.
-    pub pin: PinId,
-    /// Its level from then on; `Float` lets it go.
-    pub level: Level,
+    /// When.
+    pub at: Time,
+    /// What; it stays until something else is done.
+    pub put: Put,
 }
 
 /// `PB0=1`, `PB0=0` or `PB0=z` (let go), case aside.
@@ -22,26 +37,28 @@ pub struct Drive {
 /// # Errors
 /// No such pin or level.
 pub fn pin_level(chip: &Chip, text: &str) -> Result<(PinId, Level), String> {
-    let Some((name, level)) = text.split_once('=') else {
-        let pin = example_pin(chip, 0);
-        return Err(format!("`{text}` gives no level; write {pin}=1, {pin}=0 or {pin}=z"));
-    };
-    let name = name.trim();
-    let pin = chip.pin(name).filter(|&pin| present(chip, pin));
-    let pin = pin.ok_or_else(|| {
-        let names: Vec<&str> = chip.pins.iter().filter(|p| p.dip != 0).map(|p| p.name).collect();
-        format!("{} has no pin `{name}`; its pins are {}", chip.name, names.join(" "))
-    })?;
-    let level = match level.trim() {
-        "0" => Level::Low,
-        "1" => Level::High,
-        "z" | "Z" => Level::Float,
-        other => return Err(format!("`{other}` is no level of a pin; write 0, 1 or z")),
-    };
-    Ok((pin, level))
+    let (name, level) = halves(chip, text)?;
+    Ok((pin(chip, name)?, self::level(level)?))
 }
 
-/// `10ms:PB0=0`: a time as in [`Clock::cycles`] and a level as in [`pin_level`].
+/// A level as [`pin_level`] reads it, or a voltage: `RA0=1.25V`, `RA0=800mV`, `VDD=4.5V` for the supply.
+///
+/// # Errors
+/// No such pin, level or voltage.
+pub fn put(chip: &Chip, text: &str) -> Result<Put, String> {
+    let (name, value) = halves(chip, text)?;
+    let volts = value.ends_with(['V', 'v']);
+    if name.eq_ignore_ascii_case(SUPPLY) && chip.pin(name).is_none() {
+        return match volts {
+            true => millivolts(value).map(Put::Supply),
+            false => Err(format!("`{value}` is no voltage; write {SUPPLY}=4.5V")),
+        };
+    }
+    let pin = pin(chip, name)?;
+    if volts { Ok(Put::Volts(pin, millivolts(value)?)) } else { Ok(Put::Level(pin, level(value)?)) }
+}
+
+/// `10ms:PB0=0`: a time as in [`Clock::moment`] and what is done as in [`put`].
 ///
 /// # Errors
 /// As those.
@@ -49,18 +66,34 @@ pub fn drive(chip: &Chip, clock: Clock, text: &str) -> Result<Drive, String> {
     let Some((time, rest)) = text.split_once(':') else {
         return Err(format!("`{text}` gives no time; write 10ms:{}=0", example_pin(chip, 0)));
     };
-    let at = clock.cycles(time)?;
-    let (pin, level) = pin_level(chip, rest)?;
-    Ok(Drive { at, pin, level })
+    Ok(Drive { at: clock.moment(time)?, put: put(chip, rest)? })
 }
 
 /// Queues the drives, in order of time; of two at one time the one given last wins.
-pub fn queue<C: Cpu>(cpu: &mut C, drives: &[Drive]) {
+///
+/// # Errors
+/// A machine that knows levels only was to get a voltage: one sentence that says so. The others are queued.
+pub fn queue<C: Cpu>(cpu: &mut C, drives: &[Drive]) -> Result<(), String> {
     let mut sorted = drives.to_vec();
     sorted.sort_by_key(|d| d.at);
-    for drive in sorted {
-        cpu.drive(Time::at(drive.at), drive.pin, drive.level);
+    let mut refused = Ok(());
+    for Drive { at, put } in sorted {
+        let done = match put {
+            Put::Level(pin, level) => {
+                cpu.drive(at, pin, level);
+                true
+            }
+            Put::Volts(pin, millivolts) => cpu.drive_volts(at, pin, millivolts),
+            Put::Supply(millivolts) => cpu.supply(at, millivolts),
+        };
+        if !done {
+            let (name, pin) = (cpu.chip().name, example_pin(cpu.chip(), 0));
+            let what = if matches!(put, Put::Supply(_)) { "the supply" } else { "voltages on pins" };
+            refused =
+                Err(format!("{what} cannot be set on {name}, which knows levels only: {pin}=0, {pin}=1 or {pin}=z"));
+        }
     }
+    refused
 }
 
 /// The name of the pin at position `n` of those that the package has, for messages.
@@ -73,4 +106,48 @@ pub fn example_pin(chip: &Chip, n: usize) -> &'static str {
 #[must_use]
 pub fn present(chip: &Chip, pin: PinId) -> bool {
     chip.pins.get(usize::from(pin)).is_some_and(|p| p.dip != 0)
+}
+
+/// Both sides of the sign.
+fn halves<'t>(chip: &Chip, text: &'t str) -> Result<(&'t str, &'t str), String> {
+    let (name, value) = text.split_once('=').ok_or_else(|| {
+        let pin = example_pin(chip, 0);
+        format!("`{text}` gives no level; write {pin}=1, {pin}=0 or {pin}=z")
+    })?;
+    Ok((name.trim(), value.trim()))
+}
+
+fn pin(chip: &Chip, name: &str) -> Result<PinId, String> {
+    let pin = chip.pin(name).filter(|&pin| present(chip, pin));
+    pin.ok_or_else(|| {
+        let names: Vec<&str> = chip.pins.iter().filter(|p| p.dip != 0).map(|p| p.name).collect();
+        format!("{} has no pin `{name}`; its pins are {}", chip.name, names.join(" "))
+    })
+}
+
+fn level(text: &str) -> Result<Level, String> {
+    match text {
+        "0" => Ok(Level::Low),
+        "1" => Ok(Level::High),
+        "z" | "Z" => Ok(Level::Float),
+        other => Err(format!("`{other}` is no level of a pin; write 0, 1 or z")),
+    }
+}
+
+/// A voltage in whole millivolts: a decimal number and `V` or `mV` (case of the V aside).
+fn millivolts(text: &str) -> Result<u32, String> {
+    let wanted = || format!("`{text}` is no voltage; write 1.25V or 800mV");
+    let (number, unit) = split(text);
+    let (mantissa, decimals) = decimal(number).ok_or_else(wanted)?;
+    let scaled = match unit {
+        "V" | "v" => mantissa * 1_000,
+        "mV" | "mv" => mantissa,
+        _ => return Err(wanted()),
+    };
+    let down = 10u128.pow(decimals);
+    match scaled / down {
+        _ if scaled % down != 0 => Err(format!("`{text}` is no whole number of millivolts")),
+        millivolts @ 0..=MAX_MILLIVOLTS => Ok(millivolts as u32),
+        _ => Err(format!("`{text}` is more than any pin bears; the most is {} V", MAX_MILLIVOLTS / 1_000)),
+    }
 }

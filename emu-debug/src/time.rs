@@ -3,6 +3,8 @@
 
 use std::time::Duration;
 
+use emu_core::pins::Time;
+
 /// Longest time, in machine cycles.
 pub const MAX_CYCLES: u64 = 1 << 62;
 
@@ -25,18 +27,28 @@ impl Clock {
     /// # Errors
     /// Not such a text, or longer than [`MAX_CYCLES`].
     pub fn cycles(self, text: &str) -> Result<u64, String> {
+        self.moment(text).map(|time| time.cycle)
+    }
+
+    /// The moment `text` after power-up, as [`Clock::cycles`] reads it, but to the clock: a time that lies within a clock counts
+    /// as its start.
+    ///
+    /// # Errors
+    /// As [`Clock::cycles`].
+    pub fn moment(self, text: &str) -> Result<Time, String> {
         let wanted = || format!("`{text}` is no time; write 2s, 10ms, 2.5us, 100ns or 1000c (cycles)");
         let (number, unit) = split(text);
         let (mantissa, decimals) = decimal(number).ok_or_else(wanted)?;
         let too_long = || format!("`{text}` is longer than 2^62 cycles");
-        let cycles = if unit == "c" {
-            (decimals == 0).then_some(mantissa).ok_or_else(wanted)?
+        let per_cycle = u128::from(self.clocks_per_cycle.max(1));
+        let clocks = if unit == "c" {
+            (decimals == 0).then_some(mantissa).ok_or_else(wanted)?.checked_mul(per_cycle).ok_or_else(too_long)?
         } else {
             let per_second = 10u128.pow(decimals + exponent(unit).ok_or_else(wanted)?);
-            let clocks = mantissa.checked_mul(u128::from(self.hz)).ok_or_else(too_long)?;
-            clocks / (per_second * u128::from(self.clocks_per_cycle.max(1)))
+            mantissa.checked_mul(u128::from(self.hz)).ok_or_else(too_long)? / per_second
         };
-        u64::try_from(cycles).ok().filter(|&c| c <= MAX_CYCLES).ok_or_else(too_long)
+        let cycle = u64::try_from(clocks / per_cycle).ok().filter(|&c| c <= MAX_CYCLES).ok_or_else(too_long)?;
+        Ok(Time { cycle, phase: (clocks % per_cycle) as u8 })
     }
 
     /// Seconds that `cycles` take.
@@ -85,7 +97,7 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     u64::try_from(nanos).map(Duration::from_nanos).map_err(|_| format!("`{text}` is longer than 584 years"))
 }
 
-fn split(text: &str) -> (&str, &str) {
+pub(crate) fn split(text: &str) -> (&str, &str) {
     let text = text.trim();
     let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let (number, unit) = text.split_at(end);
@@ -93,7 +105,7 @@ fn split(text: &str) -> (&str, &str) {
 }
 
 /// Mantissa and number of decimals.
-fn decimal(text: &str) -> Option<(u128, u32)> {
+pub(crate) fn decimal(text: &str) -> Option<(u128, u32)> {
     let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
     if whole.is_empty() || text.ends_with('.') || whole.len() + fraction.len() > MAX_DIGITS {
         return None;

@@ -1,6 +1,7 @@
 //! All probes of a run as one.
 
 use emu_core::cpu::Probe;
+use emu_core::lint::Lint;
 use emu_core::pins::{Event, Level, PinId};
 
 use crate::uart::Uart;
@@ -28,6 +29,7 @@ impl<C: Probe> Probe for Tools<C> {
     const INSN: bool = C::INSN;
     const DATA: bool = C::DATA;
     const EVENTS: bool = true;
+    const LINT: bool = C::LINT;
 
     fn insn(&mut self, at: u64, pc: u32) -> bool {
         self.close.insn(at, pc)
@@ -39,6 +41,10 @@ impl<C: Probe> Probe for Tools<C> {
 
     fn irq(&mut self, at: u64, vector: u8) {
         self.close.irq(at, vector);
+    }
+
+    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
+        self.close.lint(at, pc, lint);
     }
 
     fn event(&mut self, event: Event) -> bool {

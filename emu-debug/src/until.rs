@@ -64,7 +64,7 @@ impl Until {
             _ => format!("{}:0x{:x}..0x{:x}", r.space, r.start, r.end),
         };
         match self {
-            Until::Pc(word) => format!("pc=0x{:x}", word * names.chip.word_bytes),
+            Until::Pc(word) => format!("pc=0x{:x}", names.chip.code_address(*word)),
             Until::Pin(pin, level) => {
                 let name = names.chip.pins.get(usize::from(*pin)).map_or("?", |p| p.name);
                 format!("pin {name}={}", u8::from(*level == Level::High))
@@ -91,10 +91,10 @@ fn has_bare_quote(text: &str) -> bool {
 
 fn data(names: &Names<'_>, text: &str) -> Result<Range, String> {
     let range = names.range(text)?;
-    let watched = |space: &str| space != names.chip.code && space != "eeprom";
+    let watched = |space: &str| space != names.chip.code && space != "eeprom" && space != "config";
     if !watched(range.space) {
         let memories: Vec<&str> =
-            names.chip.spaces.iter().map(|(name, _)| *name).filter(|name| watched(name)).collect();
+            names.chip.spaces.iter().map(|(name, ..)| *name).filter(|name| watched(name)).collect();
         return Err(format!("accesses are watched in {} memory, not in {}", memories.join(", "), range.space));
     }
     Ok(range)

@@ -5,7 +5,7 @@ use emu_avr::chips::ATMEGA328P;
 use emu_core::chip::{Chip, PinDef, Reg};
 use emu_core::cpu::Probe;
 use emu_core::image::SymbolAt;
-use emu_debug::close::Watch;
+use emu_debug::close::{RamTrap, Watch};
 use emu_debug::stimulus::pin_level;
 use emu_debug::until::until;
 use emu_debug::{Close, Names, Until};
@@ -23,7 +23,7 @@ const CHIP: Chip = Chip {
     regs: &[Reg { name: "TCON", addr: 0x88 }, Reg { name: "TL0", addr: 0x8A }, Reg { name: "P1", addr: 0x90 }],
     bits: &[Reg { name: "TF0", addr: 0x8D }],
     pins: &[PinDef { name: "P1.0", dip: 1, note: "" }, PinDef { name: "RST", dip: 9, note: "" }],
-    spaces: &[("code", 0x1_0000), ("idata", 256), ("sfr", 256), ("xdata", 0x1_0000), ("bit", 256)],
+    spaces: &[("code", 0x1_0000, 1), ("idata", 256, 1), ("sfr", 256, 1), ("xdata", 0x1_0000, 1), ("bit", 256, 1)],
     ..ATMEGA328P
 };
 
@@ -39,7 +39,8 @@ fn seen(waits: &str, done: &str) -> String {
             other => panic!("{waits}: {other:?}"),
         }
     }
-    let mut close = Close::new(&CHIP, watches, trap.then_some(&[]));
+    let ram = RamTrap { at: &|addr| (addr < 256).then_some(addr), filled: &[] };
+    let mut close = Close::new(&CHIP, watches, trap.then_some(&ram));
     for (i, access) in done.split(',').map(str::trim).enumerate() {
         let (word, rest) = access.split_once(' ').expect("read or write");
         let (place, value) = rest.split_once('=').expect("a value");

@@ -2,7 +2,7 @@
 
 use emu_avr::chips::ATMEGA328P;
 use emu_core::image::SymbolAt;
-use emu_debug::stimulus::drive;
+use emu_debug::stimulus::{Put, drive};
 use emu_debug::text::{escape, unescape};
 use emu_debug::time::{duration, hertz};
 use emu_debug::until::until;
@@ -13,18 +13,24 @@ fn read(section: &str, text: &str) -> Result<String, String> {
     let symbols = [symbol("main", "flash", 0x80), symbol("cell", "data", 0x104)];
     let names = Names { chip: &ATMEGA328P, symbols: &symbols };
     match section {
-        "cycles" => {
+        "cycles" | "moment" => {
             let (hz, rest) = text.split_once(' ').expect("Hz");
             let (per_cycle, text) = rest.split_once(' ').expect("clocks a cycle");
             let clock = Clock { hz: hz.parse().expect("Hz"), clocks_per_cycle: per_cycle.parse().expect("clocks") };
-            clock.cycles(text).map(|c| c.to_string())
+            match section {
+                "cycles" => clock.cycles(text).map(|c| c.to_string()),
+                _ => clock.moment(text).map(|time| format!("{} {}", time.cycle, time.phase)),
+            }
         }
         "hertz" => hertz(text).map(|hz| hz.to_string()),
         "duration" => duration(text).map(|d| d.as_nanos().to_string()),
         "range" => names.range(text).map(|r| format!("{} {} {}", r.space, r.start, r.end)),
         "until" => until(&names, text).map(|u| format!("{u:?}")),
-        "drive" => drive(&ATMEGA328P, Clock { hz: 16_000_000, clocks_per_cycle: 1 }, text)
-            .map(|d| format!("{} 8*{}+{} {:?}", d.at, d.pin / 8, d.pin % 8, d.level)),
+        "drive" => drive(&ATMEGA328P, Clock { hz: 16_000_000, clocks_per_cycle: 1 }, text).map(|d| match d.put {
+            Put::Level(pin, level) => format!("{} 8*{}+{} {level:?}", d.at.cycle, pin / 8, pin % 8),
+            Put::Volts(pin, millivolts) => format!("{} 8*{}+{} {millivolts} mV", d.at.cycle, pin / 8, pin % 8),
+            Put::Supply(millivolts) => format!("{} {millivolts} mV", d.at.cycle),
+        }),
         "unescape" => unescape(text).map(|b| b.iter().map(|b| format!("{b:02x}")).collect::<Vec<_>>().join(" ")),
         other => panic!("no section {other}"),
     }

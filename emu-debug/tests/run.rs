@@ -53,7 +53,7 @@ fn run(program: &str, waits: &str) -> String {
             _ => host = false,
         }
     }
-    queue(&mut cpu, &drives);
+    queue(&mut cpu, &drives).expect("levels only");
     let ended = emu_debug::run(&mut cpu, &plan, None, &mut |_| host).expect("no file is written");
     format!("{:?} {}", ended.reason, cpu.cycle())
 }

@@ -1,0 +1,178 @@
+//! Messages taken apart: assertions and commands.
+
+use super::expr::{Expr, Reader};
+
+/// An assertion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assertion {
+    /// What must hold; where there is nothing, the run always halts.
+    pub holds: Option<Expr>,
+    /// What is said when the run halts.
+    pub text: String,
+}
+
+/// `count == 3, 'text'`, `'text'` or nothing at all.
+///
+/// # Errors
+/// No expression, or something behind it.
+pub fn assertion(text: &str) -> Result<Assertion, String> {
+    let mut reader = Reader::new(text);
+    if reader.rest().is_empty() {
+        return Ok(Assertion { holds: None, text: String::new() });
+    }
+    let mut whole = reader;
+    if let Some(text) = whole.quoted().filter(|_| whole.rest().is_empty()) {
+        return Ok(Assertion { holds: None, text: text.to_owned() });
+    }
+    // Macros may leave the comma where there is no expression.
+    let holds = if reader.rest().starts_with(',') { None } else { Some(reader.expr()?) };
+    let said = if reader.take(",") { reader.quoted().unwrap_or("").to_owned() } else { String::new() };
+    if !reader.rest().is_empty() {
+        return Err(format!("`{}` behind the expression", reader.rest()));
+    }
+    let said = if said.is_empty() && holds.is_some() { format!("does not hold: {}", text.trim()) } else { said };
+    Ok(Assertion { holds, text: said })
+}
+
+/// A command.
+#[derive(Debug, Clone, PartialEq)]
+#[rustfmt::skip]
+pub enum Command {
+    /// Nothing that matters to a run.
+    None,
+    /// `module load TYPE NAME`.
+    Module { kind: String, name: String },
+    /// `node NAME ..`.
+    Nodes(Vec<String>),
+    /// `attach NODE PIN ..`.
+    Attach { node: String, pins: Vec<String> },
+    /// `break c N`: the run ends at this machine cycle.
+    Limit(Expr),
+    /// `frequency HZ`.
+    Frequency(Expr),
+    /// `symbol NAME=VALUE`.
+    Symbol { name: String, value: Expr },
+    /// `NAME = VALUE`, for registers, symbols and attributes.
+    Assign { name: String, value: Expr },
+    /// A line of a stimulus: `stimulus asynchronous_stimulus`, `period N`, `{ cycle, value }` and so on, up to `end`.
+    Stimulus(Stimulus),
+    /// `dump e MODULE FILE`: keeps what an EEPROM holds under a name.
+    Keep { module: String, file: String },
+    /// `load e MODULE FILE`: fills an EEPROM with what was kept.
+    Recall { module: String, file: String },
+}
+
+/// A line of a stimulus.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)]
+pub enum Stimulus {
+    Begin,
+    Initial(Expr),
+    Start(Expr),
+    Period(Expr),
+    Name(String),
+    Analog(bool),
+    Data(Vec<Expr>),
+    End,
+}
+
+/// Reads a command.
+///
+/// # Errors
+/// It is damaged, or one that is not carried out here.
+pub fn command(text: &str) -> Result<Command, String> {
+    let text = text.trim();
+    if text.is_empty() || text.starts_with('#') || text == "echo" || text.starts_with("echo ") {
+        return Ok(Command::None);
+    }
+    let mut reader = Reader::new(text);
+    if let Some(data) = data(&mut reader)? {
+        return Ok(Command::Stimulus(data));
+    }
+    let first = reader.name().ok_or_else(|| format!("`{text}` is no command"))?;
+    let words: Vec<&str> = reader.rest().split_whitespace().collect();
+    let owned = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
+    if reader.rest().starts_with('=') && !reader.rest().starts_with("==") {
+        reader.take("=");
+        return match bare_word(reader.rest()) {
+            Some(value) => Ok(Command::Assign { name: first.to_owned(), value }),
+            None => Ok(Command::Assign { name: first.to_owned(), value: whole(reader)? }),
+        };
+    }
+    match (first, words.as_slice()) {
+        ("module", ["library" | "lib", _]) => Ok(Command::None),
+        ("module", ["load", kind, name]) => Ok(Command::Module { kind: (*kind).to_owned(), name: (*name).to_owned() }),
+        ("module", ["load", kind]) => Ok(Command::Module { kind: (*kind).to_owned(), name: (*kind).to_owned() }),
+        ("node", [_, ..]) => Ok(Command::Nodes(owned(&words))),
+        ("attach", [node, pins @ ..]) => Ok(Command::Attach { node: (*node).to_owned(), pins: owned(pins) }),
+        ("break", ["c", _]) => {
+            reader.take("c");
+            Ok(Command::Limit(whole(reader)?))
+        }
+        ("frequency", [_, ..]) => Ok(Command::Frequency(whole(reader)?)),
+        ("symbol", [_, ..]) => {
+            let name = reader.name().unwrap_or("");
+            if name.is_empty() || !reader.take("=") {
+                return Err(format!("`{text}`: wanted symbol NAME=VALUE"));
+            }
+            Ok(Command::Symbol { name: name.to_owned(), value: whole(reader)? })
+        }
+        ("stimulus" | "stim", ["asynchronous_stimulus" | "asy"]) => Ok(Command::Stimulus(Stimulus::Begin)),
+        ("initial_state", [_, ..]) => Ok(Command::Stimulus(Stimulus::Initial(whole(reader)?))),
+        ("start_cycle" | "start", [_, ..]) => Ok(Command::Stimulus(Stimulus::Start(whole(reader)?))),
+        ("period", [_, ..]) => Ok(Command::Stimulus(Stimulus::Period(whole(reader)?))),
+        ("name", [name]) => Ok(Command::Stimulus(Stimulus::Name((*name).to_owned()))),
+        ("digital", []) => Ok(Command::Stimulus(Stimulus::Analog(false))),
+        ("analog", []) => Ok(Command::Stimulus(Stimulus::Analog(true))),
+        ("end", []) => Ok(Command::Stimulus(Stimulus::End)),
+        ("dump", ["e", module, file]) => Ok(Command::Keep { module: (*module).to_owned(), file: (*file).to_owned() }),
+        ("load", ["e", module, file]) => Ok(Command::Recall { module: (*module).to_owned(), file: (*file).to_owned() }),
+        (
+            "attach" | "break" | "frequency" | "load" | "module" | "node" | "run" | "step" | "stimulus" | "stim"
+            | "symbol" | "x" | "clear" | "reset" | "trace" | "log" | "set" | "macro" | "processor" | "initial_state"
+            | "start_cycle" | "period" | "name" | "icd" | "list" | "dump" | "quit",
+            _,
+        ) => Err(format!("`{text}` is not carried out")),
+        // A bare expression shows its value.
+        _ => {
+            let mut again = Reader::new(text);
+            again.expr()?;
+            if again.rest().is_empty() { Ok(Command::None) } else { Err(format!("`{text}` is no command")) }
+        }
+    }
+}
+
+fn whole(mut reader: Reader<'_>) -> Result<Expr, String> {
+    let expr = reader.expr()?;
+    if reader.rest().is_empty() { Ok(expr) } else { Err(format!("`{}` behind the expression", reader.rest())) }
+}
+
+/// `open` and `closed`, the states of a switch by name.
+fn bare_word(text: &str) -> Option<Expr> {
+    use super::value::Value;
+    match text {
+        "open" => Some(Expr::Value(Value::Bool(false))),
+        "closed" => Some(Expr::Value(Value::Bool(true))),
+        _ => None,
+    }
+}
+
+/// `{ cycle, value, .. }`, all of it or a part of it: the braces and lines of one list may stand in several messages.
+fn data(reader: &mut Reader<'_>) -> Result<Option<Stimulus>, String> {
+    let opened = reader.take("{");
+    if reader.rest() == "}" {
+        return Ok(Some(Stimulus::Data(Vec::new())));
+    }
+    let number = reader.rest().starts_with(|c: char| c.is_ascii_digit());
+    if !opened && !number {
+        return Ok(None);
+    }
+    let mut values = Vec::new();
+    while !reader.rest().is_empty() && !reader.take("}") {
+        values.push(reader.expr()?);
+        if !reader.take(",") && !reader.rest().is_empty() && !reader.rest().starts_with('}') {
+            return Err(format!("`{}` in a list, wanted a comma", reader.rest()));
+        }
+    }
+    Ok(Some(Stimulus::Data(values)))
+}

@@ -1,0 +1,42 @@
+//! Programs that check themselves: what gpasm's `.direct` leaves in a `.cod` file for gpsim, carried out on any
+//! [`Cpu`](emu_core::Cpu).
+//!
+//! ```text
+//!   script.rs   messages read: commands for the start, assertions and commands at addresses      command.rs  one message
+//!   bench.rs    parts, nets, symbols, and the commands that change them                          expr.rs     expressions
+//!   net.rs      voltages of nets                                                                 value.rs    their values
+//!   wiring.rs   the chip's pins on the nets                                                      parts/      the parts
+//!   run.rs      the run: from edge to edge, from message to message
+//! ```
+//!
+//! What is understood, and what each of it means, stands in `docs/formats/cod.md`.
+//!
+//! ```no_run
+//! # use emu_core::{Cpu, image::{SymbolAt, SymbolFile, load_messages}};
+//! # use emu_debug::{Names, cod};
+//! # fn show<C: Cpu>(cpu: &mut C, symbols: &[SymbolAt], bytes: &[u8]) {
+//! let messages = load_messages(&SymbolFile { name: "test.cod", bytes }).unwrap_or_default();
+//! let script = cod::Script::read(&messages).unwrap_or_default();
+//! let names = Names { chip: cpu.chip(), symbols };
+//! let limits = cod::Limits { cycle: 100_000_000, hz: script.frequency().unwrap_or(20_000_000) };
+//! let outcome = cod::run(cpu, &script, names, limits, &mut |_, _, _, _| {});
+//! assert!(outcome.verdict.passed());
+//! # }
+//! ```
+
+mod bench;
+mod command;
+mod expr;
+mod net;
+mod parts;
+mod run;
+mod script;
+mod value;
+mod wiring;
+
+#[cfg(test)]
+mod tests;
+
+pub use run::{Limits, Outcome, Verdict, run};
+pub use script::{Refusal, Script};
+pub use wiring::Analog;

@@ -1,0 +1,88 @@
+//! A voltage that changes at given cycles: pulse generators and asynchronous stimuli.
+
+use crate::cod::value::Value;
+
+/// The voltage of a pin, in millivolts, as a function of time in machine cycles.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Wave {
+    /// Cycle from which the times of points and laps count.
+    pub start: u64,
+    /// Cycles of a lap; 0 where there is only one.
+    pub period: u64,
+    /// Millivolts before the first point.
+    pub initial: i64,
+    /// Every lap begins with `initial` again; else the last voltage stays.
+    pub rests: bool,
+    /// Millivolts from a cycle of the lap on, in order of cycles, one for each.
+    points: Vec<(u64, i64)>,
+}
+
+impl Wave {
+    /// From `cycle` of each lap on the pin is at `millivolts`.
+    pub fn set(&mut self, cycle: u64, millivolts: i64) {
+        match self.points.binary_search_by_key(&cycle, |(at, _)| *at) {
+            Ok(at) => {
+                if let Some(point) = self.points.get_mut(at) {
+                    point.1 = millivolts;
+                }
+            }
+            Err(at) => self.points.insert(at, (cycle, millivolts)),
+        }
+    }
+
+    /// Takes the point at `cycle` away.
+    pub fn delete(&mut self, cycle: u64) {
+        self.points.retain(|(at, _)| *at != cycle);
+    }
+
+    /// The points that are reached within a lap.
+    fn reached(&self) -> impl DoubleEndedIterator<Item = (u64, i64)> + '_ {
+        let end = if self.period == 0 { u64::MAX } else { self.period };
+        self.points.iter().copied().filter(move |(at, _)| *at < end)
+    }
+
+    /// Millivolts at a cycle.
+    #[must_use]
+    pub fn at(&self, cycle: u64) -> i64 {
+        let Some(since) = cycle.checked_sub(self.start) else { return self.initial };
+        let lap = since.checked_div(self.period).unwrap_or(0);
+        let phase = since - lap * self.period;
+        let point = self.reached().rev().find(|(at, _)| *at <= phase);
+        let before = || if lap == 0 || self.rests { None } else { self.reached().last() };
+        point.or_else(before).map_or(self.initial, |(_, level)| level)
+    }
+
+    /// The next cycle after `cycle` at which the voltage may change.
+    #[must_use]
+    pub fn next(&self, cycle: u64) -> Option<u64> {
+        let first = self.reached().next()?.0;
+        let Some(since) = cycle.checked_sub(self.start) else { return self.start.checked_add(first) };
+        let lap = since.checked_div(self.period).unwrap_or(0);
+        let phase = since - lap * self.period;
+        let base = self.start.checked_add(lap.checked_mul(self.period)?)?;
+        if let Some((at, _)) = self.reached().find(|(at, _)| *at > phase) {
+            return base.checked_add(at);
+        }
+        let over = base.checked_add(self.period).filter(|_| self.period > 0)?;
+        if self.rests { Some(over) } else { over.checked_add(first) }
+    }
+
+    /// Sets an attribute of a pulse generator: `set`, `clear`, `delete`, `period` (cycles) and `initial` (volts). False where
+    /// there is none of that name or the value is of another kind.
+    pub fn assign(&mut self, attribute: &str, value: &Value) -> bool {
+        let cycle = || value.int().and_then(|i| u64::try_from(i).ok());
+        match (attribute, cycle()) {
+            ("set", Some(cycle)) => self.set(cycle, 5000),
+            ("clear", Some(cycle)) => self.set(cycle, 0),
+            ("delete", Some(cycle)) => self.delete(cycle),
+            ("period", Some(cycles)) => self.period = cycles,
+            ("initial", _) => match value.real() {
+                // A pulse has two levels.
+                Some(volts) => self.initial = if volts > 2.5 { 5000 } else { 0 },
+                None => return false,
+            },
+            _ => return false,
+        }
+        true
+    }
+}

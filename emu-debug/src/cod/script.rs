@@ -1,0 +1,104 @@
+//! The messages of a program as what is to be done when.
+
+use std::collections::BTreeMap;
+
+use emu_core::image::Message;
+
+use super::command::{Assertion, Command, assertion, command};
+use super::expr::Expr;
+
+/// Longest message in bytes; a file holds at most 255.
+const LONGEST: usize = 1000;
+
+/// What is to be done when the instruction at an address is reached.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Action {
+    /// Something must hold before the instruction.
+    Assert(Assertion),
+    /// A command before the instruction.
+    Before(Command),
+    /// A command after the instruction.
+    After(Command),
+}
+
+/// A message that cannot be carried out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refusal {
+    /// Its program word address.
+    pub addr: u32,
+    /// Its kind.
+    pub kind: char,
+    /// Its text.
+    pub text: String,
+    /// Why.
+    pub cause: String,
+}
+
+impl std::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "message {} at 0x{:04x}, `{}`: {}", self.kind, self.addr, self.text, self.cause)
+    }
+}
+
+/// The messages of a program, read.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Script {
+    /// Commands for the start, with the messages that they came from.
+    pub start: Vec<(Command, Message)>,
+    /// What is to be done at program words, with its messages.
+    pub at: BTreeMap<u32, Vec<(Action, Message)>>,
+}
+
+impl Script {
+    /// Reads messages. Kinds other than A, C and E are for other tools and are passed over.
+    ///
+    /// # Errors
+    /// The messages that cannot be carried out.
+    pub fn read(messages: &[Message]) -> Result<Script, Vec<Refusal>> {
+        let mut script = Script::default();
+        let mut refusals = Vec::new();
+        for message in messages {
+            if message.text.len() > LONGEST {
+                refusals.push(refusal(message, format!("it has more than {LONGEST} bytes")));
+                continue;
+            }
+            let action = match message.kind {
+                'E' | 'e' => command(&message.text).map(|command| {
+                    script.start.push((command, message.clone()));
+                    None
+                }),
+                'A' | 'a' => assertion(&message.text).map(|assertion| Some(Action::Assert(assertion))),
+                'C' => command(&message.text).map(|command| Some(Action::Before(command))),
+                'c' => command(&message.text).map(|command| Some(Action::After(command))),
+                _ => Ok(None),
+            };
+            match action {
+                Ok(Some(action)) => script.at.entry(message.addr).or_default().push((action, message.clone())),
+                Ok(None) => {}
+                Err(cause) => refusals.push(refusal(message, cause)),
+            }
+        }
+        if refusals.is_empty() { Ok(script) } else { Err(refusals) }
+    }
+
+    /// The frequency of the oscillator in Hz that the program asks for at the start; a chip whose times in seconds matter is
+    /// to be built for it.
+    #[must_use]
+    pub fn frequency(&self) -> Option<u64> {
+        let asked = self.start.iter().filter_map(|(command, _)| match command {
+            Command::Frequency(expr) => Some(expr),
+            Command::Assign { name, value } if name.ends_with(".frequency") => Some(value),
+            _ => None,
+        });
+        let mut hz = asked.filter_map(|expr| match expr {
+            Expr::Value(value) => value.int().and_then(|hz| u64::try_from(hz).ok()),
+            _ => None,
+        });
+        hz.rfind(|hz| *hz > 0)
+    }
+}
+
+/// The refusal of a message.
+pub(super) fn refusal(message: &Message, cause: String) -> Refusal {
+    Refusal { addr: message.addr, kind: message.kind, text: message.text.clone(), cause }
+}

@@ -1,0 +1,118 @@
+//! What the collector of lints finds, case by case in `lints.txt`.
+
+use emu_core::chip::Chip;
+use emu_core::cpu::{Cpu, RamInit};
+use emu_core::image::{Image, Segment, SymbolAt};
+use emu_core::lint::Lint;
+use emu_debug::lints::describe;
+use emu_debug::until::until;
+use emu_debug::{Names, Plan};
+
+fn image(words: impl Fn(&str, u32) -> Vec<u8>, word_bytes: usize, code: &'static str, program: &str) -> Image {
+    let mut bytes = Vec::new();
+    for line in program.split(';') {
+        bytes.extend(words(line.trim(), (bytes.len() / word_bytes) as u32));
+    }
+    Image { segments: vec![Segment { space: code, addr: 0, bytes }], ..Image::default() }
+}
+
+fn pairs(words: Vec<u16>) -> Vec<u8> {
+    words.iter().flat_map(|word| word.to_le_bytes()).collect()
+}
+
+/// What a run finds: program word, code, memory and address of RAM, how often, first cycle.
+fn found<C: Cpu>(mut cpu: C, waits: &str) -> String {
+    let names = Names { chip: cpu.chip(), symbols: &[] };
+    let mut plan = Plan { limit: 12, lint: true, ..Plan::default() };
+    for wait in waits.split(',').map(str::trim).filter(|wait| !wait.is_empty()) {
+        match wait.split_once(' ').expect("a word and more") {
+            ("filled", range) => plan.filled.push(names.range(range).expect("a range")),
+            ("until", condition) => plan.until.push(until(&names, condition).expect("a condition")),
+            other => panic!("{other:?}"),
+        }
+    }
+    let ended = emu_debug::run(&mut cpu, &plan, None, &mut |_| true).expect("no file is written");
+    let each = ended.lints.iter().map(|found| {
+        let place = match found.lint {
+            Lint::UnknownRead { space, addr } => format!(" {space}:{addr:x}"),
+            _ => String::new(),
+        };
+        format!("{:x} {}{place} x{} @{}", found.pc, found.lint.code(), found.count, found.first)
+    });
+    each.collect::<Vec<_>>().join(", ")
+}
+
+fn case(chip: &str, program: &str, waits: &str) -> String {
+    match chip {
+        "avr" => {
+            let words = |line: &str, pc| pairs(emu_avr::isa::assemble(line, pc).expect(line));
+            let chip = &emu_avr::chips::ATMEGA328P;
+            found(emu_avr::Avr::new(chip, &image(words, 2, "flash", program), RamInit::Zero), waits)
+        }
+        "8051" => {
+            let bytes = |line: &str, pc| {
+                emu_8051::isa::assemble(line, pc).expect(line).iter().map(|&byte| byte as u8).collect::<Vec<u8>>()
+            };
+            let chip = emu_8051::chips::chips().find(|chip| chip.name == "8051").expect("an 8051");
+            found(emu_8051::Mcs51::new(chip, &image(bytes, 1, "code", program), RamInit::Zero), waits)
+        }
+        "pic16" => {
+            let words = |line: &str, pc| pairs(emu_pic16::isa::assemble(line, pc).expect(line));
+            let options = emu_pic16::Options { config: Some(0x3F31), start_up: false, ..Default::default() };
+            let (chip, image) = (&emu_pic16::chips::PIC16F873.chip, image(words, 2, "flash", program));
+            found(emu_pic16::Pic16::with(chip, &image, RamInit::Zero, options), waits)
+        }
+        other => panic!("no chip {other}"),
+    }
+}
+
+#[test]
+fn what_is_found() {
+    let (mut wrong, mut count) = (Vec::new(), 0);
+    for line in include_str!("lints.txt").lines().filter(|l| !l.is_empty() && !l.starts_with('#')) {
+        let columns: Vec<&str> = line.split('|').map(str::trim).collect();
+        let [chip, program, waits, wanted] = columns[..] else { panic!("four columns wanted: {line}") };
+        let found = case(chip, program, waits);
+        count += 1;
+        if found != wanted {
+            wrong.push(format!("{line}\n    found {found}"));
+        }
+    }
+    assert!(count > 20, "only {count} cases were read");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Without the wish nothing is collected.
+#[test]
+fn nothing_is_found_unasked() {
+    let words = |line: &str, pc| pairs(emu_pic16::isa::assemble(line, pc).expect(line));
+    let image = image(words, 2, "flash", "movf 0x20, W; movf 0x05, W; goto 0x002");
+    let chip: &'static Chip = &emu_pic16::chips::PIC16F873.chip;
+    let mut cpu = emu_pic16::Pic16::new(chip, &image, RamInit::Zero);
+    let plan = Plan { limit: 100_000, ..Plan::default() };
+    let ended = emu_debug::run(&mut cpu, &plan, None, &mut |_| true).expect("no file is written");
+    assert!(cpu.instructions() > 3 && ended.lints.is_empty());
+}
+
+#[test]
+fn names_of_registers_pins_and_symbols() {
+    let symbol = |name: &str, space, addr| SymbolAt { name: name.into(), space, addr, size: 1 };
+    let symbols = [symbol("count", "data", 0x20), symbol("far", "flash", 2 * 0x810)];
+    let names = Names { chip: &emu_pic16::chips::PIC16F873.chip, symbols: &symbols };
+    #[rustfmt::skip]
+    let cases = [
+        (Lint::AnalogRead { port: 5, bits: 0x21 },             "PORTA is read, where RA0, RA5 read 0 as analog inputs"),
+        (Lint::ForeignLatch { port: 6, bits: 2 },              "the latch of PORTB is changed at RB1 along with the bits that are meant"),
+        (Lint::Page { target: 0x812 },                         "goes to 0x0812 (far+0x2), in a page that PCLATH was not set for here"),
+        (Lint::Page { target: 0x10 },                          "goes to 0x0010, in a page that PCLATH was not set for here"),
+        (Lint::UnknownRead { space: "data", addr: 0x20 },      "data:0x20 (count) is read before it was written"),
+        (Lint::UnknownRead { space: "data", addr: 0x21 },      "data:0x21 is read before it was written"),
+        (Lint::NotSaved { register: "W" },                     "the service routine returns with another value in W"),
+        (Lint::StackOverflow,                                  "the stack is full: the oldest return address is overwritten"),
+        // What no row of a chip has keeps its number.
+        (Lint::AnalogRead { port: 0x20, bits: 1 },             "data:0x20 is read, where bit 0 read 0 as analog inputs"),
+    ];
+    for (lint, wanted) in cases {
+        assert_eq!(describe(lint, &names), wanted);
+    }
+}
