@@ -47,6 +47,14 @@ fn document(chip: &Chip) -> Value {
         "default_hz": chip.default_hz,
         "pins": pins.map(|p| json!({ "name": p.name, "dip": p.dip, "note": p.note })).collect::<Vec<_>>(),
         "vectors": chip.vectors,
-        "spaces": chip.spaces.iter().map(|(name, bytes)| json!({ "name": name, "bytes": bytes })).collect::<Vec<_>>(),
+        "spaces": chip.spaces.iter().map(space).collect::<Vec<_>>(),
     })
+}
+
+fn space(&(name, addresses, width): &(&str, u32, u32)) -> Value {
+    let mut space = json!({ "name": name, "bytes": addresses * width });
+    if width > 1 {
+        space["bytes_per_address"] = json!(width);
+    }
+    space
 }

@@ -8,6 +8,10 @@ pub const UNREADABLE: &str = "CLI001";
 pub const UNWRITABLE: &str = "CLI002";
 /// An element has no meaning in the evaluator.
 pub const NO_MEANING: &str = "CLI003";
+/// An image that looks like one for another chip.
+pub const OTHER_CHIP: &str = "CLI004";
+/// A message of a program that checks itself cannot be carried out.
+pub const MESSAGE: &str = "CLI005";
 
 /// All of them.
 #[rustfmt::skip]
@@ -23,6 +27,16 @@ pub const CODES: &[Code] = &[
         explain: "The reference evaluator knows the elements listed in docs/semantics.md. A program with any other \
                   element is refused as a whole, because running a part of it would show wrong results. Mend: remove \
                   the element, or read the program in the dialect that it was written for (--dialect)." },
+    Code { code: OTHER_CHIP, title: "the image looks like a program for another chip",
+        explain: "A guess, from what the HEX file has: data beyond the memories of the chip that was named, the device ID of \
+                  another one, a second configuration word, program words of 14 bits and a configuration word where \
+                  PIC16 chips have it, or a first instruction as only AVR or the 8051 has it. The message names chips \
+                  that can hold the file. It changes nothing by itself. Mend: name the chip that the program was built \
+                  for with --mcu." },
+    Code { code: MESSAGE, title: "a message of a self-checking program cannot be carried out",
+        explain: "The .cod file holds a command or an assertion that names something unknown, or asks for a part that has \
+                  no model. docs/formats/cod.md lists what is carried out. Mend: write the message otherwise, or leave \
+                  it out and assemble the program again." },
 ];
 
 /// An error about a whole file.

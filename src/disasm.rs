@@ -30,16 +30,17 @@ pub struct DisasmArgs {
     /// The chip, which decides what the words mean and how far they reach.
     #[arg(long = "mcu", value_name = "CHIP", value_parser = family::chip, default_value = "atmega328p")]
     chip: Chosen,
-    /// Names for addresses, for the 8051 family: a .map, .cdb or .rst file of SDCC. Repeatable.
+    /// Names for addresses: for the 8051 family a .map, .cdb or .rst file of SDCC, for the PIC16 family a .cod, .lst or .map
+    /// file of gputils. Repeatable.
     #[arg(long, value_name = "FILE")]
     symbols: Vec<String>,
-    /// First address: bytes, as a number (0x80, 128) or a symbol of the program.
+    /// First address: bytes (on PIC16 words), as a number (0x80, 128) or a symbol of the program.
     #[arg(long, value_name = "ADDRESS")]
     from: Option<String>,
     /// Address after the last, as --from.
     #[arg(long, value_name = "ADDRESS")]
     to: Option<String>,
-    /// One JSON document: addresses in bytes, words as numbers, text, labels.
+    /// One JSON document: addresses in bytes (on PIC16 words), words as numbers, text, labels.
     #[arg(long)]
     pub json: bool,
 }
@@ -65,9 +66,9 @@ pub fn disasm(args: &DisasmArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let to = args.to.as_ref().map_or(Ok(args.chip.flash / args.chip.word_bytes), |text| {
         names.program_end(text).map_err(|why| Failure::value("--to <ADDRESS>", text, &why))
     })?;
-    let size = args.chip.word_bytes;
     if from >= to {
-        return Err(Failure::Usage(format!("--from 0x{:x} is not before --to 0x{:x}", from * size, to * size)));
+        let (from, to) = (args.chip.code_address(from), args.chip.code_address(to));
+        return Err(Failure::Usage(format!("--from 0x{from:x} is not before --to 0x{to:x}")));
     }
     let pieces = Code::new(args.chip, &image).pieces(from, to);
     if args.json {
@@ -90,7 +91,8 @@ struct Code {
 impl Code {
     fn new(chip: Chosen, image: &Image) -> Code {
         let size = chip.word_bytes as usize;
-        let mut bytes = vec![0xFF; chip.flash as usize];
+        let erased = chip.isa.erased.to_le_bytes();
+        let mut bytes: Vec<u8> = erased.iter().copied().take(size).cycle().take(chip.flash as usize).collect();
         image.fill(chip.code, &mut bytes);
         let words = bytes.chunks(size).map(|word| word.iter().rev().fold(0, |high, &low| high << 8 | u16::from(low)));
         let mut code = Code { chip, words: words.collect(), filled: vec![false; bytes.len() / size] };
@@ -144,16 +146,18 @@ fn labels<'a>(names: &Names<'a>, word: u32, len: usize) -> impl Iterator<Item = 
 }
 
 fn line(piece: &Piece, names: &Names<'_>) -> String {
-    let size = names.chip.word_bytes;
+    let (chip, size) = (names.chip, names.chip.word_bytes);
     match piece {
         Piece::Erased(from, to) => {
-            format!("; {:04X} to {:04X} erased, {} bytes\n", from * size, to * size - 1, (to - from) * size)
+            let (from, to) = (chip.code_address(*from), chip.code_address(*to));
+            let unit = if chip.width(chip.code) == 1 { "bytes" } else { "words" };
+            format!("; {from:04X} to {:04X} erased, {} {unit}\n", to - 1, to - from)
         }
         Piece::Instruction(at, words, text) => {
             let mut out = String::new();
-            let start = at * size;
+            let start = chip.code_address(*at);
             for (addr, name) in labels(names, *at, words.len()) {
-                match addr - start {
+                match addr - at * size {
                     0 => out.push_str(&format!("{name}:\n")),
                     within => out.push_str(&format!("{name} = {start:04X} + {within}\n")),
                 }
@@ -168,7 +172,7 @@ fn line(piece: &Piece, names: &Names<'_>) -> String {
 
 fn document(piece: &Piece, names: &Names<'_>) -> Option<Value> {
     let Piece::Instruction(at, words, text) = piece else { return None };
-    let mut entry = json!({ "addr": at * names.chip.word_bytes, "words": words, "text": text });
+    let mut entry = json!({ "addr": names.chip.code_address(*at), "words": words, "text": text });
     let labels: Vec<&str> = labels(names, *at, words.len()).map(|(_, name)| name).collect();
     if !labels.is_empty() {
         entry["labels"] = json!(labels);

@@ -5,19 +5,22 @@ use emu_avr::Avr;
 use emu_core::chip::{Chip, Family};
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::{Image, SymbolSpaces};
+use emu_pic16::Pic16;
 
 use crate::nearest::nearest;
 
 /// All chips, family by family.
 pub fn chips() -> impl Iterator<Item = &'static Chip> {
-    emu_avr::chips::CHIPS.iter().copied().chain(emu_8051::chips::chips())
+    emu_avr::chips::CHIPS.iter().copied().chain(emu_8051::chips::chips()).chain(emu_pic16::chips::chips())
 }
 
 /// The chip `name` (case aside).
 pub fn chip(name: &str) -> Result<&'static Chip, String> {
     chips().find(|c| c.name.eq_ignore_ascii_case(name)).ok_or_else(|| {
         let names = || chips().map(|c| c.name);
-        match nearest(&name.to_ascii_lowercase(), names()) {
+        // The makers' tools leave out the first syllable: 16f877a.
+        let whole = names().find(|full| full.strip_prefix("pic").is_some_and(|rest| rest.eq_ignore_ascii_case(name)));
+        match whole.or_else(|| nearest(&name.to_ascii_lowercase(), names())) {
             Some(near) => format!("no chip of this name; did you mean `{near}`? (`emu chips` lists all)"),
             None => format!("no chip of this name; chips are {}", names().collect::<Vec<_>>().join(", ")),
         }
@@ -29,6 +32,7 @@ pub fn name(family: Family) -> &'static str {
     match family {
         Family::Avr => "avr",
         Family::Mcs51 => "mcs51",
+        Family::Pic16 => "pic16",
     }
 }
 
@@ -37,6 +41,7 @@ pub fn symbol_spaces(chip: &Chip) -> Option<SymbolSpaces> {
     match chip.family {
         Family::Avr => None,
         Family::Mcs51 => Some(SymbolSpaces::MCS51),
+        Family::Pic16 => Some(SymbolSpaces::PIC16),
     }
 }
 
@@ -51,6 +56,8 @@ pub struct Setup {
     pub bus: bool,
     /// What only the 8051 family has.
     pub mcs51: emu_8051::Options,
+    /// What only the PIC16 family has; its oscillator is `hz` too.
+    pub pic16: emu_pic16::Options,
 }
 
 /// Something to do with a machine of whatever family.
@@ -74,5 +81,6 @@ pub fn on_machine<J: Job>(chip: &'static Chip, image: &Image, setup: &Setup, job
             cpu.show_bus(setup.bus);
             job.on(cpu)
         }
+        Family::Pic16 => job.on(Pic16::with(chip, image, setup.ram, setup.pic16)),
     }
 }

@@ -10,6 +10,7 @@ use ladder::{Dialect, Program};
 use crate::codes::{UNREADABLE, about_file, reason};
 use crate::fail::Failure;
 use crate::family;
+use crate::guess::guess;
 use crate::report::{Terminal, report};
 
 /// Largest file, in bytes.
@@ -39,11 +40,15 @@ pub fn bytes(file: &str) -> Result<Vec<u8>, Failure> {
 pub fn image(file: &str, chip: &Chip, terminal: &Terminal) -> Result<Image, Failure> {
     let bytes = bytes(file)?;
     match image::load(file, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)) {
-        Ok(loaded) => {
+        Ok(mut loaded) => {
+            loaded.warnings.extend(guess(file, &bytes, chip, false));
             report(terminal, &loaded.warnings, &bytes);
             Ok(loaded.image)
         }
-        Err(faults) => Err(Failure::Refused(faults, bytes)),
+        Err(mut faults) => {
+            faults.extend(guess(file, &bytes, chip, true));
+            Err(Failure::Refused(faults, bytes))
+        }
     }
 }
 

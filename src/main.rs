@@ -5,7 +5,9 @@
 //!   report.rs  complaints drawn for people    output.rs  results out, whole or not at all
 //!   fail.rs    exit codes, ways to fail       codes.rs   the codes CLI0xx
 //!   family.rs  the families of chips          sink.rs    what the name of a result stands for
-//!   mcs51.rs   flags of the 8051 family
+//!   guess.rs   which chip a HEX file was made for
+//!   lint.rs    what `run --lint` found
+//!   mcs51.rs   flags of the 8051 family         pic16.rs   flags of the PIC16 family
 //! ```
 
 #![forbid(unsafe_code)]
@@ -13,6 +15,7 @@
 mod args;
 mod check;
 mod chips;
+mod cod;
 mod codes;
 mod compile;
 mod disasm;
@@ -20,10 +23,13 @@ mod draw;
 mod explain;
 mod fail;
 mod family;
+mod guess;
 mod input;
+mod lint;
 mod mcs51;
 mod nearest;
 mod output;
+mod pic16;
 mod report;
 mod run;
 mod shell;

@@ -6,8 +6,10 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
+use emu_core::pins::Time;
+use emu_debug::cod::{Limits, Script};
 use emu_debug::run::levels;
-use emu_debug::stimulus::{drive, pin_level, queue};
+use emu_debug::stimulus::{drive, put, queue};
 use emu_debug::text::unescape;
 use emu_debug::until::until;
 use emu_debug::{Clock, Drive, Ended, Names, Plan, Range, Reason, Wave, time};
@@ -15,10 +17,11 @@ use emu_debug::{Clock, Drive, Ended, Names, Plan, Range, Reason, Wave, time};
 use crate::args::Mcu;
 use crate::fail::{Failure, exit};
 use crate::family::{Job, Setup, on_machine};
+use crate::lint::Lint;
 use crate::output::Pending;
 use crate::report::Terminal;
 use crate::summary::{self, Story};
-use crate::{input, mcs51, output};
+use crate::{cod, input, lint, mcs51, output, pic16};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -29,8 +32,8 @@ Examples:
   emu run test.ihx --mcu at89s52 --symbols test.map --until 'read xdata:0x7654' --uart -
 
 Exit codes: 0 halted, or what was waited for came, or a limit that was asked for; 1 --fail-uart was seen, or the program
-halted while --until or --expect-uart still waited; 4 a fault of the program; 5 a limit came while something still
-waited, or the default limit of 60 s of the chip's time, or --timeout.";
+halted while --until or --expect-uart still waited, or --lint=error found something; 4 a fault of the program; 5 a limit
+came while something still waited, or the default limit of 60 s of the chip's time, or --timeout.";
 
 /// Simulated time after which a run without a limit ends.
 const DEFAULT_LIMIT: &str = "60s";
@@ -57,13 +60,14 @@ pub struct RunArgs {
     /// not written ends the run with exit code 4.
     #[arg(long, value_name = "FILL", default_value = "zero", value_parser = ram)]
     ram: Ram,
-    /// Drive a pin from the start: PB0=1, P1.0=0, PB0=z (let go). Repeatable.
+    /// Drive a pin from the start: PB0=1, P1.0=0, PB0=z (let go); on PIC16 also to a voltage: RA0=1.25V, and VDD=4.5V sets the
+    /// supply. Repeatable.
     #[arg(long, value_name = "PIN=LEVEL")]
     set: Vec<String>,
-    /// Drive a pin from a time on: 10ms:PB0=0, 1000c:PB0=z. Repeatable.
+    /// Drive a pin from a time on: 10ms:PB0=0, 1000c:PB0=z; voltages as in --set. Repeatable.
     #[arg(long, value_name = "TIME:PIN=LEVEL")]
     at: Vec<String>,
-    /// End when this comes true: pc=0x1a2 (byte address or symbol), 'pin PB5=1', 'write data:0x100', 'read xdata:0x7654',
+    /// End when this comes true: pc=0x1a2 (byte address, on PIC16 a word address, or symbol), 'pin PB5=1', 'write data:0x100', 'read xdata:0x7654',
     /// 'uart "text"'. Repeatable; any of them ends the run.
     #[arg(long, value_name = "COND")]
     until: Vec<String>,
@@ -71,9 +75,15 @@ pub struct RunArgs {
     /// the program are addresses too. Repeatable.
     #[arg(long, value_name = "RANGE")]
     peek: Vec<String>,
-    /// Names for addresses, for the 8051 family: a .map, .cdb or .rst file of SDCC. Repeatable.
+    /// Names for addresses: for the 8051 family a .map, .cdb or .rst file of SDCC, for the PIC16 family a .cod, .lst or .map
+    /// file of gputils. Repeatable.
     #[arg(long, value_name = "FILE")]
     symbols: Vec<String>,
+    /// Carry out the messages in this .cod file, as gpsim does: parts outside the chip, commands, assertions. The program passes
+    /// (exit code 0, else 1, and 4 when it does what is no instruction) when the first message that halts it says PASSED. Runs without start-up times, at the
+    /// frequency that the messages give or at 20 MHz; the file gives the symbols too.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["until", "peek", "vcd", "uart", "expect_uart", "fail_uart", "timeout", "lint"])]
+    cod: Option<String>,
     /// Write the pins and the bytes sent as a waveform (VCD); - is standard output.
     #[arg(long, value_name = "FILE")]
     vcd: Option<String>,
@@ -89,11 +99,20 @@ pub struct RunArgs {
     /// End with exit code 5 after this much of the host's time: 30s, 500ms.
     #[arg(long, value_name = "TIME", value_parser = time::duration)]
     timeout: Option<Duration>,
+    /// Tell what the program does that is allowed, but seldom meant, each with its code, place and count. HOW is warn, as it is
+    /// without it, or error: a run that would end with exit code 0 then ends with 1. On every chip: RAM that is read before it
+    /// was written. On PIC16 also analog pins that are read, latches changed along with others, the stack, PCLATH, service
+    /// routines that do not save W, STATUS or PCLATH, SLEEP that does nothing.
+    #[arg(long, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "warn")]
+    #[arg(hide_possible_values = true)]
+    lint: Option<Lint>,
     /// One JSON document on standard output.
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
     mcs51: mcs51::Flags,
+    #[command(flatten)]
+    pic16: pic16::Flags,
 }
 
 /// Bytes (a type of its own, since clap takes a list of bytes for a repeated flag).
@@ -138,9 +157,14 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         output::spares(file, &used)?;
     }
     let to_stdout = used.iter().any(|(_, file)| output::is_stdout(file));
-    let options = args.mcs51.options(chip)?;
-    let hz = args.clock.unwrap_or(chip.default_hz);
-    let image = input::image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
+    let script = args.cod.as_deref().map(|file| cod::script(file, chip)).transpose()?;
+    let usual =
+        script.as_ref().map_or(chip.default_hz, |script| script.frequency().unwrap_or(cod::HZ.min(chip.max_hz)));
+    let hz = args.clock.unwrap_or(usual);
+    let (mcs51, mut pic16) = (args.mcs51.options(chip)?, args.pic16.options(chip, hz)?);
+    pic16.start_up &= script.is_none();
+    let symbols: Vec<String> = args.symbols.iter().chain(&args.cod).cloned().collect();
+    let image = input::image_with_symbols(&args.image, &symbols, chip, terminal)?;
     if hz > chip.max_hz {
         let why = format!("{} runs at up to {} Hz", chip.name, chip.max_hz);
         return Err(Failure::value("--clock <HZ>", &hz.to_string(), &why));
@@ -149,12 +173,12 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         Ram::Fill(init) => init,
         Ram::Trap => RamInit::Zero,
     };
-    mcs51::warn(chip, &image, &options);
+    mcs51::warn(chip, &image, &mcs51);
     on_machine(
         chip,
         &image,
-        &Setup { hz, ram, bus: args.vcd.is_some(), mcs51: options },
-        Headless { args, image: &image, hz, to_stdout },
+        &Setup { hz, ram, bus: args.vcd.is_some(), mcs51, pic16 },
+        Headless { args, image: &image, script, hz, pic16, to_stdout, terminal },
     )
 }
 
@@ -162,9 +186,13 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
 struct Headless<'a> {
     args: &'a RunArgs,
     image: &'a Image,
+    /// The messages of a program that checks itself.
+    script: Option<Script>,
     hz: u64,
+    pic16: emu_pic16::Options,
     /// Standard output carries something else than the summary.
     to_stdout: bool,
+    terminal: &'a Terminal,
 }
 
 impl Job for Headless<'_> {
@@ -178,26 +206,41 @@ impl Job for Headless<'_> {
         job.plan.filled =
             filled.map(|s| Range { space: s.space, start: s.addr, end: s.addr + s.bytes.len() as u32 }).collect();
         for (text, range) in &job.peek {
-            if let Some(addr) = (range.start..range.end).find(|&addr| cpu.peek(range.space, addr).is_none()) {
+            let width = chip.width(range.space);
+            if let Some(addr) = (range.start..range.end).find(|&addr| cpu.peek(range.space, addr * width).is_none()) {
                 let why = format!("{} has nothing at {}:0x{addr:x}", chip.name, range.space);
                 return Err(Failure::value("--peek <RANGE>", text, &why));
             }
         }
-        queue(&mut cpu, &job.drives);
+        queue(&mut cpu, &job.drives).map_err(Failure::Usage)?;
+        pic16::warn(chip, image, &self.pic16);
+        if let Some(script) = &self.script {
+            let limits = Limits { cycle: job.plan.limit, hz: self.hz };
+            let name = args.cod.as_deref().unwrap_or_default();
+            return cod::judge(&mut cpu, script, (name, names), limits, args.json);
+        }
         let ended = recorded(args, &mut cpu, &job)?;
         let lines = &image.lines;
         let story =
             Story { cpu: &cpu, names, lines, clock: job.clock, plan: &job.plan, ended: &ended, peek: &job.peek };
+        if let Some(how) = args.lint {
+            lint::complain(&story, how, &args.image, self.terminal);
+        }
         summary::complain(&story);
         if args.json {
-            output::json(&summary::document(&story))?;
+            let mut document = summary::document(&story);
+            if args.lint.is_some() {
+                document["lints"] = lint::document(&story);
+            }
+            output::json(&document)?;
         } else if self.to_stdout {
             output::tell(&summary::text(&story));
         } else {
             output::print(summary::text(&story))?;
         }
         let asked = args.time.is_some() || args.cycles.is_some();
-        Ok(code(&job.plan, &ended, asked))
+        let code = code(&job.plan, &ended, asked);
+        Ok(args.lint.map_or(code, |how| lint::code(how, &ended.lints, code)))
     }
 }
 
@@ -251,8 +294,8 @@ fn planned(args: &RunArgs, names: &Names<'_>, clock: Clock) -> Result<Planned, F
     };
     let mut drives = Vec::new();
     for text in &args.set {
-        let (pin, level) = pin_level(chip, text).map_err(|why| Failure::value("--set <PIN=LEVEL>", text, &why))?;
-        drives.push(Drive { at: 0, pin, level });
+        let put = put(chip, text).map_err(|why| Failure::value("--set <PIN=LEVEL>", text, &why))?;
+        drives.push(Drive { at: Time::default(), put });
     }
     for text in &args.at {
         drives.push(drive(chip, clock, text).map_err(|why| Failure::value("--at <TIME:PIN=LEVEL>", text, &why))?);
@@ -270,6 +313,7 @@ fn planned(args: &RunArgs, names: &Names<'_>, clock: Clock) -> Result<Planned, F
         fail: args.fail_uart.clone().map(|t| t.0),
         trap_ram: matches!(args.ram, Ram::Trap),
         filled: Vec::new(),
+        lint: args.lint.is_some(),
     };
     Ok(Planned { clock, plan, drives, peek: peek.collect::<Result<_, _>>()? })
 }

@@ -47,12 +47,21 @@ impl<C: Cpu> Story<'_, C> {
         }
     }
 
-    /// Byte address at which the run ended: of the instruction that did it, else of the next one.
-    fn pc(&self) -> u32 {
-        let word = match self.ended.reason {
+    /// Program word at which the run ended: of the instruction that did it, else of the next one.
+    fn word(&self) -> u32 {
+        match self.ended.reason {
             Reason::Illegal { pc, .. } | Reason::Fault { pc, .. } => pc,
             _ => self.cpu.pc(),
-        };
+        }
+    }
+
+    /// Its address as it is written for the chip.
+    fn pc(&self) -> u32 {
+        self.names.chip.code_address(self.word())
+    }
+
+    /// The byte address of a program word, by which symbols and lines go.
+    fn byte(&self, word: u32) -> u32 {
         word * self.names.chip.word_bytes
     }
 
@@ -63,7 +72,7 @@ impl<C: Cpu> Story<'_, C> {
                 let condition = self.plan.until.get(i)?.describe(&self.names);
                 Some(match access {
                     Some(a) => {
-                        let pc = a.pc * self.names.chip.word_bytes;
+                        let pc = self.names.chip.code_address(a.pc);
                         format!("{condition}: 0x{:02x} at {}:0x{:x}, pc 0x{pc:04x}", a.value, a.space, a.addr)
                     }
                     None => condition,
@@ -82,30 +91,35 @@ impl<C: Cpu> Story<'_, C> {
         let (chip, size) = (self.names.chip, self.names.chip.word_bytes);
         let byte = |addr: u32| u16::from(self.cpu.peek(chip.code, addr % chip.flash).unwrap_or(0xFF));
         let word = |start: u32| (0..size).rev().fold(0, |high, i| high << 8 | byte(start + i));
-        let words: Vec<u16> = (0..LONGEST).map(|i| word(self.pc() + i * size)).collect();
-        (chip.isa.disassemble)(&words, self.pc() / size).text
+        let words: Vec<u16> = (0..LONGEST).map(|i| word(self.byte(self.word()) + i * size)).collect();
+        (chip.isa.disassemble)(&words, self.word()).text
     }
 
-    /// `0x0086 (main+0x4)`.
-    fn place(&self) -> String {
-        let known: Vec<String> = self.names.near(self.pc()).into_iter().chain(self.line()).collect();
+    /// A program word as a place: `0x0086 (main+0x4)`.
+    pub fn place_of(&self, word: u32) -> String {
+        let known: Vec<String> = self.names.near(self.byte(word)).into_iter().chain(self.line_of(word)).collect();
+        let addr = self.names.chip.code_address(word);
         match known.as_slice() {
-            [] => format!("0x{:04x}", self.pc()),
-            known => format!("0x{:04x} ({})", self.pc(), known.join(", ")),
+            [] => format!("0x{addr:04x}"),
+            known => format!("0x{addr:04x} ({})", known.join(", ")),
         }
     }
 
-    /// The source line at the end, `main.c:12`, where it is of the function in which the run ended; C goes before others.
-    fn line(&self) -> Option<String> {
-        let (chip, pc) = (self.names.chip, self.pc());
+    /// The source line of a program word, `main.c:12`, where it is of the same function; C goes before others.
+    pub fn line_of(&self, word: u32) -> Option<String> {
+        let (chip, pc) = (self.names.chip, self.byte(word));
         let function = self.names.symbols.iter().filter(|s| s.space == chip.code && s.addr <= pc).map(|s| s.addr).max();
         let behind = self.lines.iter().filter(|line| (function.unwrap_or(0)..=pc).contains(&line.addr));
         let line = behind.min_by_key(|line| (line.kind, Reverse(line.addr), Reverse(line.line)))?;
         Some(format!("{}:{}", line.file, line.line))
     }
 
-    fn bytes(&self, range: &Range) -> Vec<u8> {
-        (range.start..range.end).filter_map(|addr| self.cpu.peek(range.space, addr)).collect()
+    /// What stands at the addresses of a range, in hex: bytes, or words where its addresses count words (low byte first).
+    fn cells(&self, range: &Range) -> Vec<String> {
+        let width = self.names.chip.width(range.space);
+        let byte = |addr: u32| self.cpu.peek(range.space, addr).map(|byte| format!("{byte:02x}"));
+        let cell = |addr: u32| (0..width).rev().map(|i| byte(addr * width + i)).collect();
+        (range.start..range.end).filter_map(cell).collect()
     }
 
     /// Name and level of the pins that the package has.
@@ -128,7 +142,7 @@ impl<C: Cpu> Story<'_, C> {
 
     fn register(&self, name: &str) -> u32 {
         match (name, self.cpu.reg(name)) {
-            ("PC", _) => self.cpu.pc() * self.names.chip.word_bytes,
+            ("PC", _) => self.names.chip.code_address(self.cpu.pc()),
             (_, value) => value.unwrap_or(0),
         }
     }
@@ -156,7 +170,7 @@ pub fn complain<C: Cpu>(story: &Story<'_, C>) {
         _ => return,
     };
     let detail = story.detail().unwrap_or_default();
-    let (place, cycle) = (story.place(), story.cpu.cycle());
+    let (place, cycle) = (story.place_of(story.word()), story.cpu.cycle());
     output::tell(&format!("error: {what} at {place}, cycle {cycle}: {detail}\n  hint: {hint}\n"));
 }
 
@@ -167,13 +181,12 @@ pub fn document<C: Cpu>(story: &Story<'_, C>) -> Value {
     if let Some(detail) = story.detail() {
         stop["detail"] = json!(detail);
     }
-    if let Some(line) = story.line() {
+    if let Some(line) = story.line_of(story.word()) {
         stop["line"] = json!(line);
     }
     let registers = story.names.chip.cpu_regs.iter().map(|name| ((*name).to_owned(), json!(story.register(name))));
     let pins = story.pins().map(|(name, level)| (name.to_owned(), json!(level)));
-    let hex = |range: &Range| story.bytes(range).iter().map(|byte| format!("{byte:02x}")).collect::<String>();
-    let peek = story.peek.iter().map(|(text, range)| (text.clone(), json!(hex(range))));
+    let peek = story.peek.iter().map(|(text, range)| (text.clone(), json!(story.cells(range).concat())));
     let contention: Vec<Value> = story.contention().map(|(pin, cycle)| json!({ "pin": pin, "cycle": cycle })).collect();
     let mut document = json!({
         "schema": 1,
@@ -201,7 +214,7 @@ pub fn text<C: Cpu>(story: &Story<'_, C>) -> String {
     if let Some(detail) = story.detail() {
         out.push_str(&format!(": {detail}"));
     }
-    out.push_str(&format!("\npc         {}\n", story.place()));
+    out.push_str(&format!("\npc         {}\n", story.place_of(story.word())));
     out.push_str(&format!(
         "time       {} s, {} cycles at {} Hz, {} instructions\n",
         story.clock.seconds(cpu.cycle()),
@@ -222,9 +235,10 @@ pub fn text<C: Cpu>(story: &Story<'_, C>) -> String {
         out.push_str(&format!("uart       {}\n", escape(&story.ended.uart)));
     }
     for (text, range) in story.peek {
-        let bytes: Vec<String> = story.bytes(range).iter().map(|byte| format!("{byte:02x}")).collect();
-        for (row, chunk) in bytes.chunks(16).enumerate() {
-            let head = if row == 0 { text.clone() } else { format!("  0x{:04x}", range.start as usize + row * 16) };
+        let columns = 16 / story.names.chip.width(range.space).clamp(1, 16) as usize;
+        for (row, chunk) in story.cells(range).chunks(columns).enumerate() {
+            let head =
+                if row == 0 { text.clone() } else { format!("  0x{:04x}", range.start as usize + row * columns) };
             out.push_str(&format!("{head:<10} {}\n", chunk.join(" ")));
         }
     }

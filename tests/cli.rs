@@ -85,8 +85,8 @@ type Assemble = fn(&str, u32) -> Result<Vec<u16>, emu_core::table::AsmError>;
 /// The HEX files of the transcripts come from the sources beside them, through our own assembler and writer.
 #[test]
 fn images_are_what_their_sources_say() {
-    let families: [(&str, Assemble, usize); 2] =
-        [("s", emu_avr::isa::assemble, 2), ("a51", emu_8051::isa::assemble, 1)];
+    let families: [(&str, Assemble, usize); 3] =
+        [("s", emu_avr::isa::assemble, 2), ("a51", emu_8051::isa::assemble, 1), ("p16", emu_pic16::isa::assemble, 2)];
     let sources =
         families.iter().flat_map(|family| text_files("tests/cli/in", family.0).into_iter().map(move |s| (s, family)));
     for (source, &(_, assemble, word_bytes)) in sources {

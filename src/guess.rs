@@ -1,0 +1,181 @@
+//! Which chip a HEX file was made for, where it does not look like one for the chip that was named.
+//!
+//! Only what leaves little doubt counts: a false alarm costs more than a guess that is not made.
+
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+
+use diag::{Diagnostic, Pos, Severity};
+use emu_core::chip::{Chip, Family};
+use emu_core::image::{self, Bits, Space};
+use emu_pic16::chips::{self, Part};
+
+use crate::codes::OTHER_CHIP;
+use crate::family;
+use crate::nearest::distance;
+
+/// Most chips that are listed.
+const MOST: usize = 4;
+
+/// Words of 16 bits that tell a program for other families where nothing else does.
+const ENOUGH: usize = 4;
+
+/// Where a HEX file for a PIC16 has what it is told by: byte addresses (DS39025, "Program memory map").
+const PIC_FLASH: std::ops::Range<u32> = 0..0x4000;
+const PIC_DEVICE_ID: u32 = 0x400C;
+const PIC_CONFIG: u32 = 0x400E;
+const PIC_CONFIG_2: u32 = 0x4010;
+const PIC_EEPROM: std::ops::Range<u32> = 0x4200..0x4400;
+/// The largest word.
+const PIC_WORD: u16 = 0x3FFF;
+/// The bits of a device ID that are not its revision.
+const PIC_DEVICE: u16 = 0x3FE0;
+
+/// What is told of a file: as a note beside the faults for which it was refused, else as a warning.
+pub fn guess(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Option<Diagnostic> {
+    const WHOLE: Space = Space { name: "file", start: 0, len: u32::MAX, word: 1, bits: Bits::All };
+    let loaded = image::load_hex(file, bytes, &[WHOLE]).ok()?;
+    let found = Found { bytes: loaded.image.bytes_in(WHOLE.name).collect() };
+    let tell = |cause: String, hint: String| {
+        let severity = if refused { Severity::Note } else { Severity::Warning };
+        Some(Diagnostic::new(severity, OTHER_CHIP, file, Pos::default(), cause, hint))
+    };
+    let family = match found.family(chip) {
+        Looks::Like(family) => family,
+        Looks::Wide => {
+            let cause = format!("this looks like a program for an AVR or an 8051, not for {}", chip.name);
+            return tell(cause, "--mcu CHIP; `emu chips` lists all".to_owned());
+        }
+        Looks::Unknown => return None,
+    };
+    if family == chip.family && found.fits(chip) {
+        return None;
+    }
+    let mut fitting: Vec<&Chip> = family::chips().filter(|c| c.family == family && found.fits(c)).collect();
+    if family == chip.family {
+        fitting.sort_by_key(|c| distance(c.name, chip.name));
+    } else {
+        // Of another family the largest go first, which can hold whatever the others can.
+        fitting.sort_by_key(|c| Reverse(c.flash));
+    }
+    let fitting: Vec<&str> = fitting.into_iter().map(|c| c.name).collect();
+    let first = fitting.first()?;
+    let names = match fitting.split_last() {
+        _ if fitting.len() > MOST => format!("{first} or one of {} others", fitting.len() - 1),
+        Some((last, [])) => (*last).to_owned(),
+        Some((last, rest)) => format!("{} or {last}", rest.join(", ")),
+        None => return None,
+    };
+    tell(format!("this looks like a program for {names}, not for {}", chip.name), format!("--mcu {first}"))
+}
+
+/// What a file looks like.
+enum Looks {
+    /// A program for this family.
+    Like(Family),
+    /// A program for a family whose words have 16 bits.
+    Wide,
+    /// Nothing in particular.
+    Unknown,
+}
+
+/// The bytes of a file at the addresses that it gives them.
+struct Found {
+    bytes: BTreeMap<u32, u8>,
+}
+
+impl Found {
+    fn byte(&self, addr: u32) -> Option<u8> {
+        self.bytes.get(&addr).copied()
+    }
+
+    fn word(&self, addr: u32) -> Option<u16> {
+        Some(u16::from_le_bytes([self.byte(addr)?, self.byte(addr + 1)?]))
+    }
+
+    fn has(&self, addr: u32) -> bool {
+        self.bytes.contains_key(&addr)
+    }
+
+    /// The family that the file is for, as far as it shows.
+    fn family(&self, chip: &Chip) -> Looks {
+        match chip.family {
+            Family::Pic16 if self.words_of_14_bits() => Looks::Like(Family::Pic16),
+            Family::Pic16 if !self.many_are_wide() => Looks::Unknown,
+            Family::Pic16 if self.starts_as_avr() => Looks::Like(Family::Avr),
+            Family::Pic16 if self.starts_as_mcs51() => Looks::Like(Family::Mcs51),
+            Family::Pic16 if self.wide() >= ENOUGH => Looks::Wide,
+            Family::Pic16 => Looks::Unknown,
+            Family::Avr | Family::Mcs51 if self.is_pic16() => Looks::Like(Family::Pic16),
+            Family::Avr | Family::Mcs51 => Looks::Unknown,
+        }
+    }
+
+    /// Whole words where a PIC16 has its program.
+    fn words(&self) -> impl Iterator<Item = u16> {
+        self.bytes.range(PIC_FLASH).filter_map(|(&addr, _)| if addr % 2 == 0 { self.word(addr) } else { None })
+    }
+
+    /// Program memory has words, and none of them has more bits than on a PIC16.
+    fn words_of_14_bits(&self) -> bool {
+        let mut words = self.words().peekable();
+        words.peek().is_some() && words.all(|word| word <= PIC_WORD)
+    }
+
+    /// More than a quarter of the program's words have more bits than on a PIC16. FFFF is erased or fills.
+    fn many_are_wide(&self) -> bool {
+        4 * self.wide() > self.words().filter(|&word| word != u16::MAX).count()
+    }
+
+    /// How many have.
+    fn wide(&self) -> usize {
+        self.words().filter(|&word| word > PIC_WORD && word != u16::MAX).count()
+    }
+
+    /// A program, a configuration word, and nothing where a PIC16 has nothing.
+    fn is_pic16(&self) -> bool {
+        let config = PIC_FLASH.end..PIC_CONFIG_2 + 2;
+        let known = |addr: &u32| PIC_FLASH.contains(addr) || config.contains(addr) || PIC_EEPROM.contains(addr);
+        self.word(PIC_CONFIG).is_some_and(|word| word <= PIC_WORD)
+            && self.words_of_14_bits()
+            && self.bytes.keys().all(known)
+    }
+
+    /// The first instruction is JMP or RJMP to a place that the file fills ("AVR Instruction Set Manual", DS40002198).
+    fn starts_as_avr(&self) -> bool {
+        let Some(word) = self.word(0) else { return false };
+        let target = match word {
+            0x940C => self.word(2).map(|target| 2 * u32::from(target)),
+            0xC000..=0xC7FF => Some(2 * (1 + u32::from(word & 0x7FF))),
+            _ => None,
+        };
+        target.is_some_and(|target| target > 0 && self.has(target))
+    }
+
+    /// The first instruction is LJMP or AJMP to a place that the file fills (272383, chapter 2).
+    fn starts_as_mcs51(&self) -> bool {
+        let (Some(first), Some(second)) = (self.byte(0), self.byte(1)) else { return false };
+        let target = match first {
+            0x02 => self.byte(2).map(|low| u32::from(second) << 8 | u32::from(low)),
+            _ if first & 0x1F == 0x01 => Some(u32::from(first >> 5) << 8 | u32::from(second)),
+            _ => None,
+        };
+        target.is_some_and(|target| target > 0 && self.has(target))
+    }
+
+    /// The chip has a place for everything, and is not another one by its device ID or its configuration words.
+    fn fits(&self, chip: &Chip) -> bool {
+        let place = |addr: u32| chip.hex.iter().any(|s| (s.start..s.start + s.len).contains(&addr));
+        let part = chips::part(chip.name).filter(|_| chip.family == Family::Pic16);
+        self.bytes.keys().all(|&addr| place(addr)) && part.is_none_or(|part| self.fits_part(part))
+    }
+
+    fn fits_part(&self, part: &Part) -> bool {
+        let erased = |word: &u16| *word == PIC_WORD || *word == 0;
+        let id = self.word(PIC_DEVICE_ID).filter(|id| !erased(id));
+        let second = self.word(PIC_CONFIG_2).filter(|word| !erased(word));
+        // Chips without a device ID cannot be told by it.
+        let same = |id: u16| part.device_id.is_some_and(|own| id & PIC_DEVICE == own & PIC_DEVICE);
+        id.is_none_or(same) && (second.is_none() || part.config.words.len() > 1)
+    }
+}

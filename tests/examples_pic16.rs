@@ -1,0 +1,77 @@
+//! The examples of the PIC16 do what their heads say, and their HEX files are what gpasm makes of their sources.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use emu_core::image::load_hex;
+use emu_core::{Cpu, Event, PinId, Probe, RamInit, Stop};
+use emu_pic16::{Pic16, chips};
+
+fn example(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/pic16").join(name)
+}
+
+fn read(name: &str) -> String {
+    let path = example(name);
+    std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// Keeps bytes sent with the cycles of their ends, and cycles at which the lamp at RB0 changed.
+struct Seen {
+    lamp: PinId,
+    text: Vec<u8>,
+    ends: Vec<u64>,
+    edges: Vec<u64>,
+}
+
+impl Probe for Seen {
+    const EVENTS: bool = true;
+    fn event(&mut self, event: Event) -> bool {
+        match event {
+            Event::Sent { at, byte, .. } => {
+                self.text.push(byte);
+                self.ends.push(at.cycle);
+            }
+            Event::Edge { at, pin, .. } if pin == self.lamp => self.edges.push(at.cycle),
+            _ => (),
+        }
+        false
+    }
+}
+
+fn after(name: &str, mcu: &str, cycles: u64) -> (Seen, Stop) {
+    let chip = chips::chip(mcu).unwrap_or_else(|| panic!("{mcu}"));
+    let loaded = load_hex(name, read(name).as_bytes(), chip.hex).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+    assert!(loaded.warnings.is_empty(), "{name}: {:?}", loaded.warnings);
+    let mut seen = Seen { lamp: chip.pin("RB0").expect("RB0"), text: Vec::new(), ends: Vec::new(), edges: Vec::new() };
+    let stop = Pic16::new(chip, &loaded.image, RamInit::Random(1)).run(cycles, &mut seen);
+    (seen, stop)
+}
+
+#[test]
+fn they_do_what_their_heads_say() {
+    let (hello, stop) = after("hello.hex", "pic16f877a", 200_000);
+    assert_eq!((String::from_utf8_lossy(&hello.text).as_ref(), stop), ("Hello from a PIC16\n", Stop::Halted));
+    // A bit takes 16 * 26 clocks, a byte ten bits; TXREG is filled again in time, so that bytes follow each other.
+    assert!(hello.ends.windows(2).all(|pair| pair[1] - pair[0] == 10 * 16 * 26 / 4), "{:?}", hello.ends);
+    // The power-up timer takes 72 ms of the second, in the rest there are 56 overflows. The first edge is that of the pin as
+    // it becomes an output. GOTO takes two cycles, so an interrupt may be a cycle late.
+    let (blink, stop) = after("blink.hex", "pic16f873", 1_000_000);
+    assert_eq!((blink.edges.len(), stop), (1 + 56, Stop::Limit), "{:?}", blink.edges);
+    let first = blink.edges[1];
+    for (i, edge) in (0u64..).zip(&blink.edges[1..]) {
+        assert!((first + 16_384 * i).abs_diff(*edge) <= 1, "{:?}", blink.edges);
+    }
+}
+
+#[test]
+#[ignore = "needs gpasm (package gputils)"]
+fn gpasm_makes_the_same_files() {
+    for name in ["blink", "hello"] {
+        let made = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.hex"));
+        let status = Command::new("gpasm").arg("-q").arg("-o").arg(&made).arg(example(&format!("{name}.asm"))).status();
+        assert!(status.expect("gpasm starts").success(), "{name}.asm");
+        let made = std::fs::read_to_string(&made).expect("what gpasm made");
+        assert!(made.replace("\r\n", "\n") == read(&format!("{name}.hex")).replace("\r\n", "\n"), "{name}.hex");
+    }
+}
