@@ -8,7 +8,8 @@ use emu_avr::isa::{KINDS, Kind, PC_MASK, ROWS, disassemble, encode};
 use emu_core::rng::Rng;
 use emu_core::table::{Pattern, Row, Site, number};
 
-use crate::{folder, run, seed};
+use crate::seed;
+use crate::tools::{folder, run};
 
 /// Instructions of one row at most; a row with fewer forms has all of them.
 const MOST: u32 = 4_096;

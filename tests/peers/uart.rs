@@ -7,7 +7,8 @@ use emu_avr::chips::ATMEGA328P;
 use emu_core::image::{ElfMachine, load};
 use emu_core::{Cpu, Event, Probe, RamInit};
 
-use crate::{folder, harness, run, source};
+use crate::harness;
+use crate::tools::{folder, run, source};
 
 /// Enough for the whole program, which then sleeps with interrupts off.
 const CYCLES: u64 = 8_000_000;

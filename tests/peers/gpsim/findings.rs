@@ -1,0 +1,124 @@
+//! Small programs, one a line, with what they must leave behind here and what they leave behind on gpsim: the faults for which
+//! cases are left out (findings.txt), and the table of facts in docs/chips/pic16f873.md (facts.txt). The second half is checked
+//! too, so that a line goes when gpsim is repaired.
+
+use emu_core::image::{Image, Segment, write_hex};
+use emu_core::{Cpu, Stop};
+use emu_pic16::chips;
+use emu_pic16::isa::assemble;
+use emu_pic16::periph::map::Sfr;
+
+use crate::drive::{VIEW, View, gpsim, machine, there, view};
+use crate::folder;
+
+const FILES: [&str; 2] = [include_str!("findings.txt"), include_str!("facts.txt")];
+
+struct Line {
+    what: &'static str,
+    chip: &'static emu_core::Chip,
+    code: Vec<Segment>,
+    /// Instruction cycles until everything has happened.
+    cycles: u64,
+    here: &'static str,
+    gpsim: &'static str,
+}
+
+fn lines() -> Vec<Line> {
+    let lines = FILES.iter().flat_map(|text| text.lines()).filter(|l| !l.starts_with('#') && !l.trim().is_empty());
+    lines
+        .map(|line| {
+            let columns: Vec<&str> = line.split('|').map(str::trim).collect();
+            let &[kind, chip, what, cycles, program, section, here, gpsim] = columns.as_slice() else {
+                panic!("eight columns: {line}")
+            };
+            assert!(matches!(kind, "fault" | "open" | "same") && !section.is_empty(), "{line}");
+            assert_eq!(kind == "same", here == gpsim, "{line}");
+            let part = chips::part(chip).unwrap_or_else(|| panic!("{line}"));
+            Line {
+                what,
+                chip: &part.chip,
+                code: program.split(" / ").map(|text| segment(part, text.trim())).collect(),
+                cycles: cycles.parse().unwrap_or_else(|e| panic!("{line}: {e}")),
+                here,
+                gpsim,
+            }
+        })
+        .collect()
+}
+
+/// The lowest address of a register, by its name.
+fn address(part: &chips::Part, name: &str) -> Option<u16> {
+    Sfr::ALL.iter().find(|sfr| sfr.name() == name).and_then(|&sfr| part.addr(sfr))
+}
+
+/// `0030 nop; movwf FSR`: names of registers stand for their addresses, `nop*5` for five of them.
+fn segment(part: &chips::Part, text: &str) -> Segment {
+    let (addr, lines) = text.split_once(' ').expect("an address and instructions");
+    let addr = u32::from_str_radix(addr, 16).expect("an address in hexadecimal");
+    let mut bytes: Vec<u8> = Vec::new();
+    for line in lines.split(';') {
+        let (line, times) = line.split_once('*').unwrap_or((line, "1"));
+        let words = line.trim().split_inclusive([' ', ',']).map(|word| {
+            let name = word.trim_end_matches([' ', ',']);
+            address(part, name).map_or(word.to_owned(), |a| format!("0x{a:03X}{}", &word[name.len()..]))
+        });
+        let line = words.collect::<String>();
+        for _ in 0..times.trim().parse().expect("a number of times") {
+            let word = assemble(&line, addr + bytes.len() as u32 / 2).unwrap_or_else(|e| panic!("{line}: {e}"));
+            bytes.extend(word.iter().flat_map(|w| w.to_le_bytes()));
+        }
+    }
+    Segment { space: "flash", addr: addr * 2, bytes }
+}
+
+/// What of a view `wanted` names, in the form of `wanted`: `W=07 PC=0012 20=01`, addresses of data memory in hexadecimal.
+fn values(wanted: &str, view: &View) -> String {
+    let value = |name: &str| match name {
+        "W" => format!("W={:02X}", view.w),
+        "PC" => format!("PC={:04X}", view.pc),
+        _ => {
+            let addr = usize::from_str_radix(name, 16).unwrap_or_else(|e| panic!("{name}: {e}"));
+            view.data[addr].map_or(format!("{name}=--"), |byte| format!("{name}={byte:02X}"))
+        }
+    };
+    let names = wanted.split_whitespace().filter_map(|w| w.split_once('='));
+    names.map(|(name, _)| value(name)).collect::<Vec<_>>().join(" ")
+}
+
+/// Watchdog off, HS, no brown-out reset, no LVP, no protection.
+const CONFIG: [u8; 2] = 0x3F3A_u16.to_le_bytes();
+
+#[test]
+fn our_machine_does_what_the_sheets_say() {
+    let mut wrong = Vec::new();
+    for line in lines() {
+        let mut segments = line.code;
+        segments.push(Segment { space: "config", addr: 14, bytes: CONFIG.to_vec() });
+        let mut machine = machine(line.chip, &Image { segments, ..Image::default() });
+        let stop = machine.run(line.cycles, &mut ());
+        let found = values(line.here, &view(&machine, &there(line.chip)));
+        if found != line.here || !matches!(stop, Stop::Limit | Stop::Halted) {
+            wrong.push(format!("{}: {found}, not {} ({stop:?})", line.what, line.here));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+#[ignore = "needs gpsim"]
+fn gpsim_does_what_is_written_of_it() {
+    let mut wrong = Vec::new();
+    let folder = folder("gpsim-findings");
+    for line in lines() {
+        let mut parts: Vec<(u32, &[u8])> = line.code.iter().map(|s| (s.addr, s.bytes.as_slice())).collect();
+        parts.push((0x400E, &CONFIG));
+        let path = folder.join("program.hex");
+        std::fs::write(&path, write_hex(&parts)).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        let views = gpsim(line.chip, "program.hex", &format!("break c {}\nrun\n{VIEW}", line.cycles), &folder);
+        let found = values(line.gpsim, &views[0]);
+        if found != line.gpsim {
+            wrong.push(format!("{}: {found}, not {}", line.what, line.gpsim));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
