@@ -28,6 +28,7 @@ const TRISA: u16 = 0x85;
 const LEFT_OUT: &[&str] = &[
     "Z, DC, C where STATUS is the destination of an instruction that sets only some of them: there it writes none (DS39582, 2.2.2.1)",
     "CLRW with bits set that do not matter: there it is no instruction (DS33023, CLRW: 00 0001 0xxx xxxx)",
+    "DECFSZ and INCFSZ of PCL: here the jump is all, there it may skip besides (sheets silent)",
     "GIE after RETFIE without an interrupt before it: there it stays clear (DS33023, RETFIE: 1 -> GIE)",
 ];
 
@@ -42,7 +43,8 @@ fn left_out(case: &Case) -> Option<(usize, bool, u8, u8)> {
     }
     match row.name {
         "Clrw" if case.word != CLRW => Some((1, false, 0, 0)),
-        "Retfie" if !case.gie() => Some((2, true, 0xFF, 0x7F)),
+        "DecfszF" | "IncfszF" if case.file.is_some_and(|f| f & 0x7F == PCL) => Some((2, false, 0, 0)),
+        "Retfie" if !case.gie() => Some((3, true, 0xFF, 0x7F)),
         _ => None,
     }
 }
