@@ -251,6 +251,7 @@ impl Soc {
             }
             Sfr::ADCON1 | Sfr::ADCON0 | Sfr::ANSEL | Sfr::CMCON => self.set_analog(),
             Sfr::T1CON => self.timer1_crystal(value & T1OSCEN != 0),
+            Sfr::SSPCON => self.clock_ssp(t),
             Sfr::CVRCON => {
                 if let Some(&pin) = self.part.analog.get(REFERENCE) {
                     self.tell_voltage(pin, t);
@@ -262,6 +263,13 @@ impl Soc {
             }
             _ => {}
         }
+    }
+
+    /// Timer 2 tells the SSP of its periods where they are its clock.
+    pub(super) fn clock_ssp(&mut self, t: u64) {
+        self.touched |= 1 << at::TIMERS;
+        self.timers.set_timer2_listener(self.ssp.wants_timer2(), t, &mut self.out);
+        self.carry_out();
     }
 
     /// The flag stands in this register.

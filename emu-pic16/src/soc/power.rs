@@ -281,6 +281,7 @@ impl Soc {
         self.timers.reset(power_on, t, out);
         self.usart.reset(power_on, t, out);
         self.ssp.reset(power_on, t, out);
+        self.timers.set_timer2_listener(false, t, out);
         self.eeprom.reset(power_on, t);
         self.adc.reset(t);
         self.comparators.reset(t, out);
