@@ -23,6 +23,18 @@ macro_rules! pic16_table {
         Trap,
         /// Closes a loop that may repeat without changing anything.
         Poll,
+        /// `btfsc` with the GOTO behind it: a conditional jump. What is tested lies in RAM.
+        BtfscGoto,
+        /// `btfss` with the GOTO behind it.
+        BtfssGoto,
+        /// `decfsz f, F` with the GOTO behind it.
+        DecfszGoto,
+        /// `incfsz f, F` with the GOTO behind it.
+        IncfszGoto,
+        /// `btfsc` of a register with the GOTO behind it.
+        BtfscSfrGoto,
+        /// `btfss` of a register with the GOTO behind it.
+        BtfssSfrGoto,
     }
     // Byte-oriented file register operations.
     /// Add W and file register, to W.

@@ -135,6 +135,10 @@ impl Code {
                 if let Some(behind) = ops.get_mut(at as usize + SPAN).filter(|_| pc < 2) {
                     behind.kind = if kind == Kind::Trap { Kind::Trap } else { Kind::Poll };
                 }
+                join(ops, at as usize);
+                if pc > 0 {
+                    join(ops, at as usize - 1);
+                }
             }
             match looks {
                 Some(found) => self.loops.insert(at, found),
@@ -163,6 +167,28 @@ impl Code {
         Some(Loop { head, looks })
     }
 }
+
+/// Makes a test and the GOTO behind it one op, where neither of them bears a mark, or makes it a test again.
+fn join(ops: &mut [Pic16Op; OPS], at: usize) {
+    let goes = ops.get(at + 1).is_some_and(|next| next.kind == Kind::Goto);
+    if let Some(op) = ops.get_mut(at) {
+        for (test, joined) in JOINED {
+            if op.kind == test || op.kind == joined {
+                op.kind = if goes { joined } else { test };
+            }
+        }
+    }
+}
+
+/// What is one op with a GOTO behind it.
+const JOINED: [(Kind, Kind); 6] = [
+    (Kind::BtfscRam, Kind::BtfscGoto),
+    (Kind::BtfssRam, Kind::BtfssGoto),
+    (Kind::DecfszFRam, Kind::DecfszGoto),
+    (Kind::IncfszFRam, Kind::IncfszGoto),
+    (Kind::Btfsc, Kind::BtfscSfrGoto),
+    (Kind::Btfss, Kind::BtfssSfrGoto),
+];
 
 /// The register of the chip at a place; none for RAM and for what the core keeps.
 fn register(place: Place) -> Option<Sfr> {

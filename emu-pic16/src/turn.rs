@@ -6,13 +6,14 @@
 use emu_core::cpu::{Bus, Probe, Wake};
 use emu_core::dispatch;
 use emu_core::machine::{Byte, Machine, Pair};
+use emu_core::table::{InRam, Operand};
 
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
 use crate::hot::{BANK, Hot, PD, TO};
 use crate::isa::{Kind, Pic16Op, SPAN, pic16_table};
 use crate::lint::Lints;
-use crate::operands::{B, F, K, Place, Target};
+use crate::operands::{B, F, K, Place, Ram, Target};
 use crate::periph::map::Sfr;
 use crate::soc::Soc;
 
@@ -379,11 +380,51 @@ macro_rules! turn {
             m.hot.time.force();
             break;
         }
-        execute!(m, op, {
-            m.hot.escape = true;
-            m.hot.time.force();
-        });
+        execute!(
+            m,
+            op,
+            match op.kind {
+                Kind::BtfscGoto => and_goto!(m, $ops, skip_bit(m, ram_of(op), bit_of(op), false)),
+                Kind::BtfssGoto => and_goto!(m, $ops, skip_bit(m, ram_of(op), bit_of(op), true)),
+                Kind::DecfszGoto => and_goto!(m, $ops, decfsz(m, ram_of(op), false)),
+                Kind::IncfszGoto => and_goto!(m, $ops, incfsz(m, ram_of(op), false)),
+                Kind::BtfscSfrGoto => and_goto!(m, $ops, skip_bit(m, file_of(op), bit_of(op), false)),
+                Kind::BtfssSfrGoto => and_goto!(m, $ops, skip_bit(m, file_of(op), bit_of(op), true)),
+                _ => {
+                    m.hot.escape = true;
+                    m.hot.time.force();
+                }
+            }
+        );
     }};
+}
+
+/// A test, and unless it skips the GOTO behind it, if there is time left for that.
+macro_rules! and_goto {
+    ($m:ident, $ops:ident, $test:expr) => {{
+        let next = $m.hot.at.wrapping_add(1);
+        $m.begin(1, 0);
+        $test;
+        if !P::INSN && $m.hot.at == next && $m.hot.time.goes_on() {
+            let target = Target::take(&$ops[next as u16 as usize], &mut 0);
+            $m.begin(1, 2);
+            goto($m, target);
+        }
+    }};
+}
+
+/// Operands of the op of a test.
+#[inline(always)]
+fn ram_of(op: &Pic16Op) -> Ram {
+    F::take_in_ram(op, &mut 0)
+}
+#[inline(always)]
+fn file_of(op: &Pic16Op) -> F {
+    F::take(op, &mut 0)
+}
+#[inline(always)]
+fn bit_of(op: &Pic16Op) -> B {
+    B::take(op, &mut 2)
 }
 
 impl<P: Probe> Turn<'_, P> {

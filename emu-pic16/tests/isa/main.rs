@@ -5,6 +5,7 @@ mod bits;
 mod encoding;
 mod exhaustive;
 mod flow;
+mod joined;
 mod memory;
 mod rig;
 mod slices;
