@@ -15,8 +15,8 @@ mod regs;
 use crate::periph::map::{RXD, TXD, at, irq};
 use crate::periph::plain::Plain;
 use crate::periph::ports::{PINS, Ports};
-use crate::periph::timer::{ICF, OCFA, OCFB, TOV, Timer};
-use crate::periph::usart::{RXC, TXC, UDRE, Usart};
+use crate::periph::old_timer::{ICF, OCFA, OCFB, TOV, Timer};
+use crate::periph::old_usart::{RXC, TXC, UDRE, Usart};
 use crate::periph::watchdog::Watchdog;
 
 /// The chip without its core and RAM.

@@ -4,7 +4,7 @@ use emu_core::cpu::NEVER;
 
 use super::Soc;
 use crate::periph::map::{RXD, TXD, at};
-use crate::periph::timer::{ICF, OCFA, OCFB, TOV, Timer, Top};
+use crate::periph::old_timer::{ICF, OCFA, OCFB, TOV, Timer, Top};
 
 /// GTCCR bits.
 const TSM: u8 = 1 << 7;
