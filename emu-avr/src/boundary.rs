@@ -9,7 +9,6 @@ use crate::cpu::Avr;
 use crate::flags::{Flag, Flags};
 use crate::isa::{Kind, row_of};
 use crate::periph::map::at;
-use crate::turn::RAM_START;
 
 impl Engine for Avr {
     type Held = ([u8; 32], Flags);
@@ -61,7 +60,8 @@ impl Engine for Avr {
         if let Some(vector) = self.soc.pending(now) {
             self.soc.take(vector, now);
             probe.irq(now, vector);
-            self.hot = self.turn(probe).0.interrupt(vector);
+            let at = u32::from(vector) * self.chip.vector_words;
+            self.hot = self.turn(probe).0.interrupt(at);
         }
         true
     }
@@ -83,11 +83,11 @@ impl Engine for Avr {
     }
     fn steady(&self, end: u32, at: u64) -> u64 {
         let looks = self.code.look(end).map_or(&[][..], |found| &found.1);
-        let io = looks.iter().filter(|&&r| (0x20..RAM_START).contains(&r) && !matches!(r, at::SPL..=at::SREG));
+        let io = looks.iter().filter(|&&r| (0x20..self.chip.ram_start).contains(&r) && !matches!(r, at::SPL..=at::SREG));
         io.map(|&r| self.soc.steady_until(r, at)).min().unwrap_or(NEVER)
     }
     fn held(&self) -> Self::Held {
-        (std::array::from_fn(|r| self.data[r]), self.hot.flags)
+        (std::array::from_fn(|r| self.data.bytes[r]), self.hot.flags)
     }
 
     fn burst<P: Probe>(&mut self, looks: bool, probe: &mut P) {
@@ -96,6 +96,8 @@ impl Engine for Avr {
     }
 
     fn single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), Stop> {
+        // It may stand behind the end of memory, which is the beginning.
+        self.hot.pc = pc;
         let op = self.code.plain[pc as usize];
         if op.kind == Kind::Illegal {
             let word = self.code.word(pc);

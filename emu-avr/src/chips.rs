@@ -19,7 +19,7 @@ pub fn chip(name: &str) -> Option<&'static Chip> {
 pub const ATMEGA328P: Chip = Chip {
     name: "atmega328p",
     family: Family::Avr,
-    isa: &crate::isa::ISA,
+    isa: &crate::isa::isa::<0x3FFF>(),
     title: "ATmega328P: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 28 pins",
     source: "DS40002061",
     code: "flash",

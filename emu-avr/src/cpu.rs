@@ -10,18 +10,17 @@ use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
 
 use crate::flags::Flags;
-use crate::isa::PC_MASK;
 use crate::periph::map::at;
 use crate::predecode::Code;
 use crate::soc::Soc;
-use crate::turn::{DATA, Hot, RAM_LEN, RAM_START, Turn};
+use crate::turn::{Data, Hot, MOST_RAM, RAM, Turn, ram};
 
 /// An AVR chip with its program. A clone is a snapshot; program memory is shared until it changes.
 #[derive(Debug, Clone)]
 pub struct Avr {
     pub(crate) chip: &'static Chip,
     pub(crate) hot: Hot,
-    pub(crate) data: [u8; DATA],
+    pub(crate) data: Data,
     pub(crate) code: Arc<Code>,
     pub(crate) soc: Soc,
     pub(crate) eeprom: Arc<Vec<u8>>,
@@ -30,30 +29,30 @@ pub struct Avr {
 
 impl Avr {
     /// A chip after power-up with flash, EEPROM and RAM of `image`; what the image does not fill is erased (FFh) or, in RAM
-    /// and the core's registers, as `ram` says.
+    /// and the core's registers, as `init` says.
     #[must_use]
-    pub fn new(chip: &'static Chip, image: &Image, ram: RamInit) -> Avr {
+    pub fn new(chip: &'static Chip, image: &Image, init: RamInit) -> Avr {
         let mut flash = vec![0xFF; chip.flash as usize];
         image.fill("flash", &mut flash);
         let mut eeprom = vec![0xFF; usize::from(chip.eeprom)];
         image.fill("eeprom", &mut eeprom);
-        let mut data = [0u8; DATA];
-        if let RamInit::Random(seed) = ram {
+        let mut bytes = [0; RAM + MOST_RAM];
+        if let RamInit::Random(seed) = init {
             let mut rng = Rng::new(seed);
-            rng.fill(&mut data[..32]);
-            rng.fill(&mut data[usize::from(RAM_START)..usize::from(RAM_START + RAM_LEN)]);
+            rng.fill(&mut bytes[..32]);
+            rng.fill(&mut bytes[RAM..][..usize::from(chip.ram_len)]);
         }
         for (addr, byte) in image.bytes_in("data") {
             // What lies at the registers of the chip is theirs to say.
-            if !(0x20..u32::from(RAM_START)).contains(&addr) && (addr as usize) < DATA {
-                data[addr as usize] = byte;
+            if let Some(i) = index(chip, addr) {
+                bytes[i] = byte;
             }
         }
-        let code = Code::new(&flash);
+        let code = Code::new(flash);
         let mut avr = Avr {
             chip,
             hot: Hot::START,
-            data,
+            data: Data { bytes, ram_start: chip.ram_start, ram_len: chip.ram_len },
             code: Arc::new(code),
             soc: Soc::new(chip),
             eeprom: Arc::new(eeprom),
@@ -89,7 +88,14 @@ impl Avr {
     /// The core at its boundary, ready for a burst.
     pub(crate) fn turn<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Turn<'a, P>, &'a Code) {
         let code: &Code = &self.code;
-        (Turn { hot: self.hot, data: &mut self.data, flash: &code.bytes, bus: &mut self.soc, probe }, code)
+        let turn = Turn {
+            hot: self.hot,
+            data: &mut self.data,
+            code,
+            bus: &mut self.soc,
+            probe,
+        };
+        (turn, code)
     }
 }
 
@@ -119,18 +125,18 @@ impl Cpu for Avr {
     }
 
     fn pc(&self) -> u32 {
-        self.hot.pc & PC_MASK
+        self.hot.pc & self.code.mask()
     }
 
     fn set_pc(&mut self, pc: u32) {
-        self.hot.pc = pc & PC_MASK;
+        self.hot.pc = pc & self.code.mask();
         self.looks.passing = None;
         self.hot.time.force();
     }
 
     fn reg(&self, name: &str) -> Option<u32> {
         Some(match register(name)? {
-            Register::General(n) => u32::from(self.data[n]),
+            Register::General(n) => u32::from(self.data.bytes[n]),
             Register::Sreg => u32::from(self.hot.flags.pack()),
             Register::Sp => u32::from(self.hot.sp),
             Register::Pc => self.pc(),
@@ -139,7 +145,7 @@ impl Cpu for Avr {
 
     fn set_reg(&mut self, name: &str, value: u32) -> bool {
         match register(name) {
-            Some(Register::General(n)) => self.data[n] = value as u8,
+            Some(Register::General(n)) => self.data.bytes[n] = value as u8,
             Some(Register::Sreg) => self.hot.flags = Flags::unpack(value as u8),
             Some(Register::Sp) => self.hot.sp = value as u16,
             Some(Register::Pc) => self.set_pc(value),
@@ -156,9 +162,8 @@ impl Cpu for Avr {
                 at::SPL => self.hot.sp as u8,
                 at::SPH => (self.hot.sp >> 8) as u8,
                 at::SREG => self.hot.flags.pack(),
-                0x20..=0xFF => self.soc.peek(addr as u16, self.cycle()),
-                _ if index < usize::from(RAM_START + RAM_LEN) => self.data[index],
-                _ => return None,
+                addr if (0x20..self.chip.ram_start).contains(&addr) => self.soc.peek(addr, self.cycle()),
+                _ => self.data.bytes[self::index(self.chip, addr)?],
             }),
             "flash" => self.code.bytes.get(index).copied(),
             "eeprom" => self.eeprom.get(index).copied(),
@@ -173,12 +178,14 @@ impl Cpu for Avr {
                 at::SPL => self.hot.sp = self.hot.sp & 0xFF00 | u16::from(value),
                 at::SPH => self.hot.sp = self.hot.sp & 0x00FF | u16::from(value) << 8,
                 at::SREG => self.hot.flags = Flags::unpack(value),
-                0x20..=0xFF => {
+                addr if (0x20..self.chip.ram_start).contains(&addr) => {
                     let now = self.cycle();
-                    self.soc.write(addr as u16, value, now);
+                    self.soc.write(addr, value, now);
                 }
-                _ if index < usize::from(RAM_START + RAM_LEN) => self.data[index] = value,
-                _ => return false,
+                addr => match self::index(self.chip, addr.into()) {
+                    Some(i) => self.data.bytes[i] = value,
+                    None => return false,
+                },
             },
             "flash" if index < self.code.bytes.len() => Arc::make_mut(&mut self.code).poke(index, value),
             "eeprom" if index < self.eeprom.len() => Arc::make_mut(&mut self.eeprom)[index] = value,
@@ -189,7 +196,7 @@ impl Cpu for Avr {
     }
 
     fn trap(&mut self, pc: u32, on: bool) {
-        let pc = pc & PC_MASK;
+        let pc = pc & self.code.mask();
         if self.code.has_trap(pc) != on && Arc::make_mut(&mut self.code).trap(pc, on) {
             self.looks.passing = self.looks.passing.filter(|&p| on || p != pc);
         }
@@ -212,6 +219,15 @@ impl Cpu for Avr {
     fn step<P: Probe>(&mut self, probe: &mut P) -> Stop {
         engine::step(self, probe)
     }
+}
+
+/// Where what stands at a data address is kept: a register of the core, or RAM.
+fn index(chip: &Chip, addr: u32) -> Option<usize> {
+    if addr < 32 {
+        return Some(addr as usize);
+    }
+    let i = addr.checked_sub(chip.ram_start.into()).filter(|&i| i < chip.ram_len.into())?;
+    Some(ram(i as u16))
 }
 
 enum Register {

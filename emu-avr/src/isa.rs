@@ -7,7 +7,6 @@ use emu_core::table::{
     Alias, AsmError, EncodeError, Line, Op, Row, Site, assemble as assemble_line, disassemble as disassemble_line, find,
 };
 
-use crate::chips::ATMEGA328P;
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 
 /// Hands every row to `callback!`, after the tokens of `{ .. }`. Columns: name, mnemonic, syntax, pattern, operands, cycles
@@ -285,8 +284,10 @@ pub const ALIASES: &[Alias] = &[
     ("ldd",  "d, Z", "ld",   "d,Z"),
 ];
 
-/// The table as tools see it.
-pub const ISA: Isa = Isa { disassemble, erased: 0xFFFF };
+/// The table as tools see it, on a chip whose program counter wraps under `MASK`.
+pub const fn isa<const MASK: u32>() -> Isa {
+    Isa { disassemble: disassemble_in::<MASK>, erased: 0xFFFF }
+}
 
 /// Bits of an AVR program word.
 pub const WORD_BITS: u32 = 16;
@@ -305,8 +306,8 @@ impl std::ops::Deref for Words {
     }
 }
 
-/// Program words of the largest chip of the family as modelled, minus one: where targets wrap.
-pub const PC_MASK: u32 = ATMEGA328P.flash / 2 - 1;
+/// Program words of the ATmega328P minus one: where targets wrap unless another chip is named.
+pub const PC_MASK: u32 = 0x3FFF;
 
 /// Encodes an instruction that will stand at the word address `pc`. Operands come in row order: registers by number,
 /// targets as absolute word addresses, I/O addresses 0 to 63.
@@ -322,11 +323,15 @@ pub fn encode(kind: Kind, operands: &[i32], pc: u32) -> Result<Words, EncodeErro
     })
 }
 
-/// Disassembles the instruction at the front of `words`, which stands at the word address `pc`. Targets print as byte
-/// addresses.
+/// Disassembles the instruction at the front of `words`, which stands at the word address `pc` of an ATmega328P. Targets
+/// print as byte addresses.
 #[must_use]
 pub fn disassemble(words: &[u16], pc: u32) -> Line {
-    disassemble_line(ROWS, WORD_BITS, words, &Site { pc, len: 1, next_len: 1, pc_mask: PC_MASK })
+    disassemble_in::<PC_MASK>(words, pc)
+}
+
+fn disassemble_in<const MASK: u32>(words: &[u16], pc: u32) -> Line {
+    disassemble_line(ROWS, WORD_BITS, words, &Site { pc, len: 1, next_len: 1, pc_mask: MASK })
 }
 
 /// Assembles one line that will stand at the word address `pc`.

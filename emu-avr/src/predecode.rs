@@ -5,18 +5,19 @@ use std::collections::{BTreeMap, BTreeSet};
 use emu_core::engine::Mark;
 use emu_core::table::{Op, Site};
 
-use crate::isa::{AvrOp, Kind, PC_MASK, row_of};
+use crate::isa::{AvrOp, Kind, row_of};
 use crate::record::record;
 use crate::soc::restless;
 
-/// Program words that the op array holds; a power of two, so that an address needs a mask and no check.
-pub const WORDS: usize = PC_MASK as usize + 1;
+/// Program words that the op array holds: as many as a program counter of 16 bits reaches, so that it needs no check. What
+/// is behind the end of a smaller memory falls to the slow path, which goes on at the beginning.
+pub const WORDS: usize = 0x1_0000;
 
 /// Program memory in both forms.
 #[derive(Debug, Clone)]
 pub struct Code {
-    /// Bytes, erased ones FFh.
-    pub bytes: Box<[u8; WORDS * 2]>,
+    /// Bytes, a power of two of them, erased ones FFh.
+    pub bytes: Vec<u8>,
     /// One op per program word, traps in place: `ops[0]` marks jumps to themselves as [`Kind::Poll`], since that is how
     /// programs end; `ops[1]` marks all loops that only look.
     pub ops: [Box<[AvrOp; WORDS]>; 2],
@@ -28,18 +29,28 @@ pub struct Code {
 }
 
 impl Code {
-    /// Program memory filled from address 0 with `image`, erased behind it.
-    pub fn new(image: &[u8]) -> Code {
-        let mut bytes = Box::new([0xFF; WORDS * 2]);
-        let n = image.len().min(bytes.len());
-        bytes[..n].copy_from_slice(&image[..n]);
-        let illegal = Box::new([Op { kind: Kind::Illegal, arg: [0; 3] }; WORDS]);
-        let (ops, plain) = ([illegal.clone(), illegal.clone()], illegal);
-        let mut code = Code { bytes, ops, plain, loops: BTreeMap::new(), traps: BTreeSet::new() };
+    /// Program memory with these bytes, a power of two of them that is at most twice [`WORDS`].
+    pub fn new(bytes: Vec<u8>) -> Code {
+        let mut ops = Box::new([Op { kind: Kind::Poll, arg: [0; 3] }; WORDS]);
         // Erased words stay what they are: no instruction.
-        let used = code.bytes.iter().rposition(|&b| b != 0xFF).map_or(0, |at| at as u32 / 2 + 1);
+        ops[..bytes.len() / 2].fill(Op { kind: Kind::Illegal, arg: [0; 3] });
+        let (ops, plain) = ([ops.clone(), ops.clone()], ops);
+        let used = bytes.iter().rposition(|&b| b != 0xFF).map_or(0, |at| at as u32 / 2 + 1);
+        let mut code = Code { bytes, ops, plain, loops: BTreeMap::new(), traps: BTreeSet::new() };
         code.predecode(0, used);
         code
+    }
+
+    /// The byte at an address, which wraps at the end of memory.
+    #[inline(always)]
+    pub fn byte(&self, addr: usize) -> u8 {
+        self.bytes.get(addr & self.bytes.len().wrapping_sub(1)).copied().unwrap_or(0xFF)
+    }
+
+    /// Program words minus one: where the program counter wraps.
+    #[inline(always)]
+    pub fn mask(&self) -> u32 {
+        (self.bytes.len() / 2 - 1) as u32
     }
 
     /// Writes a byte of program memory.
@@ -49,7 +60,7 @@ impl Code {
         // branch that closes a loop around it may stand some words ahead.
         let pc = (addr / 2) as u32 + WORDS as u32;
         for pc in pc - 3..pc + REACH + 2 {
-            let pc = pc % WORDS as u32;
+            let pc = pc & self.mask();
             self.predecode(pc, pc + 1);
         }
     }
@@ -59,6 +70,12 @@ impl Code {
         let changed = if on { self.traps.insert(pc) } else { self.traps.remove(&pc) };
         if changed {
             self.predecode(pc, pc + 1);
+            let kind = if on { Kind::Trap } else { Kind::Poll };
+            for ops in &mut self.ops {
+                for behind in ops.iter_mut().skip(pc as usize).step_by(self.bytes.len() / 2).skip(1) {
+                    behind.kind = kind;
+                }
+            }
         }
         changed
     }
@@ -125,8 +142,7 @@ impl Code {
             return Op { kind: Kind::Illegal, arg: [0; 3] };
         }
         let len = row.len();
-        let mask = (self.bytes.len() / 2 - 1) as u32;
-        row.op(kind, bits, &Site { pc, len, next_len: self.len_at(pc + len), pc_mask: mask })
+        row.op(kind, bits, &Site { pc, len, next_len: self.len_at(pc + len), pc_mask: self.mask() })
     }
 
     /// The data addresses that the loop from `head` to the branch at `end` reads, when a turn of it depends on nothing

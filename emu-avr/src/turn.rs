@@ -9,22 +9,31 @@ use emu_core::dispatch;
 use emu_core::machine::{Byte, Machine, Pair};
 use emu_core::table::Op;
 
-use crate::chips::ATMEGA328P;
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
 use crate::flags::{Flag, Flags};
-use crate::isa::{AvrOp, Kind, PC_MASK, avr_table};
+use crate::isa::{AvrOp, Kind, avr_table};
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 use crate::periph::map::at;
-use crate::predecode::WORDS;
+use crate::predecode::{Code, WORDS};
 use crate::soc::Soc;
 
-/// Bytes of data memory: the registers of the core, room for those of the chip, which lie elsewhere, and RAM.
-pub const DATA: usize = (RAM_START + RAM_LEN) as usize;
-/// First data address of RAM.
-pub const RAM_START: u16 = ATMEGA328P.ram_start;
-/// RAM in bytes.
-pub const RAM_LEN: u16 = ATMEGA328P.ram_len;
+/// What the core holds of data memory. All of it is behind one pointer, so that the hot loop has registers of the host left.
+#[derive(Debug, Clone)]
+pub struct Data {
+    /// The registers of the core, and from [`RAM`] on RAM, of which a chip has the first.
+    pub bytes: [u8; RAM + MOST_RAM],
+    /// First data address of RAM.
+    pub ram_start: u16,
+    /// RAM in bytes.
+    pub ram_len: u16,
+}
+
+/// Where RAM begins in [`Data`]. Registers are a byte of index away, so that none is checked.
+pub const RAM: usize = 0x100;
+
+/// RAM of the largest chip in bytes; a power of two.
+pub const MOST_RAM: usize = 0x1000;
 
 /// The state of the core that every instruction touches.
 #[derive(Debug, Clone, Copy)]
@@ -64,8 +73,8 @@ impl Hot {
 /// One turn of the loop: hot state by value, everything else borrowed.
 pub struct Turn<'a, P: Probe> {
     pub hot: Hot,
-    pub data: &'a mut [u8; DATA],
-    pub flash: &'a [u8; WORDS * 2],
+    pub data: &'a mut Data,
+    pub code: &'a Code,
     pub bus: &'a mut Soc,
     pub probe: &'a mut P,
 }
@@ -108,7 +117,7 @@ impl<P: Probe> Turn<'_, P> {
     #[inline(always)]
     fn read_special(&mut self, addr: u16) -> u8 {
         match addr {
-            0..=0x1F => self.data[addr as usize],
+            0..=0x1F => self.data.bytes[addr as usize],
             at::SPL => self.hot.sp as u8,
             at::SPH => (self.hot.sp >> 8) as u8,
             at::SREG => self.hot.flags.pack(),
@@ -123,7 +132,7 @@ impl<P: Probe> Turn<'_, P> {
     #[inline(always)]
     fn write_special(&mut self, addr: u16, value: u8) {
         match addr {
-            0..=0x1F => self.data[addr as usize] = value,
+            0..=0x1F => self.data.bytes[addr as usize] = value,
             at::SPL => self.hot.sp = self.hot.sp & 0xFF00 | u16::from(value),
             at::SPH => self.hot.sp = self.hot.sp & 0x00FF | u16::from(value) << 8,
             at::SREG => {
@@ -140,16 +149,28 @@ impl<P: Probe> Turn<'_, P> {
     }
 }
 
+/// Where a byte of RAM is kept.
+#[inline(always)]
+pub const fn ram(i: u16) -> usize {
+    RAM + (i as usize & (MOST_RAM - 1))
+}
+
+/// A byte of program memory.
+#[inline(never)]
+fn code_byte(code: &Code, addr: u16) -> u8 {
+    code.byte(addr.into())
+}
+
 /// A peripheral register is read; addresses behind RAM give 0.
 #[inline(never)]
 fn read_bus(bus: &mut Soc, addr: u16, at: u64) -> (u8, Wake) {
-    if addr < RAM_START { bus.read(addr, at) } else { (0, Wake::NONE) }
+    bus.read(addr, at)
 }
 
 /// A peripheral register is written; addresses behind RAM take nothing.
 #[inline(never)]
 fn write_bus(bus: &mut Soc, addr: u16, value: u8, at: u64) -> Wake {
-    if addr < RAM_START { bus.write(addr, value, at) } else { Wake::NONE }
+    bus.write(addr, value, at)
 }
 
 impl<P: Probe> Machine for Turn<'_, P> {
@@ -193,11 +214,11 @@ impl<P: Probe> Machine for Turn<'_, P> {
 impl<P: Probe> AvrMachine for Turn<'_, P> {
     #[inline(always)]
     fn reg(&self, r: u8) -> Byte {
-        Byte(self.data[usize::from(r)])
+        Byte(self.data.bytes[usize::from(r)])
     }
     #[inline(always)]
     fn set_reg(&mut self, r: u8, value: Byte) {
-        self.data[usize::from(r)] = value.0;
+        self.data.bytes[usize::from(r)] = value.0;
     }
     #[inline(always)]
     fn flag(&self, flag: Flag) -> bool {
@@ -242,8 +263,8 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     #[inline(always)]
     fn load(&mut self, addr: Pair) -> Byte {
         let addr = addr.0;
-        let value =
-            if addr.wrapping_sub(RAM_START) < RAM_LEN { self.data[addr as usize] } else { self.read_special(addr) };
+        let i = addr.wrapping_sub(RAM as u16);
+        let value = if i < self.data.ram_len { self.data.bytes[ram(i)] } else { self.read_special(addr) };
         self.saw(addr, value, false);
         Byte(value)
     }
@@ -251,8 +272,9 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     fn store(&mut self, addr: Pair, value: Byte) {
         let (addr, value) = (addr.0, value.0);
         self.saw(addr, value, true);
-        if addr.wrapping_sub(RAM_START) < RAM_LEN {
-            self.data[addr as usize] = value;
+        let i = addr.wrapping_sub(RAM as u16);
+        if i < self.data.ram_len {
+            self.data.bytes[ram(i)] = value;
         } else {
             self.write_special(addr, value);
         }
@@ -282,7 +304,7 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     }
     #[inline(always)]
     fn code_byte(&mut self, addr: Pair) -> Byte {
-        Byte(self.flash[usize::from(addr.0) & (self.flash.len() - 1)])
+        Byte(code_byte(self.code, addr.0))
     }
     #[inline(always)]
     fn sp(&self) -> Pair {
@@ -294,7 +316,7 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     }
     #[inline(always)]
     fn next_pc(&self) -> Pair {
-        Pair((self.hot.pc & PC_MASK) as u16)
+        Pair((self.hot.pc & self.code.mask()) as u16)
     }
     #[inline(always)]
     fn sleep(&mut self) {
@@ -320,8 +342,8 @@ macro_rules! execute {
 macro_rules! turn {
     ($turn:ident, $ops:ident) => {{
         let m = &mut $turn;
-        let op: &AvrOp = &$ops[m.hot.pc as usize & (WORDS - 1)];
-        if P::INSN && op.kind as u8 != Kind::Trap as u8 && m.probe.insn(m.hot.time.now(), m.hot.pc & PC_MASK) {
+        let op: &AvrOp = &$ops[m.hot.pc as u16 as usize];
+        if P::INSN && op.kind as u8 != Kind::Trap as u8 && m.probe.insn(m.hot.time.now(), m.hot.pc & m.code.mask()) {
             m.hot.stop = true;
             m.hot.time.force();
             break;
@@ -358,15 +380,16 @@ impl<P: Probe> Turn<'_, P> {
         turn.hot
     }
 
-    /// Enters the interrupt `vector`: return address on the stack, I clear, 4 cycles (data sheet 7.7.1).
+    /// Goes to the interrupt vector at the program word `vector`: return address on the stack, I clear, 4 cycles (data sheet
+    /// 7.7.1).
     #[inline(never)]
-    pub fn interrupt(self, vector: u8) -> Hot {
+    pub fn interrupt(self, vector: u32) -> Hot {
         let mut turn = self;
         let m = &mut turn;
         m.charge(4);
         push_pc(m);
         m.hot.flags.set(Flag::I, false);
-        m.hot.pc = u32::from(vector) * 2;
+        m.hot.pc = vector;
         turn.hot
     }
 }
