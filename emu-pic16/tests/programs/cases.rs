@@ -8,6 +8,7 @@
 //! - `W=5`, `PORTB=5`, `data:20=5`: at the end; `@12 TMR0=5`: as read in cycle 12;
 //! - `@50 reset brown-out`: a hand resets the chip in that cycle (power-on, external, watchdog, brown-out);
 //! - `RB0 12H 20.3L`: all edges of a pin by cycle and clock; `fight RB0@3.3`: all contentions;
+//! - `sent 55@97`: bytes that the USART has sent, each with the end of its stop bit;
 //! - `at label 12 30`: when the label is reached; `cycle 70`, `instructions 70`, `pc label`: at the end.
 //!
 //! A list that ends in `...` may go on; `none` is the empty one.
@@ -25,6 +26,7 @@ const TEXTS: &[&str] = &[
     include_str!("ports.txt"),
     include_str!("sleep.txt"),
     include_str!("reset.txt"),
+    include_str!("links.txt"),
 ];
 
 fn cases() -> Vec<Case> {
@@ -152,6 +154,13 @@ fn judge(case: &Case) -> Vec<String> {
                     _ => None,
                 });
                 list(fights.collect(), wanted);
+            }
+            ["sent", ref wanted @ ..] => {
+                let sent = log.events.iter().filter_map(|event| match event {
+                    Event::Sent { at, byte, .. } => Some(format!("{byte:02X}@{}", show_time(*at))),
+                    _ => None,
+                });
+                list(sent.collect(), wanted);
             }
             [wire, ref wanted @ ..] if script::pin(case.program.part, wire).is_some() => {
                 let on = script::pin(case.program.part, wire);
