@@ -98,7 +98,7 @@ fn answer(run: &Run, seen: &Seen, asked: &str) -> String {
             match seen.pic.level(pin) {
                 Level::Low => "0",
                 Level::High => "1",
-                Level::Float => "z",
+                Level::Float | Level::PullUp | Level::PullDown => "z",
             }
             .to_owned()
         }),
