@@ -13,6 +13,11 @@ pub const OTHER_CHIP: &str = "CLI004";
 /// A message of a program that checks itself cannot be carried out.
 pub const MESSAGE: &str = "CLI005";
 
+/// Symbols or messages of a program for another chip.
+pub const OTHER_PROCESSOR: &str = "CLI006";
+/// Symbols of another program.
+pub const OTHER_PROGRAM: &str = "CLI007";
+
 /// All of them.
 #[rustfmt::skip]
 pub const CODES: &[Code] = &[
@@ -37,6 +42,15 @@ pub const CODES: &[Code] = &[
         explain: "The .cod file holds a command or an assertion that names something unknown, or asks for a part that has \
                   no model. docs/formats/cod.md lists what is carried out. Mend: write the message otherwise, or leave \
                   it out and assemble the program again." },
+    Code { code: OTHER_PROCESSOR, title: "a .cod file of a program for another chip",
+        explain: "A .cod file names the chip that its program was assembled for, and it is not the one that was named with \
+                  --mcu. As a file of symbols it is used, with a warning, since names are addresses all the same. With \
+                  --cod it is refused: what its messages check holds for its own chip. Mend: name that chip with --mcu, \
+                  or assemble the program for the chip on which it is to run." },
+    Code { code: OTHER_PROGRAM, title: "symbols that have nothing to do with the image",
+        explain: "A warning: no name and no source line of the files given with --symbols or --cod lies in the program \
+                  memory that the image fills. Most often they are of another program. Mend: give the files that were \
+                  written together with the image." },
 ];
 
 /// An error about a whole file.

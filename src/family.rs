@@ -45,6 +45,20 @@ pub fn symbol_spaces(chip: &Chip) -> Option<SymbolSpaces> {
     }
 }
 
+/// The chip has a serial port whose bytes can be shown or waited for.
+pub fn has_uart(chip: &Chip) -> bool {
+    emu_pic16::chips::part(chip.name).is_none_or(|part| part.usart)
+}
+
+/// The chip that a maker's tool calls `name`: 16F873, PIC16F873, P16LF873.
+pub fn by_makers_name(name: &str) -> Option<&'static Chip> {
+    let core = |name: &str| {
+        let name = name.to_ascii_lowercase().replace("lf", "f");
+        name.strip_prefix("pic").or_else(|| name.strip_prefix('p')).unwrap_or(&name).to_owned()
+    };
+    chips().find(|chip| core(chip.name) == core(name))
+}
+
 /// How a machine is built.
 #[derive(Debug, Clone, Copy)]
 pub struct Setup {

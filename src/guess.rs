@@ -173,7 +173,8 @@ impl Found {
     fn fits_part(&self, part: &Part) -> bool {
         let erased = |word: &u16| *word == PIC_WORD || *word == 0;
         let id = self.word(PIC_DEVICE_ID).filter(|id| !erased(id));
-        let second = self.word(PIC_CONFIG_2).filter(|word| !erased(word));
+        // An erased one tells nothing in a file that gives all words from there on, as programmers read them out.
+        let second = self.word(PIC_CONFIG_2).filter(|word| !erased(word) || *word != 0 && !self.has(PIC_CONFIG_2 + 2));
         // Chips without a device ID cannot be told by it.
         let same = |id: u16| part.device_id.is_some_and(|own| id & PIC_DEVICE == own & PIC_DEVICE);
         id.is_none_or(same) && (second.is_none() || part.config.words.len() > 1)

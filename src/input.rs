@@ -1,13 +1,15 @@
 //! Files in.
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::{self, Read as _};
 
+use diag::{Diagnostic, Severity};
 use emu_core::chip::Chip;
-use emu_core::image::{self, ElfMachine, Image, SymbolFile};
+use emu_core::image::{self, CONSTANT, ElfMachine, Image, SymbolAt, SymbolFile, Symbols};
 use ladder::{Dialect, Program};
 
-use crate::codes::{UNREADABLE, about_file, reason};
+use crate::codes::{OTHER_PROCESSOR, OTHER_PROGRAM, UNREADABLE, about_file, reason};
 use crate::fail::Failure;
 use crate::family;
 use crate::guess::guess;
@@ -54,6 +56,9 @@ pub fn image(file: &str, chip: &Chip, terminal: &Terminal) -> Result<Image, Fail
 
 /// The image as [`image`] reads it, and with its symbols those of symbol files; warnings are told.
 pub fn image_with_symbols(file: &str, symbols: &[String], chip: &Chip, terminal: &Terminal) -> Result<Image, Failure> {
+    if std::iter::once(file).chain(symbols.iter().map(String::as_str)).filter(|name| *name == "-").count() > 1 {
+        return Err(Failure::Usage("standard input (-) can be only one of the files".to_owned()));
+    }
     let Some(spaces) = family::symbol_spaces(chip) else {
         return match symbols.first() {
             None => image(file, chip, terminal),
@@ -74,7 +79,10 @@ pub fn image_with_symbols(file: &str, symbols: &[String], chip: &Chip, terminal:
     match image::load_symbols(&read, spaces) {
         Ok(found) => {
             report(terminal, &found.warnings, &text(&found.warnings));
+            report(terminal, &strangers(&found, symbols, &image, chip), &[]);
+            let constant = |(name, value)| SymbolAt { name, space: CONSTANT, addr: value, size: 0 };
             image.symbols.extend(found.symbols);
+            image.symbols.extend(found.unplaced.into_iter().map(constant));
             image.lines = found.lines;
             Ok(image)
         }
@@ -83,6 +91,36 @@ pub fn image_with_symbols(file: &str, symbols: &[String], chip: &Chip, terminal:
             Err(Failure::Refused(faults, text))
         }
     }
+}
+
+/// What shows that symbols are of another program, or of one for another chip.
+fn strangers(found: &Symbols, files: &[String], image: &Image, chip: &Chip) -> Vec<Diagnostic> {
+    let warning = |error: Diagnostic| Diagnostic { severity: Severity::Warning, ..error };
+    let processors = found.processors.iter().filter_map(|(file, made_for)| other_processor(file, made_for, chip));
+    let mut warnings: Vec<Diagnostic> = processors.map(warning).collect();
+    let names = found.symbols.iter().filter(|symbol| symbol.space == chip.code).map(|symbol| symbol.addr);
+    let places: HashSet<u32> = names.chain(found.lines.iter().map(|line| line.addr)).collect();
+    let mut filled = image.bytes_in(chip.code).map(|(addr, _)| addr).peekable();
+    if !places.is_empty() && filled.peek().is_some() && !filled.any(|addr| places.contains(&addr)) {
+        let cause = format!("no name and no line lies in what the image has in {}", chip.code);
+        let hint = "are these the symbols of this program? Give the files that were written with the image";
+        warnings.push(warning(about_file(OTHER_PROGRAM, &files.join(", "), cause, hint)));
+    }
+    warnings
+}
+
+/// An error where a `.cod` file says that its program is for another chip.
+pub fn other_processor(file: &str, made_for: &str, chip: &Chip) -> Option<Diagnostic> {
+    let known = family::by_makers_name(made_for);
+    if known.is_some_and(|known| known.name == chip.name) {
+        return None;
+    }
+    let cause = format!("the file is of a program for {made_for}, not for {}", chip.name);
+    let hint = known.map_or_else(
+        || format!("assemble the program for {}", chip.name),
+        |known| format!("--mcu {}, or assemble the program for {}", known.name, chip.name),
+    );
+    Some(about_file(OTHER_PROCESSOR, file, cause, &hint))
 }
 
 /// A ladder program and its text; warnings are told.

@@ -5,7 +5,7 @@
 //!   report.rs  complaints drawn for people    output.rs  results out, whole or not at all
 //!   fail.rs    exit codes, ways to fail       codes.rs   the codes CLI0xx
 //!   family.rs  the families of chips          sink.rs    what the name of a result stands for
-//!   guess.rs   which chip a HEX file was made for
+//!   guess.rs   which chip a HEX file was made for   held.rs    why a chip can never go on
 //!   lint.rs    what `run --lint` found
 //!   mcs51.rs   flags of the 8051 family         pic16.rs   flags of the PIC16 family
 //! ```
@@ -24,6 +24,7 @@ mod explain;
 mod fail;
 mod family;
 mod guess;
+mod held;
 mod input;
 mod lint;
 mod mcs51;

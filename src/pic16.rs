@@ -21,6 +21,12 @@ const CONFIG: u16 = 0x2000;
 #[group(id = "pic16")]
 #[command(next_help_heading = "Only for the PIC16 family")]
 pub struct Flags {
+    /// Carry out the messages in this .cod file, as gpsim does: parts outside the chip, commands, assertions. The program passes
+    /// (exit code 0, else 1, and 4 when it does what is no instruction) when the first message that halts it says PASSED. Runs
+    /// without start-up times, at the frequency of --clock, else at the one that the messages give, else at 20 MHz or the chip's
+    /// most; the file gives the symbols too.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["until", "peek", "vcd", "uart", "expect_uart", "fail_uart", "timeout", "lint"])]
+    pub cod: Option<String>,
     /// The configuration word at 2007h, in place of that of the image: 0x3F3A.
     #[arg(long, value_name = "WORD", value_parser = word)]
     config: Option<u16>,
@@ -52,8 +58,13 @@ enum Bound {
 struct Crystal(Option<u64>);
 
 fn word(text: &str) -> Result<u16, String> {
+    // Everybody writes these words in hexadecimal, so digits alone are not taken for a decimal number.
+    let digits = text.trim_end_matches(['h', 'H']);
+    if !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+        return Err(format!("a configuration word is written with 0x in front: 0x{}", digits.to_ascii_uppercase()));
+    }
     let word = place::number(text).filter(|&word| word <= WORD);
-    word.map(|word| word as u16).ok_or_else(|| format!("a configuration word is 0 to 0x{WORD:X}, as in 0x3F3A"))
+    word.map(|word| word as u16).ok_or_else(|| format!("a configuration word is 0x0 to 0x{WORD:X}, as in 0x3F3A"))
 }
 
 fn crystal(text: &str) -> Result<Crystal, String> {

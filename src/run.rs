@@ -4,6 +4,7 @@ use std::io::Write;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
 use emu_core::pins::Time;
@@ -16,7 +17,8 @@ use emu_debug::{Clock, Drive, Ended, Names, Plan, Range, Reason, Wave, time};
 
 use crate::args::Mcu;
 use crate::fail::{Failure, exit};
-use crate::family::{Job, Setup, on_machine};
+use crate::family::{self, Job, Setup, on_machine};
+use crate::held::held;
 use crate::lint::Lint;
 use crate::output::Pending;
 use crate::report::Terminal;
@@ -60,14 +62,14 @@ pub struct RunArgs {
     /// not written ends the run with exit code 4.
     #[arg(long, value_name = "FILL", default_value = "zero", value_parser = ram)]
     ram: Ram,
-    /// Drive a pin from the start: PB0=1, P1.0=0, PB0=z (let go); on PIC16 also to a voltage: RA0=1.25V, and VDD=4.5V sets the
-    /// supply. Repeatable.
+    /// Drive a pin from the start: PB0=1, P1.0=0, PB0=z (let go), RC3=pullup or pulldown (a resistor, which the chip
+    /// overcomes); on PIC16 also to a voltage: RA0=1.25V, and VDD=4.5V sets the supply. Repeatable.
     #[arg(long, value_name = "PIN=LEVEL")]
     set: Vec<String>,
-    /// Drive a pin from a time on: 10ms:PB0=0, 1000c:PB0=z; voltages as in --set. Repeatable.
+    /// Drive a pin from a time on: 10ms:PB0=0, 1000c:PB0=z; levels and voltages as in --set. Repeatable.
     #[arg(long, value_name = "TIME:PIN=LEVEL")]
     at: Vec<String>,
-    /// End when this comes true: pc=0x1a2 (byte address, on PIC16 a word address, or symbol), 'pin PB5=1', 'write data:0x100', 'read xdata:0x7654',
+    /// End when this comes true: pc=0x1a2 (byte address, on PIC16 a word address, or symbol), 'pin PB5=1' (or 0, or z), 'write data:0x100', 'read xdata:0x7654',
     /// 'uart "text"'. Repeatable; any of them ends the run.
     #[arg(long, value_name = "COND")]
     until: Vec<String>,
@@ -79,11 +81,6 @@ pub struct RunArgs {
     /// file of gputils. Repeatable.
     #[arg(long, value_name = "FILE")]
     symbols: Vec<String>,
-    /// Carry out the messages in this .cod file, as gpsim does: parts outside the chip, commands, assertions. The program passes
-    /// (exit code 0, else 1, and 4 when it does what is no instruction) when the first message that halts it says PASSED. Runs without start-up times, at the
-    /// frequency that the messages give or at 20 MHz; the file gives the symbols too.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["until", "peek", "vcd", "uart", "expect_uart", "fail_uart", "timeout", "lint"])]
-    cod: Option<String>,
     /// Write the pins and the bytes sent as a waveform (VCD); - is standard output.
     #[arg(long, value_name = "FILE")]
     vcd: Option<String>,
@@ -157,13 +154,16 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         output::spares(file, &used)?;
     }
     let to_stdout = used.iter().any(|(_, file)| output::is_stdout(file));
-    let script = args.cod.as_deref().map(|file| cod::script(file, chip)).transpose()?;
-    let usual =
-        script.as_ref().map_or(chip.default_hz, |script| script.frequency().unwrap_or(cod::HZ.min(chip.max_hz)));
-    let hz = args.clock.unwrap_or(usual);
+    serial_port(args, chip)?;
+    let cod = &args.pic16.cod;
+    let mut script = cod.as_deref().map(|file| cod::script(file, chip)).transpose()?;
+    let hz = match (&mut script, cod) {
+        (Some(script), Some(file)) => cod::clock(script, file, args.clock, chip)?,
+        _ => args.clock.unwrap_or(chip.default_hz),
+    };
     let (mcs51, mut pic16) = (args.mcs51.options(chip)?, args.pic16.options(chip, hz)?);
     pic16.start_up &= script.is_none();
-    let symbols: Vec<String> = args.symbols.iter().chain(&args.cod).cloned().collect();
+    let symbols: Vec<String> = args.symbols.iter().chain(cod).cloned().collect();
     let image = input::image_with_symbols(&args.image, &symbols, chip, terminal)?;
     if hz > chip.max_hz {
         let why = format!("{} runs at up to {} Hz", chip.name, chip.max_hz);
@@ -180,6 +180,22 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         &Setup { hz, ram, bus: args.vcd.is_some(), mcs51, pic16 },
         Headless { args, image: &image, script, hz, pic16, to_stdout, terminal },
     )
+}
+
+/// Refuses flags that wait for bytes of a serial port on a chip that has none.
+fn serial_port(args: &RunArgs, chip: &Chip) -> Result<(), Failure> {
+    let given = [
+        ("--uart", args.uart.is_some()),
+        ("--expect-uart", args.expect_uart.is_some()),
+        ("--fail-uart", args.fail_uart.is_some()),
+        ("--until 'uart ..'", args.until.iter().any(|text| text.trim().starts_with("uart"))),
+    ];
+    match given.into_iter().find(|(_, given)| *given) {
+        Some((flag, _)) if !family::has_uart(chip) => {
+            Err(Failure::Usage(format!("{flag} is for chips with a serial port; {} has none", chip.name)))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// A run without a user.
@@ -216,13 +232,13 @@ impl Job for Headless<'_> {
         pic16::warn(chip, image, &self.pic16);
         if let Some(script) = &self.script {
             let limits = Limits { cycle: job.plan.limit, hz: self.hz };
-            let name = args.cod.as_deref().unwrap_or_default();
-            return cod::judge(&mut cpu, script, (name, names), limits, args.json);
+            let name = args.pic16.cod.as_deref().unwrap_or_default();
+            return cod::judge(&mut cpu, script, (name, names), (limits, &job.drives), args.json);
         }
         let ended = recorded(args, &mut cpu, &job)?;
-        let lines = &image.lines;
-        let story =
-            Story { cpu: &cpu, names, lines, clock: job.clock, plan: &job.plan, ended: &ended, peek: &job.peek };
+        let held = if ended.reason == Reason::Halted { held(&cpu, &job.drives) } else { None };
+        let Planned { clock, plan, peek, .. } = &job;
+        let story = Story { cpu: &cpu, names, lines: &image.lines, clock: *clock, plan, ended: &ended, peek, held };
         if let Some(how) = args.lint {
             lint::complain(&story, how, &args.image, self.terminal);
         }

@@ -30,6 +30,8 @@ pub struct Story<'a, C> {
     pub ended: &'a Ended,
     /// Memory to show, as typed.
     pub peek: &'a [(String, Range)],
+    /// Why it can never go on, where it is held in reset.
+    pub held: Option<String>,
 }
 
 impl<C: Cpu> Story<'_, C> {
@@ -82,7 +84,8 @@ impl<C: Cpu> Story<'_, C> {
             Reason::Failed => self.plan.fail.as_deref().map(escape),
             Reason::Illegal { .. } => Some(self.instruction()),
             Reason::Fault { fault, .. } => Some(format!("{}: {fault}", self.instruction())),
-            Reason::Limit | Reason::Halted | Reason::Host => None,
+            Reason::Halted => self.held.clone(),
+            Reason::Limit | Reason::Host => None,
         }
     }
 
@@ -128,7 +131,7 @@ impl<C: Cpu> Story<'_, C> {
             let level = match self.cpu.level(id) {
                 Level::Low => "0",
                 Level::High => "1",
-                Level::Float => "z",
+                Level::Float | Level::PullUp | Level::PullDown => "z",
             };
             (def.name, level)
         })
@@ -201,6 +204,10 @@ pub fn document<C: Cpu>(story: &Story<'_, C>) -> Value {
         "uart": story.ended.uart.iter().map(|&byte| char::from(byte)).collect::<String>(),
         "peek": Value::Object(peek.collect::<Map<_, _>>()),
     });
+    if !story.peek.is_empty() {
+        let width = |(text, range): &(String, Range)| (text.clone(), json!(story.names.chip.width(range.space)));
+        document["peek_width"] = Value::Object(story.peek.iter().map(width).collect());
+    }
     if !contention.is_empty() {
         document["contention"] = Value::Array(contention);
     }

@@ -169,7 +169,7 @@ impl<'a, C: Cpu> Pair<'a, C> {
                 let found = match level {
                     Level::Low => 0,
                     Level::High => 1,
-                    Level::Float => FLOATS,
+                    Level::Float | Level::PullUp | Level::PullDown => FLOATS,
                 };
                 differing.push(Differing { symbol, expected, found });
             }

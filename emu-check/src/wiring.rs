@@ -58,7 +58,7 @@ fn words(level: Level) -> String {
     match level {
         Level::Low => "low",
         Level::High => "high",
-        Level::Float => "floating",
+        Level::Float | Level::PullUp | Level::PullDown => "floating",
     }
     .to_owned()
 }

@@ -116,7 +116,7 @@ pub trait Cpu: Clone {
     fn stopping(&self) -> Option<u8> {
         None
     }
-    /// Drives a pin from outside at `at` (at once when that has passed).
+    /// Drives a pin from outside at `at` (at once when that has passed), or puts a resistor on it; the last of these counts.
     fn drive(&mut self, at: Time, pin: PinId, level: Level);
     /// Puts a voltage, in millivolts, on a pin from outside at `at` (at once when that has passed). False on machines that know
     /// levels only.

@@ -14,6 +14,7 @@ pub mod outside;
 pub mod parts;
 pub mod pins;
 pub mod rng;
+pub mod slices;
 pub mod table;
 
 pub use chip::{Chip, Family, Isa, PinDef, Reg};

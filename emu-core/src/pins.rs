@@ -27,6 +27,10 @@ pub enum Level {
     /// Nothing drives it.
     #[default]
     Float,
+    /// From outside only: a resistor to the supply, which every driver of the chip overcomes. No wire stands on it.
+    PullUp,
+    /// From outside only: a resistor to 0 V, stronger than a pull-up of the chip.
+    PullDown,
 }
 
 impl Level {
@@ -82,8 +86,8 @@ impl Event {
 
 /// One pin: who drives it from both sides, and the level that follows.
 ///
-/// The chip wins where both sides drive (the fight is reported by [`Pin::contention`]); a floating pin with the
-/// chip's pull-up on reads high; a floating pin without one keeps the level it had last, as a charged input does.
+/// The chip wins where both sides drive (the fight is reported by [`Pin::contention`]; a resistor fights nobody); a floating
+/// pin with the chip's pull-up on reads high; a floating pin without one keeps the level it had last, as a charged input does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Pin {
     /// What the chip drives.
@@ -126,7 +130,7 @@ impl Pin {
         let held = if self.changed == cycle { self.before } else { self.high };
         let high = match (self.own, self.outside) {
             (Level::Float, Level::Float) => self.pull_up || held,
-            (Level::Float, level) | (level, _) => level == Level::High,
+            (Level::Float, level) | (level, _) => matches!(level, Level::High | Level::PullUp),
         };
         let changed = high != self.high;
         if changed {

@@ -45,6 +45,8 @@ fn symbols_are_where_the_linker_put_them() {
     }
     let unplaced = good("absolute.cod").unplaced;
     assert!(unplaced.contains(&("LIMIT".to_owned(), 5)) && unplaced.contains(&("last".to_owned(), 0x7F)));
+    assert_eq!(good("absolute.cod").processors, [("absolute.cod".to_owned(), "16f873".to_owned())]);
+    assert!(good("main.map main.lst").processors.is_empty());
 }
 
 #[test]

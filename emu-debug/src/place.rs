@@ -1,7 +1,7 @@
 //! Addresses as people write them: numbers, and the names of a program's symbols and of the chip's registers.
 
 use emu_core::chip::Chip;
-use emu_core::image::SymbolAt;
+use emu_core::image::{CONSTANT, SymbolAt};
 
 use crate::bits::{self, BIT};
 
@@ -28,7 +28,8 @@ pub struct Range {
 impl Names<'_> {
     /// A part of a memory: `data:0x100` is one byte, `data:0x100..0x120` ends before 0x120. An address is a number (decimal
     /// or 0x; of words where [`Chip::spaces`] says so), a symbol of the program, in the memory of the chip's registers one of them by name, and in `bit` a
-    /// named bit or a bit of a byte (`0x20.3`, `P1.0`).
+    /// named bit or a bit of a byte (`0x20.3`, `P1.0`); what is none of these may be a constant of the program, in RAM one that is an
+    /// address of RAM.
     ///
     /// # Errors
     /// No such memory, no address, a range without bytes or beyond the memory.
@@ -40,12 +41,19 @@ impl Names<'_> {
         let Some(&(space, size, width)) = self.chip.spaces.iter().find(|(name, ..)| *name == space.trim()) else {
             return Err(format!("{} has no memory `{space}`; memories are {}", self.chip.name, spaces()));
         };
-        let beyond = || format!("`{text}` reaches beyond {space}, whose last address is 0x{:x}", size - 1);
+        let beyond = |start: u32| {
+            let hint = self.counted_from_zero(space, start).map_or_else(String::new, |addr| {
+                format!(
+                    "; {space} is counted from 0: write {space}:0x{addr:x} for the word 0x{start:x} of the image file"
+                )
+            });
+            format!("`{text}` reaches beyond {space}, whose last address is 0x{:x}{hint}", size - 1)
+        };
         let (start, end) = match addresses.split_once("..") {
             Some((start, end)) => (self.address(space, start)?, self.address(space, end)?),
             None => {
                 let start = self.address(space, addresses)?;
-                (start, start.checked_add(1).ok_or_else(beyond)?)
+                (start, start.checked_add(1).ok_or_else(|| beyond(start))?)
             }
         };
         if start >= end {
@@ -53,9 +61,16 @@ impl Names<'_> {
             return Err(format!("`{text}` holds no {what}: its end is excluded"));
         }
         if end > size {
-            return Err(beyond());
+            return Err(beyond(start));
         }
         Ok(Range { space, start, end })
+    }
+
+    /// The address in a memory of what data sheets and image files have at the word `word`, where words are what they count.
+    fn counted_from_zero(&self, space: &str, word: u32) -> Option<u32> {
+        let window = self.chip.hex.iter().find(|window| window.name == space && window.word > 1 && window.start > 0)?;
+        let first = window.start / window.word;
+        word.checked_sub(first).filter(|addr| *addr < window.len / window.word)
     }
 
     /// A program address: a number or a symbol, as the chip's users write it (bytes on AVR, words on PIC16). Returns program
@@ -123,8 +138,13 @@ impl Names<'_> {
             BIT => self.chip.bit(text),
             _ => self.chip.reg(text).filter(|_| space == self.chip.reg_space),
         };
-        named.map(u32::from).ok_or_else(|| match text {
+        // A constant is an address where it is used as one; of those below RAM most are numbers of bits (`C equ 0`).
+        let first = if space == self.chip.ram { self.chip.ram_start.into() } else { 0 };
+        let constants = self.symbols.iter().filter(|s| s.space == CONSTANT && s.name == text);
+        let constant = constants.map(|s| s.addr).max();
+        named.map(u32::from).or(constant.filter(|&value| value >= first)).ok_or_else(|| match text {
             "" => "an address is missing".to_owned(),
+            _ if constant.is_some() => format!("the constant `{text}` is below RAM, which begins at 0x{first:x}"),
             _ if space == self.chip.reg_space && space != self.chip.ram => {
                 format!("{} has no register `{text}`", self.chip.name)
             }

@@ -1,6 +1,6 @@
 //! What the outside does to the pins and to the supply, and when.
 
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, Family};
 use emu_core::cpu::Cpu;
 use emu_core::pins::{Level, PinId, Time};
 
@@ -8,6 +8,9 @@ use crate::time::{Clock, decimal, split};
 
 /// What the supply is called.
 pub const SUPPLY: &str = "VDD";
+
+/// What the reset pin of PIC16 chips is called, also where it shares its pin with a port.
+const RESET: &str = "MCLR";
 
 /// Highest voltage, in millivolts: above what any pin of these chips bears.
 const MAX_MILLIVOLTS: u128 = 20_000;
@@ -32,16 +35,19 @@ pub struct Drive {
     pub put: Put,
 }
 
-/// `PB0=1`, `PB0=0` or `PB0=z` (let go), case aside.
+/// What a pin can be at: `PB0=1`, `PB0=0` or `PB0=z` (nothing drives it), case aside.
 ///
 /// # Errors
 /// No such pin or level.
 pub fn pin_level(chip: &Chip, text: &str) -> Result<(PinId, Level), String> {
     let (name, level) = halves(chip, text)?;
-    Ok((pin(chip, name)?, self::level(level)?))
+    let pin = pin(chip, name)?;
+    let level = self::level(level).ok_or_else(|| format!("`{level}` is no level of a pin; write 0, 1 or z"))?;
+    Ok((pin, level))
 }
 
-/// A level as [`pin_level`] reads it, or a voltage: `RA0=1.25V`, `RA0=800mV`, `VDD=4.5V` for the supply.
+/// What is done to a pin: a level as [`pin_level`] reads it, where `z` lets it go, a resistor (`RC3=pullup`, `RC3=pulldown`), or
+/// a voltage (`RA0=1.25V`, `RA0=800mV`); `VDD=4.5V` sets the supply.
 ///
 /// # Errors
 /// No such pin, level or voltage.
@@ -55,7 +61,23 @@ pub fn put(chip: &Chip, text: &str) -> Result<Put, String> {
         };
     }
     let pin = pin(chip, name)?;
-    if volts { Ok(Put::Volts(pin, millivolts(value)?)) } else { Ok(Put::Level(pin, level(value)?)) }
+    if volts {
+        return Ok(Put::Volts(pin, millivolts(value)?));
+    }
+    let level = match value.to_ascii_lowercase().as_str() {
+        "pullup" => Some(Level::PullUp),
+        "pulldown" => Some(Level::PullDown),
+        _ => level(value),
+    };
+    level.map(|level| Put::Level(pin, level)).ok_or_else(|| {
+        // The other families know levels only.
+        let volts = match decimal(value) {
+            _ if chip.family != Family::Pic16 => String::new(),
+            Some(_) => format!(", or volts with their unit: {name}={value}V"),
+            None => format!(", or volts: {name}=1.25V"),
+        };
+        format!("`{value}` is no level of a pin; write 0, 1, z, pullup or pulldown{volts}")
+    })
 }
 
 /// `10ms:PB0=0`: a time as in [`Clock::moment`] and what is done as in [`put`].
@@ -117,20 +139,28 @@ fn halves<'t>(chip: &Chip, text: &'t str) -> Result<(&'t str, &'t str), String> 
     Ok((name.trim(), value.trim()))
 }
 
-fn pin(chip: &Chip, name: &str) -> Result<PinId, String> {
+/// The pin of that name, case aside; `MCLR` is the reset pin also on chips where it is a pin of a port.
+///
+/// # Errors
+/// The package has no such pin.
+pub fn pin(chip: &Chip, name: &str) -> Result<PinId, String> {
     let pin = chip.pin(name).filter(|&pin| present(chip, pin));
-    pin.ok_or_else(|| {
+    // Its note says what else a pin is.
+    let is = |note: &str, name: &str| note.split(", ").any(|function| function == name);
+    let reset = || chip.pins.iter().position(|p| p.dip != 0 && is(p.note, RESET)).map(|pin| pin as PinId);
+    let shared = || if name.eq_ignore_ascii_case(RESET) { reset() } else { None };
+    pin.or_else(shared).ok_or_else(|| {
         let names: Vec<&str> = chip.pins.iter().filter(|p| p.dip != 0).map(|p| p.name).collect();
         format!("{} has no pin `{name}`; its pins are {}", chip.name, names.join(" "))
     })
 }
 
-fn level(text: &str) -> Result<Level, String> {
+fn level(text: &str) -> Option<Level> {
     match text {
-        "0" => Ok(Level::Low),
-        "1" => Ok(Level::High),
-        "z" | "Z" => Ok(Level::Float),
-        other => Err(format!("`{other}` is no level of a pin; write 0, 1 or z")),
+        "0" => Some(Level::Low),
+        "1" => Some(Level::High),
+        "z" | "Z" => Some(Level::Float),
+        _ => None,
     }
 }
 

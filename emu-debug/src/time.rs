@@ -38,9 +38,15 @@ impl Clock {
     pub fn moment(self, text: &str) -> Result<Time, String> {
         let wanted = || format!("`{text}` is no time; write 2s, 10ms, 2.5us, 100ns or 1000c (cycles)");
         let (number, unit) = split(text);
-        let (mantissa, decimals) = decimal(number).ok_or_else(wanted)?;
-        let too_long = || format!("`{text}` is longer than 2^62 cycles");
         let per_cycle = u128::from(self.clocks_per_cycle.max(1));
+        let too_long = || {
+            let seconds = u128::from(MAX_CYCLES) * per_cycle / u128::from(self.hz.max(1));
+            format!("`{text}` is longer than 2^62 cycles, the most, which is {seconds} s at {} Hz", self.hz)
+        };
+        if too_many_digits(number) {
+            return Err(too_long());
+        }
+        let (mantissa, decimals) = decimal(number).ok_or_else(wanted)?;
         let clocks = if unit == "c" {
             (decimals == 0).then_some(mantissa).ok_or_else(wanted)?.checked_mul(per_cycle).ok_or_else(too_long)?
         } else {
@@ -90,11 +96,15 @@ pub fn hertz(text: &str) -> Result<u64, String> {
 /// Not such a text, or longer than 2^64 ns.
 pub fn duration(text: &str) -> Result<Duration, String> {
     let wanted = || format!("`{text}` is no time; write 30s or 500ms");
+    let too_long = || format!("`{text}` is longer than 584 years, the most");
     let (number, unit) = split(text);
+    if too_many_digits(number) {
+        return Err(too_long());
+    }
     let (mantissa, decimals) = decimal(number).ok_or_else(wanted)?;
     let exponent = exponent(unit).ok_or_else(wanted)?;
     let nanos = mantissa * 10u128.pow(9 - exponent) / 10u128.pow(decimals);
-    u64::try_from(nanos).map(Duration::from_nanos).map_err(|_| format!("`{text}` is longer than 584 years"))
+    u64::try_from(nanos).map(Duration::from_nanos).map_err(|_| too_long())
 }
 
 pub(crate) fn split(text: &str) -> (&str, &str) {
@@ -102,6 +112,12 @@ pub(crate) fn split(text: &str) -> (&str, &str) {
     let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let (number, unit) = text.split_at(end);
     (number, unit.trim_start())
+}
+
+/// A number before the point that is larger than any that is read; zeros in front do not count.
+fn too_many_digits(number: &str) -> bool {
+    let whole = number.split('.').next().unwrap_or_default();
+    whole.trim_start_matches('0').len() > MAX_DIGITS
 }
 
 /// Mantissa and number of decimals.

@@ -11,7 +11,7 @@ use crate::text::{escape, unescape};
 pub enum Until {
     /// The instruction at this program word is next.
     Pc(u32),
-    /// The pin has this level, from the start or by a change.
+    /// The pin has this level, from the start or by a change; [`Level::Float`] where nothing is to drive it.
     Pin(PinId, Level),
     /// The program reads one of these bytes of data memory, or one of these bits.
     Read(Range),
@@ -31,10 +31,7 @@ pub fn until(names: &Names<'_>, text: &str) -> Result<Until, String> {
     let rest = rest.trim();
     match word {
         "pc" => Ok(Until::Pc(names.program_word(rest.trim_start_matches('=').trim())?)),
-        "pin" => match pin_level(names.chip, rest)? {
-            (_, Level::Float) => Err("a pin is waited for at 0 or 1".to_owned()),
-            (pin, level) => Ok(Until::Pin(pin, level)),
-        },
+        "pin" => pin_level(names.chip, rest).map(|(pin, level)| Until::Pin(pin, level)),
         "read" => Ok(Until::Read(data(names, rest)?)),
         "write" => Ok(Until::Write(data(names, rest)?)),
         "uart" => {
@@ -67,7 +64,12 @@ impl Until {
             Until::Pc(word) => format!("pc=0x{:x}", names.chip.code_address(*word)),
             Until::Pin(pin, level) => {
                 let name = names.chip.pins.get(usize::from(*pin)).map_or("?", |p| p.name);
-                format!("pin {name}={}", u8::from(*level == Level::High))
+                let level = match level {
+                    Level::Low => "0",
+                    Level::High => "1",
+                    Level::Float | Level::PullUp | Level::PullDown => "z",
+                };
+                format!("pin {name}={level}")
             }
             Until::Read(r) => format!("read {}", range(r)),
             Until::Write(r) => format!("write {}", range(r)),

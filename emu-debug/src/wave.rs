@@ -99,7 +99,7 @@ fn value(level: Level) -> Value {
     match level {
         Level::Low => Value::V0,
         Level::High => Value::V1,
-        Level::Float => Value::Z,
+        Level::Float | Level::PullUp | Level::PullDown => Value::Z,
     }
 }
 

@@ -1,7 +1,7 @@
 //! The readers of times, addresses, conditions and texts, case by case in `read.txt`.
 
 use emu_avr::chips::ATMEGA328P;
-use emu_core::image::SymbolAt;
+use emu_core::image::{CONSTANT, SymbolAt};
 use emu_debug::stimulus::{Put, drive};
 use emu_debug::text::{escape, unescape};
 use emu_debug::time::{duration, hertz};
@@ -10,7 +10,10 @@ use emu_debug::{Clock, Names};
 
 fn read(section: &str, text: &str) -> Result<String, String> {
     let symbol = |name: &str, space, addr| SymbolAt { name: name.to_owned(), space, addr, size: 2 };
-    let symbols = [symbol("main", "flash", 0x80), symbol("cell", "data", 0x104)];
+    let constant = |name: &str, value| symbol(name, CONSTANT, value);
+    let places = [symbol("main", "flash", 0x80), symbol("cell", "data", 0x104)];
+    let symbols = [constant("LAST", 0x120), constant("BIT", 5), constant("main", 7)].into_iter().chain(places);
+    let symbols: Vec<SymbolAt> = symbols.collect();
     let names = Names { chip: &ATMEGA328P, symbols: &symbols };
     match section {
         "cycles" | "moment" => {

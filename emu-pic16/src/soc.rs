@@ -415,6 +415,8 @@ impl Bus for Soc {
 
     fn busy(&self) -> bool {
         let parts = [self.usart.next(), self.ssp.next(), self.eeprom.next(), self.adc.next()];
-        self.outside.drives.next() != NEVER || parts.iter().any(|&next| next != NEVER) || self.timers.moves_pins()
+        let clocked = self.ssp.waits_for_timer2() && self.timers.timer2_match_next(self.ran) != NEVER;
+        let due = parts.iter().any(|&next| next != NEVER) || self.outside.drives.next() != NEVER;
+        due || clocked || self.timers.moves_pins()
     }
 }

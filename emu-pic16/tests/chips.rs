@@ -84,42 +84,43 @@ const LINES: &str = "
     874a 877a | T0cki=RA4 Int=RB0 T1cki=RC0 Ccp1=RC2 Ccp2=RC1 Tx=RC6! Rx=RC7! Sck=RC3 Sdi=RC4 Sdo=RC5 Ss=RA5 C1out=RA4 C2out=RA5 Rd=RE0 Wr=RE1 Cs=RE2 | RA0 RA1 RA2 RA3 RA5 RE0 RE1 RE2 | RA4 |
 ";
 
-/// Chips, configuration word, oscillator, bits of port A that it leaves to the port, power-up timer, pin that CCPMX gives CCP1,
-/// program words that the program may write, as far as it can write any.
+/// Chips, configuration word, oscillator, bits of port A that it leaves to the port, power-up timer (by PWRTE or BOREN), pin that
+/// CCPMX gives CCP1, program words that the program may write, as far as it can write any.
 const CONFIG: &str = "
-    873 | 3FFF | Rc       | 00 | off | -   | 0-FFF
-    873 | 3FFC | Lp       | 00 | off | -   | 0-FFF
-    873 | 3FF5 | Xt       | 00 | on  | -   | 0-FFF
-    873 | 3DFF | Rc       | 00 | off | -   | -
-    873 | 2FEF | Rc       | 00 | off | -   | 0-EFF
-    873 | 1FDF | Rc       | 00 | off | -   | 0-7FF
-    873 | 0FCF | Rc       | 00 | off | -   | -
-    876 | 2FEF | Rc       | 00 | off | -   | 0-1EFF
-    876 | 1FDF | Rc       | 00 | off | -   | 0-FFF
-    872 | 0FCF | Rc       | 00 | off | -   | -
-    873a | 3FFE | Hs      | 00 | off | -   | 0-FFF
-    873a | 3DFF | Rc      | 00 | off | -   | 100-FFF
-    873a | 3BFF | Rc      | 00 | off | -   | 400-FFF
-    873a | 39FF | Rc      | 00 | off | -   | 800-FFF
-    873a | 1DFF | Rc      | 00 | off | -   | 100-FFF
-    877a | 3BFF | Rc      | 00 | off | -   | 800-1FFF
-    877a | 39FF | Rc      | 00 | off | -   | 1000-1FFF
+    873 | 3FFF | Rc       | 00 | on  | -   | 0-FFF
+    873 | 3FBF | Rc       | 00 | off | -   | 0-FFF
+    873 | 3FBC | Lp       | 00 | off | -   | 0-FFF
+    873 | 3FB5 | Xt       | 00 | on  | -   | 0-FFF
+    873 | 3DBF | Rc       | 00 | off | -   | -
+    873 | 2FAF | Rc       | 00 | off | -   | 0-EFF
+    873 | 1F9F | Rc       | 00 | off | -   | 0-7FF
+    873 | 0F8F | Rc       | 00 | off | -   | -
+    876 | 2FAF | Rc       | 00 | off | -   | 0-1EFF
+    876 | 1F9F | Rc       | 00 | off | -   | 0-FFF
+    872 | 0F8F | Rc       | 00 | off | -   | -
+    873a | 3FBE | Hs      | 00 | off | -   | 0-FFF
+    873a | 3DBF | Rc      | 00 | off | -   | 100-FFF
+    873a | 3BBF | Rc      | 00 | off | -   | 400-FFF
+    873a | 39BF | Rc      | 00 | off | -   | 800-FFF
+    873a | 1DBF | Rc      | 00 | off | -   | 100-FFF
+    877a | 3BBF | Rc      | 00 | off | -   | 800-1FFF
+    877a | 39BF | Rc      | 00 | off | -   | 1000-1FFF
     84   | 3FF1 | Xt      | 00 | on  | -   | 0-3FF
     c84  | 3FF9 | Xt      | 00 | on  | -   | 0-3FF
     c84  | 3FF1 | Xt      | 00 | off | -   | 0-3FF
-    628  | 3DEF | Ec      | 40 | off | -   | 0-7FF
-    628  | 3DEC | Lp      | 00 | off | -   | 0-7FF
-    628  | 3DFC | Internal| C0 | off | -   | 0-7FF
-    628  | 3DFD | Internal| 80 | off | -   | 0-7FF
-    628a | 21F6 | Rc      | 40 | on  | -   | 0-7FF
-    818  | 3DFF | Rc      | 00 | off | RB2 | 200-3FF
-    818  | 3BFF | Rc      | 00 | off | RB2 | -
-    819  | 2BFF | Rc      | 00 | off | RB3 | 400-7FF
-    819  | 39FF | Rc      | 00 | off | RB2 | 600-7FF
-    88   | 3FFF | Rc      | 00 | off | RB0 | 0-FFF
-    88   | 2DFF | Rc      | 00 | off | RB3 | 100-FFF
-    88   | 3BF8 | Internal| C0 | off | RB0 | 800-FFF
-    88   | 39F7 | Rc      | 00 | on  | RB0 | -
+    628  | 3DAF | Ec      | 40 | off | -   | 0-7FF
+    628  | 3DAC | Lp      | 00 | off | -   | 0-7FF
+    628  | 3DBC | Internal| C0 | off | -   | 0-7FF
+    628  | 3DBD | Internal| 80 | off | -   | 0-7FF
+    628a | 21B6 | Rc      | 40 | on  | -   | 0-7FF
+    818  | 3DBF | Rc      | 00 | off | RB2 | 200-3FF
+    818  | 3BBF | Rc      | 00 | off | RB2 | -
+    819  | 2BBF | Rc      | 00 | off | RB3 | 400-7FF
+    819  | 39BF | Rc      | 00 | off | RB2 | 600-7FF
+    88   | 3FBF | Rc      | 00 | off | RB0 | 0-FFF
+    88   | 2DBF | Rc      | 00 | off | RB3 | 100-FFF
+    88   | 3BB8 | Internal| C0 | off | RB0 | 800-FFF
+    88   | 39B7 | Rc      | 00 | on  | RB0 | -
 ";
 
 /// Chips, then minimum, typical and maximum of: watchdog, power-up timer, byte of EEPROM, program memory (milliseconds).
@@ -292,7 +293,7 @@ fn configuration_words_say_what_the_registers_say() {
         let c = &part.config;
         assert_eq!(format!("{:?}", c.oscillator(word)), want[2], "{line}");
         assert_eq!(format!("{:02X}", c.ports_of_oscillator(word)), want[3], "{line}");
-        assert_eq!(c.power_up_timer(word), want[4] == "on", "{line}");
+        assert_eq!(c.waits_at_power_on(word), want[4] == "on", "{line}");
         assert_eq!(c.ccp1(word).map_or("-", |id| pin(part, id)), want[5], "{line}");
         let (first, last) =
             want[6].split_once('-').filter(|w| !w.0.is_empty()).map_or((1, 0), |(a, b)| (hex(a), hex(b)));

@@ -115,7 +115,7 @@ impl Ports {
     #[must_use]
     pub fn contention(&self, pin: PinId) -> bool {
         let wire = self.pin(pin);
-        wire.contention() || self.is_bus(pin) && wire.outside != Level::Float
+        wire.contention() || self.is_bus(pin) && matches!(wire.outside, Level::Low | Level::High)
     }
 
     /// Output of the analog comparator: P1.0 above P1.1 (AT89C2051 data sheet, "Analog comparator").

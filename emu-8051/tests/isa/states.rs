@@ -7,31 +7,8 @@ use emu_8051::{Mcs51, Options, Readings};
 use emu_core::image::{Image, Segment};
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
+use emu_core::slices::{Act, Plan, pick};
 use emu_core::{Cpu, RamInit};
-
-/// What is done to a machine between two runs.
-#[derive(Debug, Clone, Copy)]
-pub enum Act {
-    Poke(&'static str, u32, u8),
-    Pc(u32),
-    Trap(u32, bool),
-    Drive(PinId, Level),
-    Nothing,
-}
-
-/// A machine and all that will happen to it.
-pub struct Plan {
-    pub what: String,
-    pub start: Mcs51,
-    /// Run to the cycle, then do it.
-    pub acts: Vec<(u64, Act)>,
-    /// Where the program has instructions worth a trap.
-    pub places: Vec<u32>,
-}
-
-pub fn pick<T: Copy>(rng: &mut Rng, from: &[T]) -> T {
-    from[rng.below(from.len() as u64) as usize]
-}
 
 fn byte(rng: &mut Rng) -> u8 {
     if rng.one_in(3) { pick(rng, &[0, 1, 2, 0x0F, 0x7F, 0x80, 0xFE, 0xFF]) } else { rng.next_u64() as u8 }
@@ -288,7 +265,7 @@ fn act(text: &Text, rng: &mut Rng) -> Act {
 }
 
 /// One random program with all around it, for about `span` cycles.
-pub fn plan(seed: u64, span: u64) -> Plan {
+pub fn plan(seed: u64, span: u64) -> Plan<Mcs51> {
     let rng = &mut Rng::new(seed);
     let part = pick(rng, &[0, 1, 3, 4, 6, 7, 8, 8, 9, 10, 10, 11, 12]);
     let chip = &PARTS[part].chip;

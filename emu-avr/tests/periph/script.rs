@@ -78,7 +78,7 @@ fn run(soc: &mut Soc, step: &str) -> Result<(), String> {
             return expect(String::from(match soc.level(pin) {
                 Level::High => "H",
                 Level::Low => "L",
-                Level::Float => "Z",
+                Level::Float | Level::PullUp | Level::PullDown => "Z",
             }));
         }
         let level = match want {

@@ -20,7 +20,8 @@ pub const CODES: &[Code] = &[
          was cut off. Mend: get the file again."),
     row("HEX005", "the byte count disagrees with the line",
         "The first byte of a record says how many data bytes it has. The line has more or fewer. The checksum of such a \
-         line is not judged, because its place is not known. Mend: get the file again."),
+         line is not judged, because its place is not known. Mend: get the file again. Where every line has twice as many, the \
+         file is INHX16, an old format for PICs that counts in words: write INHX8M or INHX32 (gpasm -a inhx32; gplink -a)."),
     row("HEX006", "wrong checksum",
         "All bytes of a record, its checksum included, add up to 0 modulo 256. The message gives the checksum found and \
          the one that the other bytes want. Mend: get the file again; if the line was edited by hand, write the wanted \

@@ -185,14 +185,21 @@ impl Digits {
         let found = (self.len() - LEAST_DIGITS) / 2;
         if found != usize::from(count) {
             let cause = || format!("the count says {count} data bytes (0x{count:02X}), the line has {found}");
-            faults.error(
-                "HEX005",
-                self.pos(0),
-                cause,
-                "the line was cut or joined, or its count changed: get the file again",
-            );
+            let hint = match self.counts_words() {
+                true => "this looks like INHX16, which counts in words: write INHX8M or INHX32 (gpasm -a inhx32)",
+                false => "the line was cut or joined, or its count changed: get the file again",
+            };
+            faults.error("HEX005", self.pos(0), cause, hint);
         }
         found == usize::from(count)
+    }
+
+    /// The line is whole, but its count is one of words of two bytes, as in INHX16 (MPASM user's guide, "Hex file formats").
+    fn counts_words(&self) -> bool {
+        let Some(bytes) = self.bytes() else { return false };
+        let found = (self.len() - LEAST_DIGITS) / 2;
+        let whole = bytes.iter().fold(0u8, |sum, &byte| sum.wrapping_add(byte)) == 0;
+        whole && bytes.first().is_some_and(|&count| found == 2 * usize::from(count))
     }
 
     fn wrong_type(&self, faults: &mut Faults) {

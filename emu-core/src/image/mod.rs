@@ -67,14 +67,17 @@ pub struct Segment {
     pub bytes: Vec<u8>,
 }
 
+/// What stands in place of a memory where a name is that of a number (`equ`), which may be an address or not.
+pub const CONSTANT: &str = "constant";
+
 /// A name for an address.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SymbolAt {
     /// The name as the linker wrote it, or one of the names that [`load_symbols`] derives from it.
     pub name: String,
-    /// Name of the memory.
+    /// Name of the memory; [`CONSTANT`] for a mere number.
     pub space: &'static str,
-    /// Byte address within the memory.
+    /// Byte address within the memory; the value of a constant.
     pub addr: u32,
     /// Size in bytes; 0 for a mere label.
     pub size: u32,

@@ -85,16 +85,26 @@ impl Script {
     /// to be built for it.
     #[must_use]
     pub fn frequency(&self) -> Option<u64> {
-        let asked = self.start.iter().filter_map(|(command, _)| match command {
-            Command::Frequency(expr) => Some(expr),
-            Command::Assign { name, value } if name.ends_with(".frequency") => Some(value),
-            _ => None,
-        });
+        let asked = self.start.iter().filter_map(|(command, _)| frequency(command));
         let mut hz = asked.filter_map(|expr| match expr {
             Expr::Value(value) => value.int().and_then(|hz| u64::try_from(hz).ok()),
             _ => None,
         });
         hz.rfind(|hz| *hz > 0)
+    }
+
+    /// Leaves out what asks for a frequency at the start: somebody else has chosen one.
+    pub fn ignore_frequency(&mut self) {
+        self.start.retain(|(command, _)| frequency(command).is_none());
+    }
+}
+
+/// The frequency that a command asks for.
+fn frequency(command: &Command) -> Option<&Expr> {
+    match command {
+        Command::Frequency(expr) => Some(expr),
+        Command::Assign { name, value } if name.ends_with(".frequency") => Some(value),
+        _ => None,
     }
 }
 

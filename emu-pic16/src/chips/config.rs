@@ -87,17 +87,11 @@ impl Config {
         self.osc_ports.get(gather(word, self.fosc.0)).copied().unwrap_or(0)
     }
 
-    /// Whether PWRTE turns the power-up timer on in the first word.
-    #[must_use]
-    pub fn power_up_timer(&self, word: u16) -> bool {
-        (word & self.pwrte.0 != 0) == self.pwrte.1
-    }
-
     /// Whether the power-up timer runs at power-on by the first word: by PWRTE, and always where brown-outs reset (DS30292, 12.7;
     /// DS39582, 14.6).
     #[must_use]
     pub fn waits_at_power_on(&self, word: u16) -> bool {
-        self.power_up_timer(word) || word & self.boren != 0
+        (word & self.pwrte.0 != 0) == self.pwrte.1 || word & self.boren != 0
     }
 
     /// The pin of CCP1 by the first word, where CCPMX moves it.

@@ -110,40 +110,7 @@ pub(super) const PIC16F818: Part = Part {
     ..PIC16F819
 };
 
-/// PIC16F88.
-pub(super) const PIC16F88: Part = Part {
-    chip: Chip {
-        regs: regs!(S_88),
-        pins: &pins18_shared(
-            ["AN0", "AN1", "AN2, VREF-, CVREF", "AN3, VREF+, C1OUT", "AN4, T0CKI, C2OUT"],
-            [
-                "INT, CCP1",
-                "SDI, SDA",
-                "SDO, RX, DT",
-                "CCP1, PGM",
-                "SCK, SCL",
-                "SS, TX, CK",
-                "AN5, T1OSO, T1CKI, PGC",
-                "AN6, T1OSI, PGD",
-            ],
-        ),
-        ..chip!("pic16f88", "PIC16F88", "DS30487", 4 K, 368, 256, 18, PIC16F819.chip)
-    },
-    ram: RAM_368,
-    sfr: S_88,
-    bits: B_88,
-    lines: p::L_88,
-    flags: join!(PIC16F87.flags, r::F_ADC),
-    analog: &[shared18::RA0, shared18::RA1, shared18::RA2, shared18::RA3, shared18::RA4, shared18::RB6, shared18::RB7],
-    usart: true,
-    adc: Adc::Ansel,
-    comparators: Comparators::F88,
-    config: CONFIG_88,
-    device_id: Some(0x0760),
-    ..PIC16F819
-};
-
-/// PIC16F87: the 88 without converter.
+/// PIC16F87.
 pub(super) const PIC16F87: Part = Part {
     chip: Chip {
         regs: regs!(S_87),
@@ -174,4 +141,32 @@ pub(super) const PIC16F87: Part = Part {
     config: CONFIG_88,
     device_id: Some(0x0720),
     ..PIC16F819
+};
+
+/// PIC16F88: the 87 with a converter.
+pub(super) const PIC16F88: Part = Part {
+    chip: Chip {
+        regs: regs!(S_88),
+        pins: &pins18_shared(
+            ["AN0", "AN1", "AN2, VREF-, CVREF", "AN3, VREF+, C1OUT", "AN4, T0CKI, C2OUT"],
+            [
+                "INT, CCP1",
+                "SDI, SDA",
+                "SDO, RX, DT",
+                "CCP1, PGM",
+                "SCK, SCL",
+                "SS, TX, CK",
+                "AN5, T1OSO, T1CKI, PGC",
+                "AN6, T1OSI, PGD",
+            ],
+        ),
+        ..chip!("pic16f88", "PIC16F88", "DS30487", 4 K, 368, 256, 18, PIC16F87.chip)
+    },
+    sfr: S_88,
+    bits: B_88,
+    flags: join!(PIC16F87.flags, r::F_ADC),
+    analog: &[shared18::RA0, shared18::RA1, shared18::RA2, shared18::RA3, shared18::RA4, shared18::RB6, shared18::RB7],
+    adc: Adc::Ansel,
+    device_id: Some(0x0760),
+    ..PIC16F87
 };

@@ -172,6 +172,12 @@ impl Ports {
         }
     }
 
+    /// The pins that are analog inputs, a bit each.
+    #[must_use]
+    pub fn analog(&self) -> u64 {
+        self.analog
+    }
+
     /// True when a pin is an analog input.
     #[must_use]
     pub fn is_analog(&self, pin: PinId) -> bool {

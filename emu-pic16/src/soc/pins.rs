@@ -130,13 +130,13 @@ impl Soc {
         self.log.pin(time(t), pin, self.ports.pin(pin).contention(), changed.map(|change| change.level));
         let Some(Change { toggled, .. }) = changed else { return };
         let high = self.ports.pin(pin).high;
-        if toggled {
+        if toggled && !self.ports.is_analog(pin) {
             for at in self.outside.on(pin) {
                 self.tell(at.line, high, t);
             }
-            if pin == self.part.mclr {
-                self.master_clear(high, t);
-            }
+        }
+        if toggled && pin == self.part.mclr {
+            self.master_clear(high, t);
         }
         self.mismatch(t);
         self.tell_voltage(pin, t);
@@ -177,7 +177,7 @@ impl Soc {
     pub(super) fn tell_all(&mut self, t: u64) {
         for at in self.outside.lines {
             if at.pin != NO_PIN && at.line != Line::Int {
-                self.tell(at.line, self.ports.pin(at.pin).high, t);
+                self.tell(at.line, self.ports.pin(at.pin).high && !self.ports.is_analog(at.pin), t);
             }
         }
         for &pin in self.part.analog {
@@ -249,7 +249,7 @@ impl Soc {
                 self.ports.set_pull_ups(value & RBPU == 0);
                 self.settle_bits(1, 0xFF, self.ran);
             }
-            Sfr::ADCON1 | Sfr::ADCON0 | Sfr::ANSEL | Sfr::CMCON => self.set_analog(),
+            Sfr::ADCON1 | Sfr::ADCON0 | Sfr::ANSEL | Sfr::CMCON => self.change_analog(t),
             Sfr::T1CON => self.timer1_crystal(value & T1OSCEN != 0),
             Sfr::SSPCON => self.clock_ssp(t),
             Sfr::CVRCON => {
@@ -290,6 +290,23 @@ impl Soc {
         let digital = u16::from(self.adc.digital()) & (0xFFF0 | u16::from(self.comparators.digital()));
         let analog = self.part.analog.iter().enumerate().filter(|(channel, _)| digital >> channel & 1 == 0);
         self.ports.set_analog(analog.fold(0, |pins, (_, &pin)| pins | 1u64.checked_shl(pin.into()).unwrap_or(0)));
+    }
+
+    /// The same at the clock `t`: what looks at one of these pins finds another level, if it is high.
+    fn change_analog(&mut self, t: u64) {
+        let before = self.ports.analog();
+        self.set_analog();
+        let changed = self.ports.analog() ^ before;
+        for at in self.outside.lines {
+            let wire = self.ports.pin(at.pin);
+            if at.pin != NO_PIN && changed.checked_shr(at.pin.into()).unwrap_or(0) & 1 == 1 && wire.high {
+                self.tell(at.line, !self.ports.is_analog(at.pin), t);
+            }
+        }
+        if changed != 0 {
+            self.mismatch(t);
+            self.carry_out();
+        }
     }
 }
 

@@ -240,8 +240,8 @@ impl Soc {
         self.irq = super::Interrupts::new(self.part);
         self.irq.enables.intcon = kept;
         (0..crate::periph::ports::PINS as PinId).for_each(|pin| self.settle(pin, t));
-        self.tell_all(t);
         self.set_analog();
+        self.tell_all(t);
         self.written(Sfr::T1CON, self.timers.peek(Sfr::T1CON, t), t);
         self.irq.seen = self.ports.input(1);
         // What the reset itself did to pins is no change of theirs.

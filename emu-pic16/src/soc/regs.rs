@@ -22,21 +22,35 @@ const IOFS: u8 = 1 << 2;
 /// The chip runs from its primary clock; only where there is SCS.
 const OSTS: u8 = 1 << 3;
 
-/// Does something with the part that keeps a register; `$none` where no part does.
-macro_rules! keeper {
-    ($soc:ident $($mutable:ident)?; $reg:expr, $part:ident => $what:expr, $none:expr) => {
-        match $reg {
-            Sfr::TMR0 | Sfr::OPTION | Sfr::WDTCON => { $($soc.touched |= 1 << at::TIMER0; let _ = stringify!($mutable);)? let $part = & $($mutable)? $soc.timer0; $what }
-            Sfr::TMR1L | Sfr::TMR1H | Sfr::T1CON | Sfr::TMR2 | Sfr::T2CON | Sfr::PR2 | Sfr::CCPR1L | Sfr::CCPR1H
-            | Sfr::CCP1CON | Sfr::CCPR2L | Sfr::CCPR2H | Sfr::CCP2CON => { $($soc.touched |= 1 << at::TIMERS; let _ = stringify!($mutable);)? let $part = & $($mutable)? $soc.timers; $what }
-            Sfr::SSPBUF | Sfr::SSPCON | Sfr::SSPCON2 | Sfr::SSPADD | Sfr::SSPSTAT => { $($soc.touched |= 1 << at::SSP; let _ = stringify!($mutable);)? let $part = & $($mutable)? $soc.ssp; $what }
-            Sfr::RCSTA | Sfr::TXSTA | Sfr::TXREG | Sfr::RCREG | Sfr::SPBRG => { $($soc.touched |= 1 << at::USART; let _ = stringify!($mutable);)? let $part = & $($mutable)? $soc.usart; $what }
-            Sfr::ADRESH | Sfr::ADRESL | Sfr::ADCON0 | Sfr::ADCON1 | Sfr::ANSEL => { $($soc.touched |= 1 << at::ADC; let _ = stringify!($mutable);)? let $part = & $($mutable)? $soc.adc; $what }
-            Sfr::CMCON | Sfr::CVRCON => { $($soc.touched |= 1 << at::COMPARATORS; let _ = stringify!($mutable);)? let $part = & $($mutable)? $soc.comparators; $what }
-            Sfr::EEDATA | Sfr::EEADR | Sfr::EEDATH | Sfr::EEADRH | Sfr::EECON1 | Sfr::EECON2 => {
-                $($soc.touched |= 1 << at::EEPROM; let _ = stringify!($mutable);)? let $part = & $($mutable)? $soc.eeprom;
-                $what
-            }
+/// The part that keeps a register; none for those of ports, interrupts, power and oscillators. Inlined, so that it and the match of
+/// [`with_part`] become one.
+#[inline(always)]
+#[rustfmt::skip]
+const fn keeper(reg: Sfr) -> Option<usize> {
+    Some(match reg {
+        Sfr::TMR0 | Sfr::OPTION | Sfr::WDTCON => at::TIMER0,
+        Sfr::TMR1L | Sfr::TMR1H | Sfr::T1CON | Sfr::TMR2 | Sfr::T2CON | Sfr::PR2
+        | Sfr::CCPR1L | Sfr::CCPR1H | Sfr::CCP1CON | Sfr::CCPR2L | Sfr::CCPR2H | Sfr::CCP2CON => at::TIMERS,
+        Sfr::SSPBUF | Sfr::SSPCON | Sfr::SSPCON2 | Sfr::SSPADD | Sfr::SSPSTAT => at::SSP,
+        Sfr::RCSTA | Sfr::TXSTA | Sfr::TXREG | Sfr::RCREG | Sfr::SPBRG => at::USART,
+        Sfr::ADRESH | Sfr::ADRESL | Sfr::ADCON0 | Sfr::ADCON1 | Sfr::ANSEL => at::ADC,
+        Sfr::CMCON | Sfr::CVRCON => at::COMPARATORS,
+        Sfr::EEDATA | Sfr::EEADR | Sfr::EEDATH | Sfr::EEADRH | Sfr::EECON1 | Sfr::EECON2 => at::EEPROM,
+        _ => return None,
+    })
+}
+
+/// Does something with the part of this number, borrowed as `soc` is (`[&self]`, `[&mut self]`); `$none` where there is no number.
+macro_rules! with_part {
+    ($number:expr, [$($soc:tt)+], $part:ident => $what:expr, $none:expr) => {
+        match $number {
+            Some(at::TIMER0) => { let $part = $($soc)+.timer0; $what }
+            Some(at::TIMERS) => { let $part = $($soc)+.timers; $what }
+            Some(at::SSP) => { let $part = $($soc)+.ssp; $what }
+            Some(at::USART) => { let $part = $($soc)+.usart; $what }
+            Some(at::ADC) => { let $part = $($soc)+.adc; $what }
+            Some(at::COMPARATORS) => { let $part = $($soc)+.comparators; $what }
+            Some(at::EEPROM) => { let $part = $($soc)+.eeprom; $what }
             _ => $none,
         }
     };
@@ -45,7 +59,7 @@ macro_rules! keeper {
 impl Soc {
     /// What a register reads at the clock `t`, everything due having been run.
     pub(super) fn show(&self, reg: Sfr, t: u64) -> u8 {
-        keeper!(self; reg, part => part.peek(reg, t), self.show_own(reg, t))
+        with_part!(keeper(reg), [&self], part => part.peek(reg, t), self.show_own(reg, t))
     }
 
     fn show_own(&self, reg: Sfr, t: u64) -> u8 {
@@ -94,9 +108,18 @@ impl Soc {
         on(rcif, &|| self.usart.rcif()) | on(txif, &|| self.usart.txif(t))
     }
 
+    /// The part that keeps a register, which is about to be read or written.
+    #[inline(always)]
+    fn touch(&mut self, reg: Sfr) -> Option<usize> {
+        let part = keeper(reg);
+        self.touched |= part.map_or(0, |number| 1 << number);
+        part
+    }
+
     /// Reads a register as a program does, at the clock `t`.
     pub(super) fn load(&mut self, reg: Sfr, t: u64) -> u8 {
-        let value = keeper!(self mut; reg, part => part.read(reg, t, &mut self.out), {
+        let part = self.touch(reg);
+        let value = with_part!(part, [&mut self], part => part.read(reg, t, &mut self.out), {
             let value = self.show_own(reg, t);
             match reg {
                 Sfr::PORTB => {
@@ -118,7 +141,8 @@ impl Soc {
 
     /// Writes a register at the clock `t`, the end of an instruction cycle.
     pub(super) fn store(&mut self, reg: Sfr, value: u8, t: u64) {
-        keeper!(self mut; reg, part => part.write(reg, value, t, &mut self.out), self.store_own(reg, value, t));
+        let part = self.touch(reg);
+        with_part!(part, [&mut self], part => part.write(reg, value, t, &mut self.out), self.store_own(reg, value, t));
         self.carry_out();
         self.written(reg, value, t);
         // Ports interrupt by their pins only.
@@ -178,7 +202,7 @@ impl Soc {
 
     /// How long a register keeps its value from the clock `t` on, nothing being due at it.
     pub(super) fn steady(&self, reg: Sfr, t: u64) -> u64 {
-        keeper!(self; reg, part => part.steady(reg, t), match reg {
+        with_part!(keeper(reg), [&self], part => part.steady(reg, t), match reg {
             Sfr::PORTD if self.psp.on() => t,
             // Reading it ends a mismatch.
             Sfr::PORTB if self.irq.sampled[1] != NEVER => t,

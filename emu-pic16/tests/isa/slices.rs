@@ -1,234 +1,46 @@
-//! Any way of running a program gives the same machine: at once, step by step, in slices, from clones, under probes, with traps
-//! on the way, with and without jumping over loops that only wait.
+//! Any way of running a random program gives the same machine.
 
-use std::collections::BTreeSet;
-
-use emu_core::pins::{Event, Level, PinId, Time};
+use emu_core::Cpu;
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Probe, Stop};
+use emu_core::slices::Subject;
 use emu_pic16::Pic16;
 
-use super::states::{Act, Plan, pick, plan};
+use super::states::plan;
 
 const SEED: u64 = 0x5EED_1650;
 /// A build without optimisation runs the first ones only: each is run in eleven ways.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 40 } else { 300 };
 const SPAN: u64 = 50_000;
 
-/// What a probe saw.
-#[derive(Debug, Default)]
-struct Log<const INSN: bool, const DATA: bool, const EVENTS: bool> {
-    insns: u64,
-    /// A sum over all accesses in their order.
-    data: u64,
-    events: Vec<Event>,
-    irqs: Vec<(u64, u8)>,
-    /// Stops the run here and there.
-    stops: Option<Rng>,
-}
-
-impl<const I: bool, const D: bool, const E: bool> Log<I, D, E> {
-    fn stop(&mut self) -> bool {
-        self.stops.as_mut().is_some_and(|rng| rng.one_in(40))
-    }
-}
-
-impl<const I: bool, const D: bool, const E: bool> Probe for Log<I, D, E> {
-    const INSN: bool = I;
-    const DATA: bool = D;
-    const EVENTS: bool = E;
-
-    fn insn(&mut self, _: u64, _: u32) -> bool {
-        let stop = self.stop();
-        // What is stopped before it is shown again.
-        self.insns += u64::from(!stop);
-        stop
-    }
-    fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
-        let access =
-            at << 32 | u64::from(space) << 28 | u64::from(addr) << 9 | u64::from(value) << 1 | u64::from(write);
-        self.data = (self.data ^ access).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(23);
-        self.stop()
-    }
-    fn irq(&mut self, at: u64, vector: u8) {
-        self.irqs.push((at, vector));
-    }
-    fn event(&mut self, event: Event) -> bool {
-        self.events.push(event);
-        self.stop()
-    }
-}
-
-/// Stop; cycle, instructions, PC, W and the pointer of the stack; data memory and the stack; pins.
-type Look = (Stop, [u64; 5], Vec<Option<u8>>, Vec<Level>);
-
-/// All that can be seen of a machine but for program memory.
-fn look(cpu: &Pic16, stop: Stop) -> Look {
-    let mut bytes: Vec<_> = (0..0x200).map(|addr| cpu.peek("data", addr)).collect();
+/// Data memory, the stack from 200h on, its pointer, W.
+fn seen(cpu: &Pic16) -> Vec<Option<u8>> {
     let (stack, sp) = cpu.stack();
-    bytes.extend(stack.iter().flat_map(|place| place.to_le_bytes()).map(Some));
-    let levels = (0..cpu.chip().pins.len() as PinId).map(|pin| cpu.level(pin)).collect();
-    let w = cpu.reg("W").map_or(0, u64::from);
-    (stop, [cpu.cycle(), cpu.instructions(), cpu.pc().into(), w, sp as u64], bytes, levels)
+    let stack = stack.iter().flat_map(|place| place.to_le_bytes());
+    let core = stack.chain([sp as u8, cpu.reg("W").map_or(0, |w| w as u8)]);
+    (0..0x200).map(|addr| cpu.peek("data", addr)).chain(core.map(Some)).collect()
 }
 
+/// Program memory, then EEPROM.
 fn memories(cpu: &Pic16) -> Vec<Option<u8>> {
     let of = |space: &'static str| (0..0x4000).map(move |addr| cpu.peek(space, addr));
     of("flash").chain(of("eeprom")).collect()
 }
 
-/// What one way of running has shown.
-struct Shown {
-    looks: Vec<Look>,
-    /// Cycle and place of the traps of the plan.
-    traps: Vec<(u64, u32)>,
-    memories: Vec<Option<u8>>,
-}
-
-/// Runs the plan; `go` runs a piece that ends at the given cycle at the latest. `more`: traps that are none of the plan's.
-fn run(plan: &Plan, more: &[u32], skip: bool, mut go: impl FnMut(&mut Pic16, u64) -> Stop) -> Shown {
-    let mut cpu = plan.start.clone();
-    cpu.set_skip(skip);
-    let mut shown = Shown { looks: Vec::new(), traps: Vec::new(), memories: Vec::new() };
-    let mut set = BTreeSet::new();
-    for &pc in more {
-        cpu.trap(pc, true);
-    }
-    for &(until, act) in &plan.acts {
-        let mut stood = 0;
-        let stop = loop {
-            let before = (cpu.cycle(), cpu.instructions());
-            assert!(stood < 1000, "stands still at {before:?}\n{}", plan.what);
-            match go(&mut cpu, until) {
-                Stop::Trap { pc } if set.contains(&pc) => shown.traps.push((cpu.cycle(), pc)),
-                Stop::Trap { pc } => assert!(more.contains(&pc), "{pc:04x} has no trap"),
-                Stop::Probe => {}
-                Stop::Limit if cpu.cycle() >= until => break Stop::Limit,
-                Stop::Limit => {}
-                stop => break stop,
-            }
-            stood = if (cpu.cycle(), cpu.instructions()) == before { stood + 1 } else { 0 };
-        };
-        shown.looks.push(look(&cpu, stop));
-        match act {
-            Act::Poke(space, addr, value) => _ = cpu.poke(space, addr, value),
-            Act::Pc(pc) => cpu.set_pc(pc),
-            Act::Trap(pc, on) => {
-                cpu.trap(pc, on || more.contains(&pc));
-                if on {
-                    set.insert(pc)
-                } else {
-                    set.remove(&pc)
-                };
-            }
-            Act::Drive(pin, level) => cpu.drive(Time::at(0), pin, level),
-            Act::Reset(why) => cpu.reset(why),
-            Act::Nothing => {}
-        }
-    }
-    shown.memories = memories(&cpu);
-    shown
-}
-
-/// A length of a slice: any order of magnitude.
-fn slice(rng: &mut Rng) -> u64 {
-    let most = 1 << rng.below(13);
-    1 + rng.below(most)
-}
-
-fn check(way: &str, plan: &Plan, wanted: &Shown, found: &Shown) {
-    for (n, (w, f)) in wanted.looks.iter().zip(&found.looks).enumerate() {
-        assert_eq!((&f.0, f.1), (&w.0, w.1), "{way}, look {n}: stop, (cycle, instructions, PC, W, SP)\n{}", plan.what);
-        for (addr, (w, f)) in w.2.iter().zip(&f.2).enumerate() {
-            assert_eq!(f, w, "{way}, look {n}: data {addr:03x}, above 1FF the stack\n{}", plan.what);
-        }
-        assert_eq!(f.3, w.3, "{way}, look {n}: pins\n{}", plan.what);
-    }
-    assert_eq!(found.traps, wanted.traps, "{way}: traps\n{}", plan.what);
-    let differs = (0..wanted.memories.len()).find(|&at| wanted.memories[at] != found.memories[at]);
-    assert_eq!(differs, None, "{way}: program memory, then EEPROM\n{}", plan.what);
-}
-
-/// The same plan in all ways; the cycles that it ran.
-fn same_however_run(plan: &Plan, rng: &mut Rng) -> u64 {
-    let mut bare = Log::<false, false, false>::default();
-    let wanted = run(plan, &[], true, |cpu, until| cpu.run(until, &mut bare));
-    let irqs = bare.irqs;
-
-    let mut events = Log::<false, false, true>::default();
-    check("events", plan, &wanted, &run(plan, &[], true, |cpu, until| cpu.run(until, &mut events)));
-    assert_eq!(events.irqs, irqs, "events: interrupts\n{}", plan.what);
-    // Within a cycle what happens at a boundary (a reset, a hand that stirs) comes when the cycle has been shown already.
-    let stirred = |at: u64| plan.acts.iter().any(|act| at >= act.0 && at < act.0 + 6);
-    let mut pairs = events.events.windows(2).map(|pair| (pair[0].at().cycle, pair[1].at().cycle));
-    let in_order = pairs.find(|&(first, second)| first > second && !stirred(first));
-    assert_eq!(in_order, None, "events out of order\n{}", plan.what);
-
-    let mut all = Log::<true, true, true>::default();
-    let shown = run(plan, &[], true, |cpu, until| cpu.run(until, &mut all));
-    check("all hooks", plan, &wanted, &shown);
-    assert!(all.irqs == irqs && all.events == events.events, "all hooks: interrupts or events\n{}", plan.what);
-    // Instructions of a reset machine are counted on.
-    // What is no instruction is shown, and then stops the run.
-    let illegal = shown.looks.iter().filter(|look| matches!(look.0, Stop::Illegal { .. })).count() as u64;
-    let counted = shown.looks.last().map(|look| look.1[1] + illegal);
-    assert_eq!(counted, Some(all.insns), "instructions shown\n{}", plan.what);
-
-    let mut data = Log::<false, true, false>::default();
-    check("data", plan, &wanted, &run(plan, &[], true, |cpu, until| cpu.run(until, &mut data)));
-    assert_eq!((data.data, &data.irqs), (all.data, &irqs), "data alone\n{}", plan.what);
-
-    let mut plain = Log::<false, false, true>::default();
-    check("no skip", plan, &wanted, &run(plan, &[], false, |cpu, until| cpu.run(until, &mut plain)));
-    assert!(plain.irqs == irqs && plain.events == events.events, "no skip: interrupts or events\n{}", plan.what);
-
-    let mut sliced = Log::<false, false, true>::default();
-    let piece = |cpu: &mut Pic16, until: u64| cpu.run((cpu.cycle() + slice(rng)).min(until), &mut sliced);
-    check("slices", plan, &wanted, &run(plan, &[], true, piece));
-    assert!(sliced.irqs == irqs && sliced.events == events.events, "slices: interrupts or events\n{}", plan.what);
-
-    let mut stepped = Log::<false, false, false>::default();
-    let step = |cpu: &mut Pic16, until: u64| {
-        // A step out of sleep may end behind the cycle asked for.
-        if cpu.cycle() >= until || cpu.soc().asleep() { cpu.run(until, &mut stepped) } else { cpu.step(&mut stepped) }
-    };
-    check("steps", plan, &wanted, &run(plan, &[], true, step));
-    assert_eq!(stepped.irqs, irqs, "steps: interrupts\n{}", plan.what);
-
-    let cloned = |cpu: &mut Pic16, until: u64| {
-        let copy = cpu.clone();
-        // The one that is left behind runs astray, which is nothing to its clone.
-        let mut astray = std::mem::replace(cpu, copy);
-        astray.poke("flash", 2 * astray.pc(), 0);
-        astray.poke("data", 0x40, 0xFF);
-        astray.run(astray.cycle() + 20, &mut ());
-        cpu.run((cpu.cycle() + 50 * slice(rng)).min(until), &mut ())
-    };
-    check("clones", plan, &wanted, &run(plan, &[], true, cloned));
-
-    let mut picky = Log::<true, true, true> { stops: Some(Rng::new(rng.next_u64())), ..Log::default() };
-    check("stops", plan, &wanted, &run(plan, &[], true, |cpu, until| cpu.run(until, &mut picky)));
-    assert!(picky.irqs == irqs && picky.events == events.events, "stops: interrupts or events\n{}", plan.what);
-    assert_eq!((picky.data, picky.insns), (all.data, all.insns), "stops: accesses\n{}", plan.what);
-
-    let traps: Vec<u32> = match plan.places.len() {
-        0 => (0..30).map(|_| rng.below(0x400) as u32).collect(),
-        _ => (0..5).map(|_| pick(rng, &plan.places)).collect(),
-    };
-    let mut trapped = Log::<false, false, true>::default();
-    check("traps", plan, &wanted, &run(plan, &traps, true, |cpu, until| cpu.run(until, &mut trapped)));
-    assert!(trapped.irqs == irqs && trapped.events == events.events, "traps: interrupts or events\n{}", plan.what);
-
-    wanted.looks.last().map_or(0, |look| look.1[0])
-}
-
 #[test]
 fn random_programs() {
+    let subject = Subject {
+        seen,
+        memories,
+        code: 0x400,
+        set_skip: Pic16::set_skip,
+        asleep: |cpu| cpu.soc().asleep(),
+        spoil: |cpu| {
+            cpu.poke("flash", 2 * cpu.pc(), 0);
+            cpu.poke("data", 0x40, 0xFF);
+        },
+    };
     let mut rng = Rng::new(SEED);
-    let mut far = 0;
-    for _ in 0..PROGRAMS {
-        far += same_however_run(&plan(rng.next_u64(), SPAN), &mut rng);
-    }
+    let far: u64 = (0..PROGRAMS).map(|_| subject.same_however_run(&plan(rng.next_u64(), SPAN), &mut rng)).sum();
     // Were they all to stop at once, nothing would have been compared.
     assert!(far > PROGRAMS * SPAN / 2, "only {far} cycles in all");
 }

@@ -4,37 +4,13 @@
 use emu_core::image::{Image, Segment};
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
+use emu_core::slices::{Act, Plan, pick};
 use emu_core::{Cpu, RamInit, Reset};
 use emu_pic16::chips::PARTS;
 use emu_pic16::isa::row_of;
 use emu_pic16::{Corner, Options, Pic16};
 
 use super::rig::word;
-
-/// What is done to a machine between two runs.
-#[derive(Debug, Clone, Copy)]
-pub enum Act {
-    Poke(&'static str, u32, u8),
-    Pc(u32),
-    Trap(u32, bool),
-    Drive(PinId, Level),
-    Reset(Reset),
-    Nothing,
-}
-
-/// A machine and all that will happen to it.
-pub struct Plan {
-    pub what: String,
-    pub start: Pic16,
-    /// Run to the cycle, then do it.
-    pub acts: Vec<(u64, Act)>,
-    /// Where the program has instructions worth a trap.
-    pub places: Vec<u32>,
-}
-
-pub fn pick<T: Copy>(rng: &mut Rng, from: &[T]) -> T {
-    from[rng.below(from.len() as u64) as usize]
-}
 
 fn byte(rng: &mut Rng) -> u8 {
     if rng.one_in(3) { pick(rng, &[0, 1, 2, 0x0F, 0x7F, 0x80, 0xFE, 0xFF]) } else { rng.next_u64() as u8 }
@@ -185,7 +161,7 @@ fn act(pins: u64, words: u64, rng: &mut Rng) -> Act {
 }
 
 /// A chip with a random program, wired and driven at random, by a seed.
-pub fn plan(seed: u64, span: u64) -> Plan {
+pub fn plan(seed: u64, span: u64) -> Plan<Pic16> {
     let mut rng = Rng::new(seed);
     let rng = &mut rng;
     let part = &PARTS[rng.below(PARTS.len() as u64) as usize];

@@ -6,6 +6,7 @@
 //!   else off); `hz N`: the oscillator (4,000,000); `start-up`: the start-up timers run; `corner min|typ|max`;
 //! - `drive PIN 20L 30.2H 40F`: levels from outside from cycles and clocks on; `until N`: where the run ends (2000
 //!   if not said);
+//! - `volts PIN 0=1500 90=2000`, `supply 20=3500`: voltages of a pin and of the supply, by cycle in millivolts;
 //! - `0x30:` goes on at an address, `name:` is a label, `text*3` stands three times; `;` begins a comment. Registers and bits go
 //!   by the names of the chip.
 //!
@@ -20,27 +21,25 @@ use emu_core::{Cpu, RamInit};
 use emu_pic16::chips::{self, Part};
 use emu_pic16::{Corner, Options, Pic16, isa};
 
+/// A program, the chip that it runs on, and what comes from outside.
+pub struct Program {
+    pub part: &'static Part,
+    pub options: Options,
+    pub labels: BTreeMap<String, u32>,
+    pub until: u64,
+    image: Image,
+    drives: Vec<(Time, PinId, Level)>,
+    /// Voltages of pins by cycle, in millivolts.
+    volts: Vec<(u64, PinId, u32)>,
+    /// Supply by cycle, in millivolts.
+    supply: Vec<(u64, u32)>,
+}
+
 /// One case of one program.
 pub struct Case {
     pub name: String,
-    pub part: &'static Part,
-    pub options: Options,
-    pub drives: Vec<(Time, PinId, Level)>,
-    pub until: u64,
-    pub labels: BTreeMap<String, u32>,
+    pub program: Program,
     pub wanted: Vec<String>,
-    image: Image,
-}
-
-impl Case {
-    /// The chip after power-up, its drives queued.
-    pub fn machine(&self) -> Pic16 {
-        let mut pic = Pic16::with(&self.part.chip, &self.image, RamInit::Zero, self.options);
-        for &(at, pin, level) in &self.drives {
-            pic.drive(at, pin, level);
-        }
-        pic
-    }
 }
 
 /// A pin by its name.
@@ -58,12 +57,17 @@ fn bit(part: &Part, name: &str) -> Option<u8> {
     part.bits.iter().find(|bit| bit.1 == name).map(|bit| bit.2)
 }
 
-/// `20L`, `20.3H`: cycle, clock, level.
-pub fn edge(text: &str) -> Option<(Time, Level)> {
+/// `20`, `20.3`: cycle and clock.
+pub fn moment(text: &str) -> Option<Time> {
+    let (cycle, phase) = text.split_once('.').unwrap_or((text, "0"));
+    Some(Time { cycle: cycle.parse().ok()?, phase: phase.parse().ok()? })
+}
+
+/// `20L`, `20.3H`: moment, level.
+fn edge(text: &str) -> Option<(Time, Level)> {
     let (at, letter) = text.split_at_checked(text.len().checked_sub(1)?)?;
-    let (cycle, phase) = at.split_once('.').unwrap_or((at, "0"));
     let level = [("L", Level::Low), ("H", Level::High), ("F", Level::Float)].iter().find(|l| l.0 == letter)?.1;
-    Some((Time { cycle: cycle.parse().ok()?, phase: phase.parse().ok()? }, level))
+    Some((moment(at)?, level))
 }
 
 /// All cases of a text.
@@ -90,57 +94,95 @@ pub fn cases(text: &str) -> Vec<Case> {
                 values.iter().enumerate().fold(text.to_owned(), |t, (i, v)| t.replace(&format!("${}", i + 1), v))
             };
             let name = if values.is_empty() { name.to_owned() } else { format!("{name} {{{}}}", values.join("|")) };
-            all.push(build(name, &fill(&source.join("\n")), &fill(case)));
+            let wanted = fill(case);
+            all.push(Case {
+                program: Program::new(&name, &fill(&source.join("\n"))),
+                wanted: wanted.split(';').map(|w| w.trim().to_owned()).filter(|w| !w.is_empty()).collect(),
+                name,
+            });
         }
     }
     all
 }
 
-fn number(name: &str, text: &str) -> u64 {
-    let hex = text.strip_prefix("0x").map(|h| u64::from_str_radix(h, 16));
-    hex.unwrap_or_else(|| text.parse()).unwrap_or_else(|_| panic!("{name}: {text} is no number"))
-}
+impl Program {
+    /// A program by its lines, directives and instructions; `name` is for messages.
+    pub fn new(name: &str, source: &str) -> Program {
+        let mut program = Program {
+            part: &chips::PIC16F873,
+            options: Options { config: Some(0x3F3B), start_up: false, ..Options::default() },
+            labels: BTreeMap::new(),
+            until: 2000,
+            image: Image::default(),
+            drives: vec![],
+            volts: vec![],
+            supply: vec![],
+        };
+        let mut lines = Vec::new();
+        for line in source.lines().map(|l| l.split(';').next().unwrap_or("").trim()).filter(|l| !l.is_empty()) {
+            if !program.directive(name, line) {
+                lines.push(line.to_owned());
+            }
+        }
+        let words = assemble(name, program.part, &lines, &mut program.labels);
+        let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        program.image.segments.push(Segment { space: "flash", addr: 0, bytes });
+        program
+    }
 
-fn build(name: String, source: &str, wanted: &str) -> Case {
-    let quiet = Options { config: Some(0x3F3B), start_up: false, ..Options::default() };
-    let mut case = Case {
-        part: &chips::PIC16F873,
-        options: quiet,
-        drives: vec![],
-        until: 2000,
-        labels: BTreeMap::new(),
-        wanted: wanted.split(';').map(|w| w.trim().to_owned()).filter(|w| !w.is_empty()).collect(),
-        image: Image::default(),
-        name,
-    };
-    let mut lines = Vec::new();
-    for line in source.lines().map(|l| l.split(';').next().unwrap_or("").trim()).filter(|l| !l.is_empty()) {
+    /// Does what a line says that is no instruction; false for one that is.
+    fn directive(&mut self, name: &str, line: &str) -> bool {
         let words: Vec<&str> = line.split_whitespace().collect();
+        let wire = |wire: &str| pin(self.part, wire).unwrap_or_else(|| panic!("{name}: no pin {wire}"));
+        let millivolts = |text: &str| {
+            let (at, value) = text.split_once('=').unwrap_or_else(|| panic!("{name}: {text} is no voltage"));
+            (number(name, at), number(name, value) as u32)
+        };
         match words[..] {
-            ["chip", chip] => case.part = chips::part(chip).unwrap_or_else(|| panic!("{}: no chip {chip}", case.name)),
-            ["config", word] => case.options.config = Some(number(&case.name, &format!("0x{word}")) as u16),
-            ["hz", hz] => case.options.hz = number(&case.name, hz),
-            ["start-up"] => case.options.start_up = true,
+            ["chip", chip] => self.part = chips::part(chip).unwrap_or_else(|| panic!("{name}: no chip {chip}")),
+            ["config", word] => self.options.config = Some(number(name, &format!("0x{word}")) as u16),
+            ["hz", hz] => self.options.hz = number(name, hz),
+            ["start-up"] => self.options.start_up = true,
             ["corner", corner] => {
                 let corners = [("min", Corner::Min), ("typ", Corner::Typ), ("max", Corner::Max)];
                 let found = corners.iter().find(|c| c.0 == corner);
-                case.options.corner = found.unwrap_or_else(|| panic!("{}: no corner {corner}", case.name)).1;
+                self.options.corner = found.unwrap_or_else(|| panic!("{name}: no corner {corner}")).1;
             }
-            ["until", n] => case.until = number(&case.name, n),
-            ["drive", wire, ref edges @ ..] => {
-                let pin = pin(case.part, wire).unwrap_or_else(|| panic!("{}: no pin {wire}", case.name));
-                for text in edges {
-                    let (at, level) = edge(text).unwrap_or_else(|| panic!("{}: no edge {text}", case.name));
-                    case.drives.push((at, pin, level));
-                }
+            ["until", n] => self.until = number(name, n),
+            ["drive", on, ref edges @ ..] => {
+                let on = wire(on);
+                let edge = |text: &&str| edge(text).unwrap_or_else(|| panic!("{name}: no edge {text}"));
+                self.drives.extend(edges.iter().map(edge).map(|(at, level)| (at, on, level)));
             }
-            _ => lines.push(line.to_owned()),
+            ["volts", on, ref voltages @ ..] => {
+                let on = wire(on);
+                self.volts.extend(voltages.iter().map(|text| millivolts(text)).map(|(at, volts)| (at, on, volts)));
+            }
+            ["supply", ref voltages @ ..] => self.supply.extend(voltages.iter().map(|text| millivolts(text))),
+            _ => return false,
         }
+        true
     }
-    let words = assemble(&case.name, case.part, &lines, &mut case.labels);
-    let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-    case.image.segments.push(Segment { space: "flash", addr: 0, bytes });
-    case
+
+    /// The chip after power-up, with what comes from outside queued.
+    pub fn machine(&self) -> Pic16 {
+        let mut pic = Pic16::with(&self.part.chip, &self.image, RamInit::Zero, self.options);
+        for &(at, pin, level) in &self.drives {
+            pic.drive(at, pin, level);
+        }
+        for &(at, pin, millivolts) in &self.volts {
+            assert!(pic.drive_volts(Time::at(at), pin, millivolts), "pin {pin} takes no voltage");
+        }
+        for &(at, millivolts) in &self.supply {
+            assert!(pic.supply(Time::at(at), millivolts), "no supply");
+        }
+        pic
+    }
+}
+
+fn number(name: &str, text: &str) -> u64 {
+    let hex = text.strip_prefix("0x").map(|h| u64::from_str_radix(h, 16));
+    hex.unwrap_or_else(|| text.parse()).unwrap_or_else(|_| panic!("{name}: {text} is no number"))
 }
 
 /// Two passes: where the labels lie, and then the words. A target that is not known yet is 0.

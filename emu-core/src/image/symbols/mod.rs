@@ -74,6 +74,8 @@ pub struct Symbols {
     /// Names with a value but no memory, by name: a map does not tell a register at 0x80 from a bit at 0x80 or from a
     /// mere constant. What another of the files explains is not listed.
     pub unplaced: Vec<(String, u32)>,
+    /// The chips that the files name, each with the name of its file, as the file writes it (`16F873`); only `.cod` files do.
+    pub processors: Vec<(String, String)>,
     /// What is odd about the files, though not wrong.
     pub warnings: Vec<Diagnostic>,
 }
@@ -132,6 +134,7 @@ struct Found {
     entries: Vec<Entry>,
     lines: Vec<LineAt>,
     unplaced: Vec<(String, u32)>,
+    processors: Vec<(String, String)>,
 }
 
 impl Found {
@@ -174,7 +177,7 @@ impl Found {
         self.unplaced.retain(|(name, _)| !known.contains(name.as_str()));
         self.unplaced.sort_unstable();
         self.unplaced.dedup();
-        Symbols { symbols, lines: self.lines, unplaced: self.unplaced, warnings }
+        Symbols { symbols, lines: self.lines, unplaced: self.unplaced, processors: self.processors, warnings }
     }
 }
 
@@ -245,6 +248,7 @@ fn kind(file: &SymbolFile, text: &str) -> Option<Kind> {
 
 fn read_gputils(file: &SymbolFile, found: &mut Found, faults: &mut Faults) {
     if gputils::cod::is(file.bytes) {
+        found.processors.extend(gputils::cod::processor(file.bytes).map(|chip| (file.name.to_owned(), chip)));
         return gputils::cod::read(file.bytes, found, faults);
     }
     let text = String::from_utf8_lossy(file.bytes);

@@ -63,10 +63,16 @@ impl Ssp {
         self.regs.mode() == Mode::SpiMaster(None)
     }
 
+    /// A byte is on its way out, and its next half bit begins with a period of timer 2.
+    #[must_use]
+    pub fn waits_for_timer2(&self) -> bool {
+        self.wants_timer2() && self.spi.shifting()
+    }
+
     /// A period of timer 2 has ended at `t`: half a bit of SPI. It comes before a write at the same clock.
     pub fn timer2(&mut self, t: u64, out: &mut Outbox) {
         self.run(t, out);
-        if self.wants_timer2() && self.spi.shifting() && self.asleep.is_none() {
+        if self.waits_for_timer2() && self.asleep.is_none() {
             self.spi.half(&self.regs, t);
             self.settle(t, out);
         }
@@ -297,7 +303,7 @@ impl Device for Ssp {
         match reg {
             Sfr::SSPADD => NEVER,
             Sfr::SSPBUF if self.regs.stat & BF != 0 => t,
-            _ if self.wants_timer2() && self.spi.shifting() => t,
+            _ if self.waits_for_timer2() => t,
             _ => self.next(),
         }
     }

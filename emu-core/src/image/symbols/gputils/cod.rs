@@ -65,6 +65,11 @@ pub(super) fn long(bytes: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_be_bytes(bytes.get(at..at + 4)?.try_into().ok()?))
 }
 
+/// The chip that a file names.
+pub(in super::super) fn processor(bytes: &[u8]) -> Option<String> {
+    text(bytes, PROCESSOR)
+}
+
 /// A file whose directories are known to be there.
 pub(super) struct Cod<'b> {
     bytes: &'b [u8],
@@ -91,7 +96,7 @@ impl<'b> Cod<'b> {
             cod.directories.push(next);
             at = next;
         }
-        let processor = text(bytes, PROCESSOR).unwrap_or_default();
+        let processor = processor(bytes).unwrap_or_default();
         let family = processor.trim_start_matches(['p', 'P', 'i', 'I', 'c', 'C']).get(..2);
         if !matches!(family, Some("16" | "12" | "10" | "14")) {
             let cause = || format!("the program is for {:?}, which is no mid-range PIC", short(&processor));

@@ -5,9 +5,7 @@
 //!
 //! - `== fact`: the first cell of its line in the table;
 //! - `each a b c`: the program is run once for each, which stands for `$` in what follows;
-//! - `chip`, `config` (3F3B if not said: RC oscillator, all else off), `hz`, `corner`, `start-up`, `until` (2000 cycles), `drive
-//!   PIN 20L 30.2H 40F`, `supply 20=3500`: how the chip stands, levels from outside by cycle and clock, supply by cycle in millivolts;
-//! - the program: `label:`, `0x10:` for an address, `text*3` for three of it, names of the chip for registers and bits;
+//! - a program, as [`crate::script`] has it: directives and instructions;
 //! - `watch REG.3`: notes when the bit changes;
 //! - `show TEXT`: what the run gives, in which `{..}` is one of `{20}`, `{TMR0}`, `{eeprom:3}` (a byte at the end, decimal),
 //!   `{20h}` (the same hexadecimal), `{W}`, `{cycles A B}`, `{clocks A B}`, `{ms A B}` (between two moments), `{seen A}` (how often), `{end}`
@@ -19,7 +17,7 @@ mod read;
 mod rig;
 
 const TEXT: &str = concat!(include_str!("core.txt"), "\n", include_str!("parts.txt"));
-const PAGE: &str = include_str!("../../../docs/chips/pic16f873.md");
+const PAGE: &str = include_str!("../../../../docs/chips/pic16f873.md");
 
 /// The lines of the table of facts: cells by line.
 fn table() -> Vec<Vec<&'static str>> {

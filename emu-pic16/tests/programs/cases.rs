@@ -1,4 +1,4 @@
-//! Programs as text on the whole machine: what they find, the cycle of every edge and interrupt. Each is also run in random
+//! Programs on the whole machine: what they find, the cycle of every edge and interrupt. Each is also run in random
 //! slices, from clones in the middle, with loops jumped over and without, with every hook of a probe on and with none: all of it
 //! must end in the same machine.
 //!
@@ -8,25 +8,25 @@
 //! - `W=5`, `PORTB=5`, `data:20=5`: at the end; `@12 TMR0=5`: as read in cycle 12;
 //! - `@50 reset brown-out`: a hand resets the chip in that cycle (power-on, external, watchdog, brown-out);
 //! - `RB0 12H 20.3L`: all edges of a pin by cycle and clock; `fight RB0@3.3`: all contentions;
+//! - `sent 55@97`: bytes that the USART has sent, each with the end of its stop bit;
 //! - `at label 12 30`: when the label is reached; `cycle 70`, `instructions 70`, `pc label`: at the end.
 //!
 //! A list that ends in `...` may go on; `none` is the empty one.
-
-#[path = "programs/script.rs"]
-mod script;
 
 use emu_core::pins::{Event, Level, Time};
 use emu_core::rng::Rng;
 use emu_core::{Cpu, Probe, Reset, Stop};
 use emu_pic16::Pic16;
-use script::Case;
+
+use crate::script::{self, Case};
 
 const TEXTS: &[&str] = &[
-    include_str!("programs/latency.txt"),
-    include_str!("programs/interrupts.txt"),
-    include_str!("programs/ports.txt"),
-    include_str!("programs/sleep.txt"),
-    include_str!("programs/reset.txt"),
+    include_str!("latency.txt"),
+    include_str!("interrupts.txt"),
+    include_str!("ports.txt"),
+    include_str!("sleep.txt"),
+    include_str!("reset.txt"),
+    include_str!("links.txt"),
 ];
 
 fn cases() -> Vec<Case> {
@@ -71,7 +71,7 @@ fn place(case: &Case, pic: &Pic16, text: &str) -> Option<u32> {
     if let Some((space, addr)) = text.split_once(':') {
         return pic.peek(space, u32::from_str_radix(addr, 16).ok()?).map(u32::from);
     }
-    let of_chip = || pic.peek("data", script::register(case.part, text)?.into()).map(u32::from);
+    let of_chip = || pic.peek("data", script::register(case.program.part, text)?.into()).map(u32::from);
     pic.reg(text).or_else(of_chip)
 }
 
@@ -93,7 +93,7 @@ fn cycle_of(wanted: &str) -> Option<u64> {
 /// What differs from what is wanted.
 fn judge(case: &Case) -> Vec<String> {
     let mut wrong = Vec::new();
-    let mut pic = case.machine();
+    let mut pic = case.program.machine();
     let mut log = Log::<true>::default();
     let mut stop = Stop::Limit;
     let mut ends: Vec<&str> = case.wanted.iter().map(String::as_str).collect();
@@ -111,7 +111,7 @@ fn judge(case: &Case) -> Vec<String> {
                 items.remove(0);
             }
             None if !over => {
-                stop = pic.run(case.until, &mut log);
+                stop = pic.run(case.program.until, &mut log);
                 over = true;
                 if !wanted_stop && stop != Stop::Limit {
                     wrong.push(format!("stopped at {}: {stop:?}", pic.cycle()));
@@ -140,23 +140,30 @@ fn judge(case: &Case) -> Vec<String> {
             ["cycle", n] => list(vec![pic.cycle().to_string()], &[n]),
             ["instructions", n] => list(vec![pic.instructions().to_string()], &[n]),
             ["pc", label] => {
-                let at = case.labels.iter().find(|l| *l.1 == pic.pc() && l.0 == label);
+                let at = case.program.labels.iter().find(|l| *l.1 == pic.pc() && l.0 == label);
                 list(vec![at.map_or_else(|| format!("{:04x}", pic.pc()), |l| l.0.clone())], &[label]);
             }
             ["at", label, ref wanted @ ..] => {
-                let pc = case.labels.get(label).unwrap_or_else(|| panic!("{}: no label {label}", case.name));
+                let pc = case.program.labels.get(label).unwrap_or_else(|| panic!("{}: no label {label}", case.name));
                 list(log.visits.iter().filter(|v| v.1 == *pc).map(|v| v.0.to_string()).collect(), wanted);
             }
             ["fight", ref wanted @ ..] => {
-                let name = |pin: u8| case.part.chip.pins[usize::from(pin)].name;
+                let name = |pin: u8| case.program.part.chip.pins[usize::from(pin)].name;
                 let fights = log.events.iter().filter_map(|event| match event {
                     Event::Contention { at, pin } => Some(format!("{}@{}", name(*pin), show_time(*at))),
                     _ => None,
                 });
                 list(fights.collect(), wanted);
             }
-            [wire, ref wanted @ ..] if script::pin(case.part, wire).is_some() => {
-                let on = script::pin(case.part, wire);
+            ["sent", ref wanted @ ..] => {
+                let sent = log.events.iter().filter_map(|event| match event {
+                    Event::Sent { at, byte, .. } => Some(format!("{byte:02X}@{}", show_time(*at))),
+                    _ => None,
+                });
+                list(sent.collect(), wanted);
+            }
+            [wire, ref wanted @ ..] if script::pin(case.program.part, wire).is_some() => {
+                let on = script::pin(case.program.part, wire);
                 let edges = log.events.iter().filter_map(|event| match *event {
                     Event::Edge { at, pin, level } if Some(pin) == on => Some(show_edge(at, level)),
                     _ => None,
@@ -208,7 +215,7 @@ fn run(case: &Case, pic: &mut Pic16, mut go: impl FnMut(&mut Pic16, u64) -> Stop
         .filter(|pause| pause.1.is_some())
         .collect();
     pauses.sort_by_key(|pause| pause.0);
-    pauses.push((case.until, None));
+    pauses.push((case.program.until, None));
     let mut stop = Stop::Limit;
     for (until, reset) in pauses {
         while pic.cycle() < until || stop == Stop::Limit && reset.is_none() {
@@ -229,7 +236,7 @@ fn any_way_of_running_gives_the_same_machine() {
     let seed = 0x1618_5eed;
     let mut rng = Rng::new(seed);
     for case in &cases() {
-        let start = case.machine();
+        let start = case.program.machine();
         let mut whole = start.clone();
         let mut log = Log::<false>::default();
         let stop = run(case, &mut whole, |pic, until| pic.run(until, &mut log));
@@ -251,7 +258,7 @@ fn any_way_of_running_gives_the_same_machine() {
             let mut parts = Log::<false>::default();
             let longest = [2, 9, 60, 700][rng.below(4) as usize];
             let stop = run(case, &mut pic, |pic, until| {
-                let to = (pic.cycle() + 1 + rng.below(longest) * (1 + case.until / 5000)).min(until);
+                let to = (pic.cycle() + 1 + rng.below(longest) * (1 + case.program.until / 5000)).min(until);
                 let mut copy = pic.clone();
                 let mut copied = parts.clone();
                 let stop = pic.run(to, &mut parts);

@@ -6,7 +6,7 @@ use emu_core::{Cpu, Probe, Stop};
 use emu_pic16::Pic16;
 
 use crate::model::{self, Do, GIE, Seen, Setup};
-use crate::script;
+use crate::script::{self, Program};
 
 const SEEDS: u64 = 2000;
 const CYCLES: u64 = 600;
@@ -121,8 +121,7 @@ fn setup(rng: &mut Rng) -> Setup {
 fn machine(setup: &Setup) -> Pic16 {
     let lines: Vec<String> = setup.code.iter().map(|&op| text(op)).collect();
     let config = if setup.crystal > 0 { "3F39" } else { "3F3B" };
-    let text = format!("== random\nconfig {config}\n{}\n-- x\n", lines.join("\n"));
-    let mut pic = script::cases(&text)[0].machine();
+    let mut pic = Program::new("random", &format!("config {config}\n{}", lines.join("\n"))).machine();
     let registers = [(0x81, 0xBF | u8::from(setup.rising) << 6), (0x04, 0xFF), (0x0B, setup.intcon)];
     for (addr, value) in registers {
         assert!(pic.poke("data", addr, value));

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use emu_core::pins::{Event, Level, Time};
-use emu_core::{Cpu, Probe, RamInit, Stop};
+use emu_core::{Cpu, Probe, Stop};
 use emu_pic16::Pic16;
 
-use crate::read::{self, Run};
+use super::read::Run;
+use crate::script;
 
 /// All that is noted: moments by the text that asks for them, and why the run has ended.
 struct Seen {
@@ -36,19 +37,13 @@ impl Probe for Log {
 }
 
 fn execute(run: &Run) -> Seen {
-    let mut pic = Pic16::with(&run.part.chip, &run.image, RamInit::Zero, run.options);
-    for &(at, pin, level) in &run.drives {
-        pic.drive(at, pin, level);
-    }
-    for &(at, millivolts) in &run.supply {
-        assert!(pic.supply(Time::at(at), millivolts), "{}: no supply", run.name);
-    }
+    let mut pic = run.program.machine();
     let (mut log, mut moments) = (Log::default(), BTreeMap::<String, Vec<Time>>::new());
     let bit = |pic: &Pic16, addr: u16, bit: u8| pic.peek("data", addr.into()).is_some_and(|b| b >> bit & 1 == 1);
     let mut before: Vec<bool> = run.watched.iter().map(|w| bit(&pic, w.1, w.2)).collect();
     let stop = loop {
         // A watched bit is looked at before every cycle at which an instruction may begin; without one the run is one piece.
-        let until = if run.watched.is_empty() { run.until } else { pic.cycle() + 1 };
+        let until = if run.watched.is_empty() { run.program.until } else { pic.cycle() + 1 };
         let stop = pic.run(until, &mut log);
         for (seen, (name, addr, number)) in before.iter_mut().zip(&run.watched) {
             let now = bit(&pic, *addr, *number);
@@ -56,18 +51,18 @@ fn execute(run: &Run) -> Seen {
                 moments.entry(name.clone()).or_default().push(Time::at(pic.cycle()));
             }
         }
-        if stop != Stop::Limit || pic.cycle() >= run.until {
+        if stop != Stop::Limit || pic.cycle() >= run.program.until {
             break stop;
         }
     };
     for (at, pc) in log.visits {
-        for (label, _) in run.labels.iter().filter(|label| *label.1 == pc) {
+        for (label, _) in run.program.labels.iter().filter(|label| *label.1 == pc) {
             moments.entry(label.clone()).or_default().push(Time::at(at));
         }
     }
     for event in log.events {
         if let Event::Edge { at, pin, .. } = event {
-            let name = run.part.chip.pins[usize::from(pin)].name;
+            let name = run.program.part.chip.pins[usize::from(pin)].name;
             moments.entry(name.to_owned()).or_default().push(at);
         }
     }
@@ -99,11 +94,11 @@ fn answer(run: &Run, seen: &Seen, asked: &str) -> String {
             other => format!("{other:?}").to_lowercase(),
         }),
         ["seen", name] => Some(seen.moments.get(name).map_or(0, Vec::len).to_string()),
-        ["level", name] => read::pin(run.part, name).map(|pin| {
+        ["level", name] => script::pin(run.program.part, name).map(|pin| {
             match seen.pic.level(pin) {
                 Level::Low => "0",
                 Level::High => "1",
-                Level::Float => "z",
+                Level::Float | Level::PullUp | Level::PullDown => "z",
             }
             .to_owned()
         }),
@@ -114,8 +109,8 @@ fn answer(run: &Run, seen: &Seen, asked: &str) -> String {
         }),
         // Whole microseconds; what is shown is exact or fails here.
         ["ms", a, b] => clocks(a, b).map(|clocks| {
-            assert!(clocks * 1_000_000 % run.options.hz == 0, "{}: {clocks} clocks", run.name);
-            let micros = clocks * 1_000_000 / run.options.hz;
+            assert!(clocks * 1_000_000 % run.program.options.hz == 0, "{}: {clocks} clocks", run.name);
+            let micros = clocks * 1_000_000 / run.program.options.hz;
             format!("{}.{:03}", micros / 1000, micros % 1000)
         }),
         [place] => seen.byte(run, place),
@@ -128,13 +123,13 @@ impl Seen {
     fn at(&self, text: &str) -> Option<Time> {
         let (name, which) = text.split_once('#').unwrap_or((text, "1"));
         let noted = self.moments.get(name).and_then(|all| all.get(which.parse::<usize>().ok()?.checked_sub(1)?));
-        noted.copied().or_else(|| read::moment(text))
+        noted.copied().or_else(|| script::moment(text))
     }
 
     /// A byte at the end: decimal, hexadecimal with an `h` behind.
     fn byte(&self, run: &Run, place: &str) -> Option<String> {
         let (name, hex) = place.strip_suffix('h').map_or((place, false), |name| (name, true));
-        let of_chip = || self.pic.peek("data", read::register(run.part, name)?.into()).map(u32::from);
+        let of_chip = || self.pic.peek("data", script::register(run.program.part, name)?.into()).map(u32::from);
         let (space, addr) = name.split_once(':').unwrap_or(("data", name));
         let byte = || self.pic.peek(space, u32::from_str_radix(addr, 16).ok()?).map(u32::from);
         let value = self.pic.reg(name).or_else(of_chip).or_else(byte)?;
