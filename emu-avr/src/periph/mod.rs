@@ -18,6 +18,8 @@
 //! Flags of interrupts stand in the registers of the part. It works out flags that nobody waits for only when they are
 //! looked at: [`Device::next`] tells of those alone that are enabled, or that another part listens to.
 
+pub mod adc;
+
 pub(crate) mod map;
 pub(crate) mod old_timer;
 pub(crate) mod old_usart;
