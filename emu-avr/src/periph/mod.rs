@@ -19,6 +19,8 @@
 //! looked at: [`Device::next`] tells of those alone that are enabled, or that another part listens to.
 
 pub mod adc;
+pub mod comparator;
+pub mod span;
 
 pub(crate) mod map;
 pub(crate) mod old_timer;
