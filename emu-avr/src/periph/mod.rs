@@ -20,6 +20,7 @@
 
 pub mod adc;
 pub mod comparator;
+pub mod eeprom;
 pub mod span;
 
 pub(crate) mod map;
