@@ -22,6 +22,7 @@ pub mod adc;
 pub mod comparator;
 pub mod eeprom;
 pub mod span;
+pub mod spm;
 
 pub(crate) mod map;
 pub(crate) mod old_timer;
