@@ -18,12 +18,18 @@
 //! Flags of interrupts stand in the registers of the part. It works out flags that nobody waits for only when they are
 //! looked at: [`Device::next`] tells of those alone that are enabled, or that another part listens to.
 
-pub mod map;
-pub mod plain;
-pub mod ports;
-pub mod old_timer;
-pub mod old_usart;
-pub mod watchdog;
+pub mod adc;
+pub mod comparator;
+pub mod eeprom;
+pub mod span;
+pub mod spm;
+
+pub(crate) mod map;
+pub(crate) mod old_timer;
+pub(crate) mod old_usart;
+pub(crate) mod plain;
+pub(crate) mod ports;
+pub(crate) mod watchdog;
 
 /// A line between a part of the chip and a pin. Which pin it is is a matter of the chip and of which part of a kind it is; a line
 /// that a chip does not have stays low.

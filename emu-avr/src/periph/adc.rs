@@ -1,0 +1,487 @@
+//! Analog-to-digital converter (section 24).
+//!
+//! The converter's clock is a tap of a counter that runs while ADEN is set; its first rising edge comes half a period after
+//! the counter was at zero. A conversion begins at a rising edge and is counted in half clocks from there: the sample and
+//! the end are edges that are known as long as ADPS stays. While the clock of the part stands still, its time does.
+
+mod kind;
+
+use emu_core::NEVER;
+
+pub use self::kind::{Kind, Reg};
+use super::{Device, Outbox};
+
+const ADEN: u8 = 1 << 7;
+const ADSC: u8 = 1 << 6;
+/// Auto trigger enable; free running select (ADFR) on chips without trigger sources.
+const ADATE: u8 = 1 << 5;
+const ADIF: u8 = 1 << 4;
+const ADIE: u8 = 1 << 3;
+const ADPS: u8 = 7;
+const ADLAR: u8 = 1 << 5;
+const ACME: u8 = 1 << 6;
+const ADTS: u8 = 7;
+
+/// Cycles from the edge of a trigger to the reset of the prescaler (24.4: three cycles of synchronisation).
+const SYNC: u64 = 3;
+/// Half clocks of a conversion to the sample and to the end (table 24-1); the first one after ADEN comes second.
+const HALVES: [(u64, u64); 2] = [(3, 26), (27, 50)];
+
+/// A conversion on its way, or one that waits for its first edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Conversion {
+    /// The edge up to which half clocks have been counted.
+    from: u64,
+    /// Half clocks from the start to `from`; `None` before the start.
+    halves: Option<u64>,
+    /// It is the first one after ADEN.
+    first: bool,
+    /// ADMUX, locked at the start (24.5).
+    admux: u8,
+    /// What was sampled, once it was.
+    code: Option<u16>,
+}
+
+/// Cycles of half a period of the converter's clock by ADPS (table 24-5).
+const fn half(adcsra: u8) -> u64 {
+    1 << (adcsra & ADPS).saturating_sub(1)
+}
+
+/// The converter. Voltages are in millivolts above GND.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Adc {
+    kind: Kind,
+    /// ADC0 to ADC7 and the temperature sensor.
+    levels: [u32; 9],
+    aref: u32,
+    avcc: u32,
+    admux: u8,
+    /// ADCSRA without ADSC.
+    adcsra: u8,
+    adcsrb: u8,
+    didr0: u8,
+    data: u16,
+    /// ADCL has been read and ADCH has not: results are lost (24.9.3).
+    locked: bool,
+    /// The next conversion is the first one after ADEN.
+    fresh: bool,
+    /// The edge at which the prescaler was zero.
+    origin: u64,
+    conversion: Option<Conversion>,
+    /// The edge at which ADIF was set last.
+    flagged: u64,
+    /// The flags of the trigger sources as told, bit `n` for ADTS = `n`.
+    sources: u8,
+    /// When the clock of the part was stopped.
+    stopped: Option<u64>,
+}
+
+impl Adc {
+    /// The converter after power-on: AVCC and AREF at 5 V, all pins at 0 V, the temperature sensor at 25 °C (314 mV, table 24-2).
+    #[must_use]
+    pub fn new(kind: Kind) -> Adc {
+        Adc {
+            kind,
+            levels: [0, 0, 0, 0, 0, 0, 0, 0, 314],
+            aref: 5_000,
+            avcc: 5_000,
+            admux: 0,
+            adcsra: 0,
+            adcsrb: 0,
+            didr0: 0,
+            data: 0,
+            locked: false,
+            fresh: false,
+            origin: 0,
+            conversion: None,
+            flagged: 0,
+            sources: 0,
+            stopped: None,
+        }
+    }
+
+    /// The level on ADC`channel` (0 to 7), or of the temperature sensor (8), from the edge `t` on; others do not exist.
+    pub fn set_millivolts(&mut self, channel: u8, millivolts: u32, t: u64) {
+        self.advance(t);
+        if let Some(level) = self.levels.get_mut(usize::from(channel)) {
+            *level = millivolts;
+        }
+    }
+
+    /// The level on AREF from the edge `t` on, for REFS = 0.
+    pub fn set_aref(&mut self, millivolts: u32, t: u64) {
+        self.advance(t);
+        self.aref = millivolts;
+    }
+
+    /// The level on AVCC from the edge `t` on, for REFS = 1.
+    pub fn set_avcc(&mut self, millivolts: u32, t: u64) {
+        self.advance(t);
+        self.avcc = millivolts;
+    }
+
+    /// The trigger source whose flag the converter follows: ADTS, while ADEN and ADATE are set and ADTS is not 0 (table 24-6).
+    #[must_use]
+    pub fn listens(&self) -> Option<u8> {
+        (self.adcsra & (ADEN | ADATE) == ADEN | ADATE && self.source() != 0).then_some(self.source())
+    }
+
+    /// The flag of the trigger source `source` (1 to 7) is `set` from the edge `t` on. To be told whenever the flag of the
+    /// source that [`Adc::listens`] names changes, and of all sources before a write of ADCSRA or ADCSRB.
+    pub fn trigger(&mut self, source: u8, set: bool, t: u64) {
+        self.advance(t);
+        let bit = 1u8.checked_shl(source.into()).unwrap_or(0);
+        let rises = set && self.sources & bit == 0;
+        self.sources = if set { self.sources | bit } else { self.sources & !bit };
+        if rises && self.listens() == Some(source) {
+            self.triggered(t);
+        }
+    }
+
+    /// Idle or ADC noise reduction sleep is entered at the edge `t`: a conversion starts if the converter is on and none is
+    /// under way (10.3, 10.4).
+    pub fn halted(&mut self, t: u64) {
+        self.advance(t);
+        self.start(self.local(t));
+    }
+
+    /// The channel that the comparator has in place of AIN1: ACME set, ADEN clear (table 23-1).
+    #[must_use]
+    pub fn comparator_channel(&self) -> Option<u8> {
+        (self.adcsrb & ACME != 0 && !self.enabled()).then_some(self.admux & 7)
+    }
+
+    /// ADEN is set, which keeps the bandgap reference on too (11.7.1).
+    #[must_use]
+    pub fn enabled(&self) -> bool {
+        self.adcsra & ADEN != 0
+    }
+
+    /// DIDR0: the port pins of the channels whose digital input is off, and which read 0.
+    #[must_use]
+    pub fn digital_off(&self) -> u8 {
+        self.didr0
+    }
+
+    /// The time of the part at the edge `t`: it stands still with the clock.
+    fn local(&self, t: u64) -> u64 {
+        self.stopped.unwrap_or(t)
+    }
+
+    fn source(&self) -> u8 {
+        if self.kind.triggers { self.adcsrb & ADTS } else { 0 }
+    }
+
+    fn free_running(&self) -> bool {
+        self.adcsra & ADATE != 0 && self.source() == 0
+    }
+
+    /// The signal that ADTS selects.
+    fn source_level(&self) -> bool {
+        match self.source() {
+            0 => self.adcsra & ADIF != 0,
+            source => self.sources >> source & 1 != 0,
+        }
+    }
+
+    fn half(&self) -> u64 {
+        half(self.adcsra)
+    }
+
+    /// Edges of the converter's clock, of both directions, from the origin up to `t`; odd ones rise.
+    fn edges(&self, t: u64) -> u64 {
+        t.saturating_sub(self.origin) / self.half()
+    }
+
+    /// When the clock will have made `n` more edges after `from`.
+    fn after(&self, from: u64, n: u64) -> u64 {
+        if n == 0 {
+            return from;
+        }
+        let edges = self.edges(from).saturating_add(n);
+        self.origin.saturating_add(edges.saturating_mul(self.half()))
+    }
+
+    /// The first rising edge after `from`.
+    fn rise(&self, from: u64) -> u64 {
+        self.after(from, 1 + self.edges(from) % 2)
+    }
+
+    /// When the next step of the conversion comes: its start, its sample or its end.
+    fn step_at(&self, conversion: &Conversion) -> u64 {
+        let (sample, end) = HALVES[usize::from(conversion.first)];
+        match conversion.halves {
+            None => self.rise(conversion.from),
+            Some(halves) => {
+                let target = if conversion.code.is_none() { sample } else { end };
+                self.after(conversion.from, target.saturating_sub(halves))
+            }
+        }
+    }
+
+    /// When ADIF is set next, unless something is written.
+    fn end_at(&self) -> u64 {
+        match (&self.conversion, self.stopped) {
+            (Some(conversion), None) => {
+                let end = HALVES[usize::from(conversion.first)].1;
+                match conversion.halves {
+                    Some(halves) => self.after(conversion.from, end.saturating_sub(halves)),
+                    None => self.after(self.rise(conversion.from), end),
+                }
+            }
+            _ => NEVER,
+        }
+    }
+
+    /// Does everything due at or before `t`.
+    fn advance(&mut self, t: u64) {
+        let now = self.local(t);
+        while let Some(mut conversion) = self.conversion {
+            let at = self.step_at(&conversion);
+            if at > now {
+                break;
+            }
+            if conversion.halves.is_none() {
+                (conversion.from, conversion.halves, conversion.admux) = (at, Some(0), self.admux);
+            } else if conversion.code.is_none() {
+                conversion.code = Some(self.code(conversion.admux));
+            } else {
+                self.finish(conversion.code.unwrap_or(0), at, now);
+                // Where the clock stands still, only a write can bring the end, and does so at its own edge.
+                self.flagged = at.saturating_add(t.saturating_sub(now));
+                continue;
+            }
+            self.conversion = Some(conversion);
+        }
+    }
+
+    /// A conversion ends at `at` with `code`. In free running mode the next one starts at the same edge; whole ones that end
+    /// by `now` are all alike but for the last.
+    fn finish(&mut self, code: u16, at: u64, now: u64) {
+        if !self.locked {
+            self.data = code;
+        }
+        self.adcsra |= ADIF;
+        self.conversion = self.free_running().then(|| {
+            let period = HALVES[0].1 * self.half();
+            let skip = (now.saturating_sub(at) / period).saturating_sub(1);
+            Conversion {
+                from: at.saturating_add(skip.saturating_mul(period)),
+                halves: Some(0),
+                first: false,
+                admux: self.admux,
+                code: None,
+            }
+        });
+    }
+
+    /// The result of the channel and reference of `admux` (24.7). A reserved reference is as AREF; an input that does not
+    /// exist is at 0 V.
+    fn code(&self, admux: u8) -> u16 {
+        let reference = match admux >> 6 {
+            1 => self.avcc,
+            3 => self.kind.reference_mv,
+            _ => self.aref,
+        };
+        let mux = admux & self.kind.mux;
+        let input = if self.kind.temperature == Some(mux) {
+            self.levels[8]
+        } else if mux == self.kind.bandgap {
+            self.kind.bandgap_mv
+        } else if mux < 8 {
+            self.levels[usize::from(mux)]
+        } else {
+            0
+        };
+        match (input, reference) {
+            (0, _) => 0,
+            (_, 0) => 1023,
+            _ => (u64::from(input) * 1024 / u64::from(reference)).min(1023) as u16,
+        }
+    }
+
+    /// Asks for a conversion at the local time `t`, if the converter is on and idle.
+    fn start(&mut self, t: u64) {
+        if self.enabled() && self.conversion.is_none() {
+            let first = std::mem::take(&mut self.fresh);
+            self.conversion = Some(Conversion { from: t, halves: None, first, admux: 0, code: None });
+        }
+    }
+
+    /// The trigger signal has risen at the edge `t`.
+    fn triggered(&mut self, t: u64) {
+        if self.enabled() && self.conversion.is_none() {
+            self.origin = self.local(t).saturating_add(SYNC);
+            self.start(self.origin);
+        }
+    }
+
+    /// Counts what the clock has done until `t`, changes ADPS and counts the edge that this makes if the taps differ.
+    fn switch_clock(&mut self, adcsra: u8, t: u64) {
+        let local = self.local(t);
+        let (edges, level) = (self.edges(local), self.edges(local) % 2);
+        self.conversion = self.conversion.map(|conversion| Conversion {
+            from: conversion.from.max(local),
+            halves: conversion.halves.map(|halves| halves + edges.saturating_sub(self.edges(conversion.from))),
+            ..conversion
+        });
+        self.adcsra = adcsra;
+        let now = self.edges(local) % 2;
+        let admux = self.admux;
+        if let Some(conversion) = self.conversion.as_mut().filter(|_| now != level) {
+            match &mut conversion.halves {
+                Some(halves) => *halves += 1,
+                None if now == 1 => (conversion.halves, conversion.admux) = (Some(0), admux),
+                None => {}
+            }
+        }
+        self.advance(t);
+    }
+
+    fn write_adcsra(&mut self, value: u8, mask: u8, t: u64) {
+        let local = self.local(t);
+        let kept = mask & (ADEN | ADATE | ADIE | ADPS);
+        let new = self.adcsra & !kept | value & kept;
+        let was_on = self.enabled();
+        if new & ADEN == 0 {
+            self.adcsra = new;
+            self.conversion = None;
+        } else if !was_on {
+            self.adcsra = new;
+            (self.origin, self.fresh) = (local, true);
+        } else if half(new) != half(self.adcsra) {
+            self.switch_clock(new, t);
+        } else {
+            self.adcsra = new;
+        }
+        if value & mask & ADIF != 0 && self.flagged != t {
+            self.adcsra &= !ADIF;
+        }
+        if value & mask & ADSC != 0 {
+            self.start(local);
+        }
+    }
+
+    fn shown(&self, reg: Reg) -> u8 {
+        let [high, low] = (if self.admux & ADLAR != 0 { self.data << 6 } else { self.data }).to_be_bytes();
+        match reg {
+            Reg::ADMUX => self.admux,
+            Reg::ADCSRA => self.adcsra | if self.conversion.is_some() { ADSC } else { 0 },
+            Reg::ADCSRB => self.adcsrb,
+            Reg::ADCL => low,
+            Reg::ADCH => high,
+            Reg::DIDR0 => self.didr0,
+        }
+    }
+
+    /// As it is at `t`, after everything due.
+    fn at(&self, t: u64) -> Adc {
+        let mut adc = self.clone();
+        adc.advance(t);
+        adc
+    }
+}
+
+impl Device for Adc {
+    type Reg = Reg;
+
+    fn run(&mut self, t: u64, _out: &mut Outbox) {
+        self.advance(t);
+    }
+
+    fn next(&self) -> u64 {
+        if self.adcsra & (ADIE | ADIF) == ADIE { self.end_at() } else { NEVER }
+    }
+
+    /// Interrupt 0: conversion complete.
+    fn requests(&self) -> u8 {
+        u8::from(self.adcsra & (ADIE | ADIF) == ADIE | ADIF)
+    }
+
+    fn taken(&mut self, irq: u8, t: u64, _out: &mut Outbox) {
+        self.advance(t);
+        if irq == 0 {
+            self.adcsra &= !ADIF;
+        }
+    }
+
+    fn read(&mut self, reg: Reg, t: u64, _out: &mut Outbox) -> u8 {
+        self.advance(t);
+        match reg {
+            Reg::ADCL => self.locked = true,
+            Reg::ADCH => self.locked = false,
+            _ => {}
+        }
+        self.shown(reg)
+    }
+
+    fn peek(&self, reg: Reg, t: u64) -> u8 {
+        match &self.conversion {
+            Some(conversion) if self.step_at(conversion) <= self.local(t) => self.at(t).shown(reg),
+            _ => self.shown(reg),
+        }
+    }
+
+    fn write(&mut self, reg: Reg, value: u8, mask: u8, t: u64, _out: &mut Outbox) {
+        self.advance(t);
+        let merge = |old: u8, bits: u8| old & !(mask & bits) | value & mask & bits;
+        match reg {
+            Reg::ADMUX => self.admux = merge(self.admux, 0xE0 | self.kind.mux),
+            Reg::ADCSRA => self.write_adcsra(value, mask, t),
+            Reg::ADCSRB => {
+                let before = self.source_level();
+                self.adcsrb = merge(self.adcsrb, if self.kind.triggers { ACME | ADTS } else { ACME });
+                // The signal rises by the switch from one source to another (24.9.4).
+                if !before && self.source_level() && self.listens().is_some() {
+                    self.triggered(t);
+                }
+            }
+            Reg::DIDR0 => self.didr0 = merge(self.didr0, self.kind.didr0),
+            Reg::ADCL | Reg::ADCH => {}
+        }
+    }
+
+    fn reset(&mut self, t: u64, _out: &mut Outbox) {
+        self.advance(t);
+        let Adc { kind, levels, aref, avcc, sources, .. } = *self;
+        *self = Adc { levels, aref, avcc, sources, ..Adc::new(kind) };
+    }
+
+    fn sleep(&mut self, t: u64, _out: &mut Outbox) {
+        self.advance(t);
+        self.stopped = Some(self.local(t));
+    }
+
+    fn wake(&mut self, t: u64, _out: &mut Outbox) {
+        let Some(stopped) = self.stopped.take() else { return };
+        let slept = t.saturating_sub(stopped);
+        self.origin = self.origin.saturating_add(slept);
+        if let Some(conversion) = &mut self.conversion {
+            conversion.from = conversion.from.saturating_add(slept);
+        }
+    }
+
+    fn steady(&self, reg: Reg, t: u64) -> u64 {
+        let now = self.at(t);
+        match reg {
+            // A read that turns the lock is one with a side effect.
+            Reg::ADCL => {
+                if now.locked {
+                    NEVER
+                } else {
+                    t
+                }
+            }
+            Reg::ADCH => {
+                if now.locked {
+                    t
+                } else {
+                    now.end_at()
+                }
+            }
+            Reg::ADCSRA if now.free_running() && now.adcsra & ADIF != 0 => NEVER,
+            Reg::ADCSRA => now.end_at(),
+            _ => NEVER,
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! The EEPROM (sections 8.4 and 8.6).
+//!
+//! A write is let through by EEMPE in the four cycles before it. It is timed by the calibrated oscillator and goes on in sleep
+//! and through a reset; the cell changes when it is over.
+
+use std::sync::Arc;
+
+use emu_core::NEVER;
+
+use super::span::Span;
+use super::{Device, Outbox, Signal};
+
+/// The registers.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reg {
+    EEARL,
+    EEARH,
+    EEDR,
+    EECR,
+}
+
+/// EEPM1 and EEPM0.
+const EEPM: u8 = 3 << 4;
+const EERIE: u8 = 1 << 3;
+const EEMPE: u8 = 1 << 2;
+const EEPE: u8 = 1 << 1;
+const EERE: u8 = 1;
+
+/// Cycles for which EEMPE stays set.
+const WINDOW: u64 = 4;
+/// Cycles for which the core stands still after EEPE.
+const HALT_WRITE: u64 = 2;
+/// Cycles for which it does after EERE.
+const HALT_READ: u64 = 4;
+
+/// What differs between the EEPROMs of the family.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Kind {
+    /// There are EEPM1 and EEPM0.
+    pub modes: bool,
+    /// Microseconds that erasing and writing a byte takes.
+    pub both_us: u32,
+    /// Microseconds that only one of them takes.
+    pub half_us: u32,
+}
+
+impl Kind {
+    /// ATmega48, 88, 168, 328 and their relatives (table 8-1).
+    pub const MEGA48: Kind = Kind { modes: true, both_us: 3_400, half_us: 1_800 };
+    /// ATmega8, 16, 32, 64, 128 and 162: 8,448 periods of the 1 MHz oscillator (Atmel 2486, EEPROM programming time).
+    pub const MEGA8: Kind = Kind { modes: false, both_us: 8_448, half_us: 0 };
+}
+
+/// A write that goes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Job {
+    span: Span,
+    addr: u16,
+    /// The bits of the old content that stay.
+    keep: u8,
+    /// The bits of the new content that come from EEDR.
+    data: u8,
+}
+
+/// The EEPROM. Its content is shared by clones until it changes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Eeprom {
+    kind: Kind,
+    cells: Arc<Vec<u8>>,
+    hz: u64,
+    addr: u16,
+    data: u8,
+    /// EEPM and EERIE.
+    control: u8,
+    /// The edge at which EEMPE is cleared; it is set before that. 0 where it is not.
+    window: u64,
+    job: Option<Job>,
+    /// The edge up to which program memory is being written.
+    blocked: u64,
+}
+
+impl Eeprom {
+    /// The EEPROM after power-on with this content, of up to 64 KB; `hz` cycles to a second.
+    #[must_use]
+    pub fn new(kind: Kind, cells: Arc<Vec<u8>>, hz: u64) -> Eeprom {
+        Eeprom { kind, cells, hz, addr: 0, data: 0, control: 0, window: 0, job: None, blocked: 0 }
+    }
+
+    /// What the cells hold, after everything that was run.
+    #[must_use]
+    pub fn cells(&self) -> &Arc<Vec<u8>> {
+        &self.cells
+    }
+
+    /// Sets a cell from outside of the chip; false where there is none.
+    pub fn set_cell(&mut self, addr: usize, value: u8) -> bool {
+        if addr >= self.cells.len() {
+            return false;
+        }
+        if let Some(cell) = Arc::make_mut(&mut self.cells).get_mut(addr) {
+            *cell = value;
+        }
+        true
+    }
+
+    /// The edge at which the write that goes on is over; 0 where there is none. Program memory is to be told of it after each
+    /// write of EECR and each change of the clock.
+    #[must_use]
+    pub fn busy_until(&self) -> u64 {
+        self.job.map_or(0, |job| job.span.end())
+    }
+
+    /// Program memory is being written, or SPM enabled, up to the edge `until`, as known at `t`: no write begins, and the
+    /// interrupt waits (8.6.3, 27.8.5).
+    pub fn block_until(&mut self, until: u64, t: u64) {
+        self.finish(t);
+        self.blocked = until;
+    }
+
+    /// The bits of EEAR that the memory needs.
+    fn addr_bits(&self) -> u16 {
+        match u16::try_from(self.cells.len().saturating_sub(1)) {
+            Ok(0) => 0,
+            Ok(last) => u16::MAX >> last.leading_zeros(),
+            Err(_) => u16::MAX,
+        }
+    }
+
+    /// The content of a cell; FFh where there is none.
+    fn cell(&self, addr: u16) -> u8 {
+        self.cells.get(usize::from(addr)).copied().unwrap_or(0xFF)
+    }
+
+    /// Ends the write that is over at `t`.
+    fn finish(&mut self, t: u64) {
+        if let Some(job) = self.job.take_if(|job| job.span.end() <= t) {
+            self.set_cell(job.addr.into(), self.cell(job.addr) & job.keep | job.data);
+        }
+        if self.blocked <= t {
+            self.blocked = 0;
+        }
+    }
+
+    /// Starts the write that EEPM says (table 8-1). The mode that is reserved neither erases nor writes.
+    fn start(&mut self, t: u64) {
+        let (keep, data, us) = match self.control & EEPM {
+            0 => (0, self.data, self.kind.both_us),
+            0x10 => (0, 0xFF, self.kind.half_us),
+            0x20 => (self.data, 0, self.kind.half_us),
+            _ => (0xFF, 0, self.kind.half_us),
+        };
+        self.job = Some(Job { span: Span::new(us, self.hz, t), addr: self.addr, keep, data });
+    }
+
+    fn write_eecr(&mut self, value: u8, mask: u8, t: u64, out: &mut Outbox) {
+        let ones = value & mask;
+        let open = self.window != 0 && t <= self.window;
+        // EEPM is taken before EEPE acts, and not at all during a write.
+        let bits = mask & EERIE | if self.kind.modes && self.job.is_none() { mask & EEPM } else { 0 };
+        self.control = self.control & !bits | value & bits;
+        if mask & EEMPE != 0 {
+            self.window = if ones & EEMPE != 0 { t.saturating_add(WINDOW) } else { 0 };
+        }
+        if self.job.is_some() {
+            return;
+        }
+        if ones & EEPE != 0 && open && self.blocked == 0 {
+            self.start(t);
+            out.push(Signal::Stall { until: t.saturating_add(HALT_WRITE) });
+        } else if ones & EERE != 0 {
+            self.data = self.cell(self.addr);
+            out.push(Signal::Stall { until: t.saturating_add(HALT_READ) });
+        }
+    }
+}
+
+impl Device for Eeprom {
+    type Reg = Reg;
+
+    fn run(&mut self, t: u64, _out: &mut Outbox) {
+        self.finish(t);
+    }
+
+    /// The end of a write is noticed outside by its interrupt alone; the content is worked out when it is asked for.
+    fn next(&self) -> u64 {
+        match self.busy_until().max(self.blocked) {
+            0 => NEVER,
+            _ if self.control & EERIE == 0 => NEVER,
+            ready => ready,
+        }
+    }
+
+    /// Interrupt 0: EEPROM ready, for as long as nothing is written.
+    fn requests(&self) -> u8 {
+        u8::from(self.control & EERIE != 0 && self.job.is_none() && self.blocked == 0)
+    }
+
+    fn peek(&self, reg: Reg, t: u64) -> u8 {
+        let [high, low] = self.addr.to_be_bytes();
+        match reg {
+            Reg::EEARL => low,
+            Reg::EEARH => high,
+            Reg::EEDR => self.data,
+            Reg::EECR => {
+                let window = if t < self.window { EEMPE } else { 0 };
+                let busy = if t < self.busy_until() { EEPE } else { 0 };
+                self.control | window | busy
+            }
+        }
+    }
+
+    fn write(&mut self, reg: Reg, value: u8, mask: u8, t: u64, out: &mut Outbox) {
+        self.finish(t);
+        let [high, low] = self.addr.to_be_bytes();
+        let merge = |old: u8| old & !mask | value & mask;
+        let addr = match reg {
+            Reg::EECR => return self.write_eecr(value, mask, t, out),
+            Reg::EEDR => {
+                self.data = merge(self.data);
+                return;
+            }
+            Reg::EEARL => [high, merge(low)],
+            Reg::EEARH => [merge(high), low],
+        };
+        // EEAR cannot be changed during a write (8.6.3).
+        if self.job.is_none() {
+            self.addr = u16::from_be_bytes(addr) & self.addr_bits();
+        }
+    }
+
+    /// EEAR stays, and a write goes on with its mode (initial values of 8.6, 8.4.2).
+    fn reset(&mut self, t: u64, _out: &mut Outbox) {
+        self.finish(t);
+        self.control &= if self.job.is_some() { EEPM } else { 0 };
+        (self.data, self.window) = (0, 0);
+    }
+
+    /// Writes have a clock of their own.
+    fn sleep(&mut self, t: u64, _out: &mut Outbox) {
+        self.finish(t);
+    }
+
+    fn wake(&mut self, t: u64, _out: &mut Outbox) {
+        self.finish(t);
+    }
+
+    fn rate(&mut self, hz: u64, t: u64) {
+        self.finish(t);
+        self.hz = hz;
+        if let Some(job) = &mut self.job {
+            job.span.rate(hz, t);
+        }
+    }
+
+    fn steady(&self, reg: Reg, t: u64) -> u64 {
+        match reg {
+            Reg::EECR => [self.window, self.busy_until()].into_iter().filter(|&end| end > t).min().unwrap_or(NEVER),
+            _ => NEVER,
+        }
+    }
+}

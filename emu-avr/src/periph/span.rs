@@ -1,0 +1,63 @@
+//! A stretch of time that a clock other than the core's measures, in cycles of the core's.
+
+use emu_core::NEVER;
+
+/// Picoseconds in a second.
+const SECOND: u128 = 1_000_000_000_000;
+
+/// A time that ends by itself. It is kept in picoseconds, so that it lasts as long as it should when the core's clock changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Span {
+    from: u64,
+    left: u64,
+    hz: u64,
+    end: u64,
+}
+
+impl Span {
+    /// `us` microseconds from the edge `t` on, with `hz` cycles to a second.
+    #[must_use]
+    pub fn new(us: u32, hz: u64, t: u64) -> Span {
+        Span::of(u64::from(us) * 1_000_000, hz, t)
+    }
+
+    fn of(left: u64, hz: u64, from: u64) -> Span {
+        let cycles = (u128::from(left) * u128::from(hz)).div_ceil(SECOND);
+        let end = from.saturating_add(u64::try_from(cycles).unwrap_or(NEVER));
+        Span { from, left, hz, end }
+    }
+
+    /// The first edge at which it is over.
+    #[must_use]
+    pub const fn end(&self) -> u64 {
+        self.end
+    }
+
+    /// From `t` on there are `hz` cycles to a second.
+    pub fn rate(&mut self, hz: u64, t: u64) {
+        if t < self.end {
+            let gone = u128::from(t.saturating_sub(self.from)) * SECOND / u128::from(self.hz.max(1));
+            *self = Span::of(self.left.saturating_sub(u64::try_from(gone).unwrap_or(u64::MAX)), hz, t.max(self.from));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Span;
+
+    #[test]
+    fn spans_by_hand() {
+        assert_eq!(Span::new(3_400, 16_000_000, 100).end(), 100 + 54_400);
+        // 40 us of 32,768 Hz are 1.31 cycles.
+        assert_eq!(Span::new(40, 32_768, 7).end(), 9);
+        assert_eq!(Span::new(5, 0, 7).end(), 7);
+        let mut span = Span::new(1_000, 1_000_000, 0);
+        span.rate(2_000_000, 400);
+        assert_eq!(span.end(), 400 + 1_200);
+        span.rate(1_000_000, 1_000);
+        assert_eq!(span.end(), 1_000 + 300);
+        span.rate(8_000_000, 1_300);
+        assert_eq!(span.end(), 1_300);
+    }
+}

@@ -1,0 +1,323 @@
+//! Self-programming (section 27; section 26 for the ATmega48): SPMCSR, the page buffer, the lock bits.
+//!
+//! A command is written to SPMCSR and acts with the SPM or LPM that follows at once. The pages change when a command begins:
+//! until it is over, the program cannot read them.
+
+mod kind;
+
+use emu_core::NEVER;
+
+pub use self::kind::{Bytes, Kind};
+use super::span::Span;
+use super::{Device, Outbox, Signal};
+
+/// The register.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reg {
+    SPMCSR,
+}
+
+const SPMIE: u8 = 1 << 7;
+const RWWSB: u8 = 1 << 6;
+const SIGRD: u8 = 1 << 5;
+const RWWSRE: u8 = 1 << 4;
+const BLBSET: u8 = 1 << 3;
+const PGWRT: u8 = 1 << 2;
+const PGERS: u8 = 1 << 1;
+const SPMEN: u8 = 1;
+
+/// The bits with which SPMEN is more than a page load. Any two of them together have no effect (27.9.1).
+const COMMANDS: u8 = SIGRD | RWWSRE | BLBSET | PGWRT | PGERS;
+
+/// Cycles for which SPM is enabled.
+const WINDOW: u64 = 4;
+/// By how many of them LPM must begin earlier: within three cycles (27.8.8).
+const LPM_EARLIER: u64 = 1;
+/// Time of a page erase, a page write or a write of lock bits in microseconds: the middle of 3.7 to 4.5 ms (table 27-6).
+const WRITE_US: u32 = 4_100;
+/// What is read where reading is not allowed.
+const UNREADABLE: u8 = 0xFF;
+
+/// Boot lock bits (tables 27-2 and 27-3): SPM may not write to the application, LPM in the boot section may not read it, and
+/// the same for the boot section.
+const BLB01: u8 = 1 << 2;
+const BLB02: u8 = 1 << 3;
+const BLB11: u8 = 1 << 4;
+const BLB12: u8 = 1 << 5;
+
+/// A command that goes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Job {
+    span: Span,
+    /// The lock bits when it is over.
+    lock: u8,
+}
+
+/// The way to program memory. Addresses are in bytes, those of instructions too.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Spm {
+    kind: Kind,
+    bytes: Bytes,
+    /// First byte of the boot section, by BOOTSZ.
+    boot: u32,
+    hz: u64,
+    spmie: bool,
+    rwwsb: bool,
+    /// SPMEN and what stands with it, while that is enabled or goes on.
+    command: u8,
+    /// The edge at which SPMEN is cleared if no SPM comes, and the last one that an SPM may end at; 0 where it is not set.
+    window: u64,
+    job: Option<Job>,
+    /// The page buffer; empty while it is erased.
+    buffer: Vec<u16>,
+    /// Which of its words have been loaded, each once at most.
+    loaded: u128,
+    /// The edge up to which the EEPROM is being written.
+    blocked: u64,
+    /// Everything has been done up to here.
+    now: u64,
+}
+
+impl Spm {
+    /// As after power-on. `boot`: first byte of the boot section by BOOTSZ; `hz` cycles to a second.
+    #[must_use]
+    pub fn new(kind: Kind, bytes: Bytes, boot: u32, hz: u64) -> Spm {
+        Spm {
+            kind,
+            bytes,
+            boot,
+            hz,
+            spmie: false,
+            rwwsb: false,
+            command: 0,
+            window: 0,
+            job: None,
+            buffer: Vec::new(),
+            loaded: 0,
+            blocked: 0,
+            now: 0,
+        }
+    }
+
+    /// The lock bits and the bytes beside program memory, after everything that was run.
+    #[must_use]
+    pub fn bytes(&self) -> &Bytes {
+        &self.bytes
+    }
+
+    /// The edge at which SPMEN is cleared by itself; 0 where it is clear. The EEPROM is to be told of it after each write of
+    /// SPMCSR, each SPM and LPM, and each change of the clock.
+    #[must_use]
+    pub fn busy_until(&self) -> u64 {
+        self.job.map_or(self.window, |job| job.span.end())
+    }
+
+    /// The EEPROM is being written up to the edge `until`, as known at `t`: SPMCSR cannot be written (27.8.5), and what has been
+    /// loaded into the page buffer is lost (27.8.1).
+    pub fn block_until(&mut self, until: u64, t: u64) {
+        self.finish(t);
+        self.blocked = until;
+        if until > t {
+            self.erase_buffer();
+        }
+    }
+
+    /// The byte `addr` of program memory cannot be read nor executed, as its section has been written and RWWSB is set (27.5).
+    #[must_use]
+    pub fn unreadable(&self, addr: u32) -> bool {
+        self.rwwsb && self.in_flash(addr) < self.kind.nrww
+    }
+
+    /// Boot lock bits bar interrupts while the instruction at `pc` runs, as their vectors lie in the other section (tables
+    /// 27-2 and 27-3). `ivsel`: they lie in the boot section.
+    #[must_use]
+    pub fn bars_interrupts(&self, pc: u32, ivsel: bool) -> bool {
+        let barred = if ivsel { BLB02 } else { BLB12 };
+        self.kind.boot && self.in_boot(pc) != ivsel && self.bytes.lock & barred == 0
+    }
+
+    /// The SPM at `pc` with Z (and RAMPZ) `z` and R1:R0 `data` ends at the edge `t`.
+    pub fn spm(&mut self, z: u32, data: u16, pc: u32, t: u64, out: &mut Outbox) {
+        self.finish(t);
+        if self.job.is_some() || self.window == 0 || t > self.window {
+            return;
+        }
+        self.window = 0;
+        if t < self.blocked || self.kind.boot && !self.in_boot(pc) {
+            return;
+        }
+        match self.command & COMMANDS {
+            0 => self.load(z, data),
+            command @ (PGERS | PGWRT) => self.program(command, z, t, out),
+            BLBSET => {
+                let lock = self.bytes.lock & (data as u8 | !self.kind.lock);
+                self.job = Some(Job { span: Span::new(WRITE_US, self.hz, t), lock });
+            }
+            RWWSRE => self.rwwsb = false,
+            _ => {}
+        }
+    }
+
+    /// What the LPM or ELPM at `pc` reads at `z` in place of program memory, if it does. It begins in cycle `t`.
+    pub fn lpm(&mut self, z: u32, pc: u32, t: u64) -> Option<u8> {
+        self.finish(t);
+        let enabled = self.job.is_none() && t >= self.blocked && t.saturating_add(LPM_EARLIER) < self.window;
+        if enabled && self.command & (BLBSET | SIGRD) != 0 {
+            self.window = 0;
+            return Some(self.beside(z));
+        }
+        let (from_boot, to_boot) = (self.in_boot(pc), self.in_boot(z));
+        let barred = if to_boot { BLB12 } else { BLB02 };
+        let locked = self.kind.boot && from_boot != to_boot && self.bytes.lock & barred == 0;
+        (locked || self.unreadable(z)).then_some(UNREADABLE)
+    }
+
+    /// The byte at `z` beside program memory that the command selects; addresses that are reserved give FFh.
+    fn beside(&self, z: u32) -> u8 {
+        let Bytes { lock, fuses: [low, high, extended], signature, calibration } = self.bytes;
+        match (self.command & SIGRD != 0, z & 0xFFFF) {
+            (false, 0) => low,
+            (false, 1) => lock,
+            (false, 2) => extended,
+            (false, 3) => high,
+            (true, 0) => signature[0],
+            (true, 1) => calibration,
+            (true, 2) => signature[1],
+            (true, 4) => signature[2],
+            _ => UNREADABLE,
+        }
+    }
+
+    fn in_flash(&self, addr: u32) -> u32 {
+        addr & self.kind.flash.wrapping_sub(1)
+    }
+
+    fn in_boot(&self, addr: u32) -> bool {
+        self.in_flash(addr) >= self.boot
+    }
+
+    fn erase_buffer(&mut self) {
+        self.buffer = Vec::new();
+        self.loaded = 0;
+    }
+
+    fn load(&mut self, z: u32, data: u16) {
+        self.rwwsb = false;
+        let place = (z & self.kind.page.wrapping_sub(1)) / 2;
+        let bit = 1u128.checked_shl(place).unwrap_or(0);
+        if self.loaded & bit == 0 {
+            self.loaded |= bit;
+            self.buffer.resize(self.kind.page as usize / 2, 0xFFFF);
+            if let Some(word) = self.buffer.get_mut(place as usize) {
+                *word = data;
+            }
+        }
+    }
+
+    /// Erases or writes the page of `z`, unless the boot lock bits are against it.
+    fn program(&mut self, command: u8, z: u32, t: u64, out: &mut Outbox) {
+        let addr = self.in_flash(z) & !self.kind.page.wrapping_sub(1);
+        let barred = if self.in_boot(addr) { BLB11 } else { BLB01 };
+        if self.kind.boot && self.bytes.lock & barred == 0 {
+            return;
+        }
+        if command == PGERS {
+            out.push(Signal::ErasePage { addr });
+        } else {
+            let mut words = std::mem::take(&mut self.buffer);
+            words.resize(self.kind.page as usize / 2, 0xFFFF);
+            out.push(Signal::WritePage { addr, words });
+            self.erase_buffer();
+        }
+        let job = Job { span: Span::new(WRITE_US, self.hz, t), lock: self.bytes.lock };
+        if addr < self.kind.nrww {
+            self.rwwsb = true;
+        } else {
+            out.push(Signal::Stall { until: job.span.end() });
+        }
+        self.job = Some(job);
+    }
+
+    /// Ends the command that is over at `t`.
+    fn finish(&mut self, t: u64) {
+        self.now = self.now.max(t);
+        if let Some(job) = self.job.take_if(|job| job.span.end() <= t) {
+            self.bytes.lock = job.lock;
+        }
+    }
+}
+
+impl Device for Spm {
+    type Reg = Reg;
+
+    fn run(&mut self, t: u64, _out: &mut Outbox) {
+        self.finish(t);
+    }
+
+    /// The end of a command is noticed outside by its interrupt alone.
+    fn next(&self) -> u64 {
+        let ready = self.busy_until().max(self.blocked);
+        if self.spmie && ready > self.now { ready } else { NEVER }
+    }
+
+    /// Interrupt 0: SPM ready, for as long as SPMEN is clear and the EEPROM is not written.
+    fn requests(&self) -> u8 {
+        u8::from(self.spmie && self.busy_until().max(self.blocked) <= self.now)
+    }
+
+    fn peek(&self, _reg: Reg, t: u64) -> u8 {
+        let command = if t < self.busy_until() { self.command } else { 0 };
+        command | if self.spmie { SPMIE } else { 0 } | if self.rwwsb { RWWSB } else { 0 }
+    }
+
+    fn write(&mut self, reg: Reg, value: u8, mask: u8, t: u64, _out: &mut Outbox) {
+        self.finish(t);
+        if t < self.blocked {
+            return;
+        }
+        let new = self.peek(reg, t) & !mask | value & mask;
+        self.spmie = new & SPMIE != 0;
+        let command = new & (COMMANDS | SPMEN) & if self.kind.signature_row { 0xFF } else { !SIGRD };
+        // Other combinations have no effect, and nothing has while a command goes on.
+        if self.job.is_some() || command & SPMEN == 0 || (command & COMMANDS).count_ones() > 1 {
+            return;
+        }
+        (self.command, self.window) = (command, t.saturating_add(WINDOW));
+        if command & RWWSRE != 0 {
+            self.erase_buffer();
+        }
+    }
+
+    /// A command that goes on is taken to its end.
+    fn reset(&mut self, t: u64, _out: &mut Outbox) {
+        self.finish(t);
+        if let Some(job) = self.job.take() {
+            self.bytes.lock = job.lock;
+        }
+        (self.spmie, self.rwwsb, self.command, self.window) = (false, false, 0, 0);
+        self.erase_buffer();
+    }
+
+    /// Commands are timed by a clock of their own.
+    fn sleep(&mut self, t: u64, _out: &mut Outbox) {
+        self.finish(t);
+    }
+
+    fn wake(&mut self, t: u64, _out: &mut Outbox) {
+        self.finish(t);
+    }
+
+    fn rate(&mut self, hz: u64, t: u64) {
+        self.finish(t);
+        self.hz = hz;
+        if let Some(job) = &mut self.job {
+            job.span.rate(hz, t);
+        }
+    }
+
+    fn steady(&self, _reg: Reg, t: u64) -> u64 {
+        let until = self.busy_until();
+        if until > t { until } else { NEVER }
+    }
+}
