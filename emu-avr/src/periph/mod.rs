@@ -18,11 +18,13 @@
 //! Flags of interrupts stand in the registers of the part. It works out flags that nobody waits for only when they are
 //! looked at: [`Device::next`] tells of those alone that are enabled, or that another part listens to.
 
+mod edges;
 pub(crate) mod map;
 pub(crate) mod old_timer;
 pub(crate) mod old_usart;
 pub(crate) mod plain;
 pub(crate) mod ports;
+pub mod usart;
 pub(crate) mod watchdog;
 
 /// A line between a part of the chip and a pin. Which pin it is is a matter of the chip and of which part of a kind it is; a line
