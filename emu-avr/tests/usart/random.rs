@@ -257,7 +257,7 @@ fn agrees_with_the_model() {
     let lives = if cfg!(debug_assertions) { 3_000 } else { 100_000 };
     let mut seen = Seen::default();
     for seed in 0..lives {
-        compare(seed, 100 + seed % 7 * 50, &mut seen);
+        compare(seed, 80 + seed % 7 * 40, &mut seen);
     }
     let lives = lives / 100;
     let Seen { sent, received, errors, spi, sync } = seen;
