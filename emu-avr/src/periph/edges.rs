@@ -23,6 +23,11 @@ impl Edges {
         Edges { high, seen: high, due: [NEVER; 2] }
     }
 
+    /// The pin itself.
+    pub(super) const fn pin(&self) -> bool {
+        self.high
+    }
+
     /// When the next change comes out.
     pub(super) const fn next(&self) -> u64 {
         self.due[0]
@@ -54,6 +59,12 @@ impl Edges {
         self.due = [self.due[1], NEVER];
         self.seen = !self.seen;
         Some(self.seen)
+    }
+
+    /// The level that has come out by `t`.
+    pub(super) fn level(&mut self, t: u64) -> bool {
+        while self.pop(t).is_some() {}
+        self.seen
     }
 
     /// The clock stood from `from` to `to`.

@@ -24,6 +24,7 @@ pub(crate) mod old_timer;
 pub(crate) mod old_usart;
 pub(crate) mod plain;
 pub(crate) mod ports;
+pub mod spi;
 pub mod usart;
 pub(crate) mod watchdog;
 
