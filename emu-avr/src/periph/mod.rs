@@ -24,11 +24,14 @@ pub mod eeprom;
 pub mod span;
 pub mod spm;
 
+mod edges;
 pub(crate) mod map;
 pub(crate) mod old_timer;
 pub(crate) mod old_usart;
 pub(crate) mod plain;
 pub(crate) mod ports;
+pub mod spi;
+pub mod usart;
 pub(crate) mod watchdog;
 
 /// A line between a part of the chip and a pin. Which pin it is is a matter of the chip and of which part of a kind it is; a line
@@ -164,6 +167,11 @@ pub trait Device {
     /// The level of a line has changed at the edge `t`, by whomever. Everything due at `t` has been done.
     fn line(&mut self, line: Line, high: bool, t: u64, out: &mut Outbox) {
         let _ = (line, high, t, out);
+    }
+    /// The bit in DDR of a line's pin has changed at the edge `t`; at first all are inputs. For DDR_XCK, which chooses who gives
+    /// the clock, and for an SS that is an output and so none that selects.
+    fn direction(&mut self, line: Line, output: bool, t: u64, out: &mut Outbox) {
+        let _ = (line, output, t, out);
     }
     /// Takes its registers to their initial values at `t`.
     fn reset(&mut self, t: u64, out: &mut Outbox);

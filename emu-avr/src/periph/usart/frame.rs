@@ -1,0 +1,130 @@
+//! Frame formats (section 20.4): how a character is put into bits and found in them.
+
+use super::{FE, UPE};
+
+/// What a frame is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Format {
+    /// Data bits, 5 to 9.
+    pub(super) size: u8,
+    /// There is a parity bit, an odd one.
+    pub(super) parity: Option<bool>,
+    /// Two stop bits are sent.
+    pub(super) two_stops: bool,
+}
+
+impl Format {
+    /// From UCSRB and UCSRC. The reserved sizes count as if UCSZ2 were 0, the reserved parity as none.
+    pub(super) fn new(ucsrb: u8, ucsrc: u8) -> Format {
+        let nine = ucsrb & 4 != 0 && ucsrc & 6 == 6;
+        Format {
+            size: if nine { 9 } else { 5 + (ucsrc >> 1 & 3) },
+            parity: (ucsrc & 0x20 != 0).then_some(ucsrc & 0x10 != 0),
+            two_stops: ucsrc & 8 != 0,
+        }
+    }
+
+    /// Its data bits.
+    pub(super) fn data(self, word: u16) -> u16 {
+        word & ((1 << self.size) - 1)
+    }
+
+    fn parity_of(self, word: u16, odd: bool) -> bool {
+        (self.data(word).count_ones() % 2 == 1) != odd
+    }
+
+    /// The bits of a frame, the first one lowest, and how many they are.
+    pub(super) fn frame(self, word: u16) -> (u16, u8) {
+        let mut bits = self.data(word) << 1;
+        let mut n = self.size + 1;
+        if let Some(odd) = self.parity {
+            bits |= u16::from(self.parity_of(word, odd)) << n;
+            n += 1;
+        }
+        let stops = 1 + u8::from(self.two_stops);
+        (bits | ((1 << stops) - 1) << n, n + stops)
+    }
+
+    /// The number of the stop bit; 0 is the start bit.
+    pub(super) fn stop(self) -> u8 {
+        self.size + 1 + u8::from(self.parity.is_some())
+    }
+}
+
+/// A character received.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Received {
+    pub(super) byte: u8,
+    /// RXB8.
+    pub(super) ninth: bool,
+    /// FE, DOR and UPE, as UCSRA has them.
+    pub(super) errors: u8,
+    /// The frame type of multi-processor mode says address.
+    pub(super) address: bool,
+}
+
+impl Received {
+    pub(super) const NONE: Received = Received { byte: 0, ninth: false, errors: 0, address: false };
+}
+
+/// A frame that is coming in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Frame {
+    /// As it was when the frame began.
+    format: Format,
+    /// The bit that is looked at: 0 is the start bit.
+    pub(super) bit: u8,
+    /// Data, and the parity bit behind them.
+    bits: u16,
+}
+
+/// What a bit made of a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Found {
+    /// There is more to come.
+    More,
+    /// The start bit is one.
+    Start,
+    /// It was none.
+    Noise,
+    /// The frame is complete.
+    Done(Received),
+}
+
+impl Frame {
+    pub(super) const fn new(format: Format) -> Frame {
+        Frame { format, bit: 0, bits: 0 }
+    }
+
+    /// Bits after this one, up to the stop bit.
+    pub(super) fn left(&self) -> u8 {
+        self.format.stop().saturating_sub(self.bit)
+    }
+
+    /// Takes the next bit.
+    pub(super) fn take(&mut self, high: bool) -> Found {
+        if self.left() == 0 {
+            return Found::Done(self.received(high));
+        }
+        match self.bit {
+            0 if high => return Found::Noise,
+            0 => {}
+            n => self.bits |= u16::from(high) << (n - 1),
+        }
+        self.bit += 1;
+        if self.bit == 1 { Found::Start } else { Found::More }
+    }
+
+    fn received(&self, stop: bool) -> Received {
+        let format = self.format;
+        let ninth = format.size == 9 && self.bits & 0x100 != 0;
+        let wrong = |odd| format.parity_of(self.bits, odd) != (self.bits >> format.size & 1 != 0);
+        let parity_error = if format.parity.is_some_and(wrong) { UPE } else { 0 };
+        Received {
+            byte: format.data(self.bits) as u8,
+            ninth,
+            errors: if stop { 0 } else { FE } | parity_error,
+            address: if format.size == 9 { ninth } else { stop },
+        }
+    }
+}

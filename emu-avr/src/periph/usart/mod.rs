@@ -1,0 +1,353 @@
+//! USART (sections 20 and 21): asynchronous, synchronous, and as master of SPI.
+//!
+//! The wires really move: TXD and XCK are told of by [`Signal::Drive`], RXD and XCK are heard by `Device::line`, and the bit of
+//! XCK in DDR, which chooses between master and slave, by `Device::direction`. Between what `Device::next` tells of and now the
+//! port may be as late as it likes: it catches up when it is asked.
+
+mod baud;
+mod device;
+mod fifo;
+mod frame;
+mod receiver;
+mod sender;
+
+use emu_core::NEVER;
+
+use super::edges::Edges;
+use super::{Drive, Line, Outbox, Signal};
+use baud::Baud;
+use fifo::Fifo;
+use frame::{Format, Found, Received};
+use receiver::Receiver;
+use sender::Sender;
+
+/// UCSRA: receive complete. In UCSRB its interrupt's enable stands in the same place.
+pub const RXC: u8 = 1 << 7;
+/// UCSRA: transmit complete, and its enable.
+pub const TXC: u8 = 1 << 6;
+/// UCSRA: data register empty, and its enable.
+pub const UDRE: u8 = 1 << 5;
+/// UCSRA: frame error.
+pub const FE: u8 = 1 << 4;
+/// UCSRA: data overrun.
+pub const DOR: u8 = 1 << 3;
+/// UCSRA: parity error.
+pub const UPE: u8 = 1 << 2;
+/// UCSRA: double speed.
+pub const U2X: u8 = 1 << 1;
+/// UCSRA: multi-processor mode.
+pub const MPCM: u8 = 1;
+/// UCSRB: receiver enable.
+pub const RXEN: u8 = 1 << 4;
+/// UCSRB: transmitter enable.
+pub const TXEN: u8 = 1 << 3;
+/// UCSRB: the third bit of the character size.
+pub const UCSZ2: u8 = 1 << 2;
+/// UCSRB: the ninth bit received.
+pub const RXB8: u8 = 1 << 1;
+/// UCSRB: the ninth bit to send.
+pub const TXB8: u8 = 1;
+/// UCSRC: the lowest bit of the character size; clock phase in master SPI mode.
+const UCPHA: u8 = 1 << 1;
+/// UCSRC: data order in master SPI mode.
+const UDORD: u8 = 1 << 2;
+/// UCSRC: clock polarity.
+const UCPOL: u8 = 1;
+
+/// The registers.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Reg {
+    UDR,
+    UCSRA,
+    UCSRB,
+    UCSRC,
+    UBRRL,
+    UBRRH,
+}
+
+/// UMSEL. The reserved value counts as asynchronous.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    Async,
+    Sync,
+    Spi,
+}
+
+/// A serial port.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Usart {
+    /// TXC, U2X and MPCM of UCSRA.
+    a: u8,
+    /// When TXC was set last.
+    complete: u64,
+    /// UCSRB without RXB8.
+    b: u8,
+    /// UCSRC.
+    c: u8,
+    baud: Baud,
+    sender: Sender,
+    /// UDR for writing, with its ninth bit.
+    buffer: Option<u16>,
+    receiver: Receiver,
+    fifo: Fifo,
+    rxd: bool,
+    xck: Edges,
+    /// DDR makes XCK an output: this port gives the clock.
+    master: bool,
+    /// The next half of a bit where this port gives the clock; `NEVER` while it rests.
+    half: u64,
+    /// What is done to TXD, RXD and XCK.
+    drives: [Drive; 3],
+    /// Since when the clock stands.
+    asleep: Option<u64>,
+}
+
+impl Usart {
+    /// A port after power-on at `t`; all its wires are low until told otherwise.
+    #[must_use]
+    pub fn new(t: u64) -> Usart {
+        Usart {
+            a: 0,
+            complete: NEVER,
+            b: 0,
+            c: 0x06,
+            baud: Baud::new(t),
+            sender: Sender::IDLE,
+            buffer: None,
+            receiver: Receiver::OFF,
+            fifo: Fifo::EMPTY,
+            rxd: false,
+            xck: Edges::new(false),
+            master: false,
+            half: NEVER,
+            drives: [Drive::Port; 3],
+            asleep: None,
+        }
+    }
+
+    /// The transmitter has something to send.
+    #[must_use]
+    pub fn sending(&self) -> bool {
+        self.transmits() && (self.buffer.is_some() || self.sender.active)
+    }
+
+    /// A frame that may come in asks for an interrupt.
+    #[must_use]
+    pub fn listens(&self) -> bool {
+        self.receives() && self.b & RXC != 0
+    }
+
+    fn mode(&self) -> Mode {
+        match self.c >> 6 {
+            1 => Mode::Sync,
+            3 => Mode::Spi,
+            _ => Mode::Async,
+        }
+    }
+
+    fn is_async(&self) -> bool {
+        self.mode() == Mode::Async
+    }
+
+    fn format(&self) -> Format {
+        Format::new(self.b, self.c)
+    }
+
+    fn receives(&self) -> bool {
+        self.b & RXEN != 0
+    }
+
+    /// The port has TXD: a transmitter that is switched off goes on until all is sent (section 20.6.5).
+    fn transmits(&self) -> bool {
+        self.b & TXEN != 0 || self.sender.active
+    }
+
+    /// Ticks of the generator in an asynchronous bit (table 20-1).
+    fn per_bit(&self) -> u64 {
+        if self.a & U2X != 0 { 8 } else { 16 }
+    }
+
+    /// UCSRA.
+    fn status(&self) -> u8 {
+        let errors = if self.mode() == Mode::Spi { 0 } else { self.fifo.errors() };
+        let received = if self.fifo.held() { RXC | errors } else { 0 };
+        let empty = if self.buffer.is_none() { UDRE } else { 0 };
+        self.a | received | empty
+    }
+
+    /// The internal step that is due next.
+    fn due(&self) -> u64 {
+        match self.asleep {
+            Some(_) => NEVER,
+            None => self.sender.next().min(self.receiver.next()).min(self.half).min(self.xck.next()),
+        }
+    }
+
+    fn step(&mut self, t: u64, out: &mut Outbox) {
+        if let Some(high) = self.xck.pop(t).filter(|_| !self.master && !self.is_async()) {
+            self.clock(self.sets_up(high), t, out);
+        }
+        if self.half <= t {
+            self.clock(self.baud.number(t).is_multiple_of(2), t, out);
+        }
+        if self.sender.next() <= t {
+            self.sender.catch_up(t.saturating_sub(1), &self.baud, self.per_bit());
+            self.shift(t, out);
+        }
+        if self.receiver.next() <= t {
+            let found = self.receiver.sample(self.rxd, self.format(), self.per_bit(), &self.baud);
+            self.found(found);
+        }
+        self.settle(t, out);
+    }
+
+    /// The edge of XCK to this level is the one at which data change, not the one at which they are sampled (figures 20-3,
+    /// 21-1).
+    fn sets_up(&self, high: bool) -> bool {
+        let leading = high != (self.c & UCPOL != 0);
+        leading == (self.mode() == Mode::Sync || self.c & UCPHA != 0)
+    }
+
+    /// The level of XCK: it has two halves, the first of which begins as data change.
+    fn xck_level(&self, t: u64) -> bool {
+        let first_half = self.baud.number(t).is_multiple_of(2);
+        let idle = self.c & UCPOL != 0;
+        match self.mode() {
+            Mode::Spi if !self.sender.started => idle,
+            Mode::Spi => idle != (first_half == (self.c & UCPHA != 0)),
+            _ => idle != first_half,
+        }
+    }
+
+    /// An edge of the clock of synchronous and SPI mode.
+    fn clock(&mut self, sets_up: bool, t: u64, out: &mut Outbox) {
+        if sets_up {
+            self.shift(t, out);
+        } else if self.mode() == Mode::Sync {
+            let found = self.receiver.clocked(self.rxd, self.format());
+            if self.receives() {
+                self.found(found);
+            }
+        } else if self.sender.started {
+            self.shift_in();
+        }
+        self.rearm(t);
+    }
+
+    /// A bit of master SPI mode comes in, one for each that goes out. With the last one the byte is complete.
+    fn shift_in(&mut self) {
+        if !self.receives() {
+            return;
+        }
+        self.fifo.overwrite();
+        self.receiver.shift = self.receiver.shift << 1 | u8::from(self.rxd);
+        if self.sender.at_last() {
+            let byte = self.in_order(self.receiver.shift);
+            self.fifo.arrive(Received { byte, ..Received::NONE });
+        }
+    }
+
+    fn found(&mut self, found: Found) {
+        match found {
+            Found::Start => self.fifo.start(),
+            Found::Done(frame) if self.a & MPCM == 0 || frame.address => self.fifo.arrive(frame),
+            _ => {}
+        }
+    }
+
+    /// A bit of what is sent is over.
+    fn shift(&mut self, t: u64, out: &mut Outbox) {
+        if self.sender.active && !self.sender.put() {
+            if self.mode() != Mode::Spi {
+                out.push(Signal::Sent { t, byte: self.sender.byte });
+            }
+            (self.sender.active, self.sender.started) = (false, false);
+            match self.buffer.take() {
+                None => {
+                    self.a |= TXC;
+                    self.complete = t;
+                    self.sender.level |= self.mode() != Mode::Spi;
+                }
+                Some(word) => {
+                    self.load(word);
+                    self.sender.put();
+                }
+            }
+        }
+        self.reschedule_sender(t);
+    }
+
+    /// A byte of master SPI mode, or one that is to have its bit 7 first.
+    fn in_order(&self, byte: u8) -> u8 {
+        if self.c & UDORD != 0 { byte.reverse_bits() } else { byte }
+    }
+
+    fn load(&mut self, word: u16) {
+        let byte = word as u8;
+        match self.mode() {
+            // Bits go out from the lowest on.
+            Mode::Spi => self.sender.load(byte, (u16::from(self.in_order(byte).reverse_bits()), 8)),
+            _ => self.sender.load(self.format().data(word) as u8, self.format().frame(word)),
+        }
+    }
+
+    /// An idle shift register takes what is in the buffer.
+    fn feed(&mut self, t: u64) {
+        let ready = self.b & TXEN != 0 && !self.sender.active;
+        if let Some(word) = self.buffer.take_if(|_| ready) {
+            self.load(word);
+            self.reschedule_sender(t);
+            self.rearm(t);
+        }
+    }
+
+    fn reschedule_sender(&mut self, t: u64) {
+        if self.is_async() {
+            self.sender.schedule(t, &self.baud, self.per_bit());
+        } else {
+            self.sender.unschedule();
+        }
+    }
+
+    /// When the next half of a bit begins.
+    fn rearm(&mut self, t: u64) {
+        let runs = match self.mode() {
+            Mode::Async => false,
+            Mode::Sync => self.master,
+            Mode::Spi => self.master && self.sender.active,
+        };
+        self.half = if runs { self.baud.nth(t, 1) } else { NEVER };
+    }
+
+    /// Something that has to do with the clock changes.
+    fn retime(&mut self, t: u64, change: impl FnOnce(&mut Usart)) {
+        self.sender.catch_up(t, &self.baud, self.per_bit());
+        self.receiver.catch_up(t, &self.baud);
+        let before = (self.mode(), self.master);
+        change(self);
+        if (self.mode(), self.master) != before && (!self.is_async() || before.0 != Mode::Async) {
+            self.receiver = Receiver::begin(self.receives());
+            if self.is_async() {
+                self.receiver.look(t, &self.baud);
+            }
+            self.sender.level |= !self.sender.started && self.mode() != Mode::Spi;
+        }
+        self.receiver.schedule(t, &self.baud);
+        self.reschedule_sender(t);
+        self.rearm(t);
+    }
+
+    /// Says what is done to the lines, where that has changed (table 14-10).
+    fn settle(&mut self, t: u64, out: &mut Outbox) {
+        let txd = if self.transmits() { Drive::Output(self.sender.level) } else { Drive::Port };
+        let rxd = if self.receives() { Drive::Input } else { Drive::Port };
+        let xck = if self.master && !self.is_async() { Drive::Value(self.xck_level(t)) } else { Drive::Port };
+        let lines = [Line::Txd, Line::Rxd, Line::Xck].into_iter().zip([txd, rxd, xck]);
+        for ((line, drive), held) in lines.zip(&mut self.drives) {
+            if std::mem::replace(held, drive) != drive {
+                out.push(Signal::Drive { t, line, drive });
+            }
+        }
+    }
+}

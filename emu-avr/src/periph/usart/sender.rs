@@ -1,0 +1,99 @@
+//! The transmit shift register.
+
+use emu_core::NEVER;
+
+use super::baud::Baud;
+
+/// A frame that goes out, and the level on the line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Sender {
+    /// The lower eight bits of the character.
+    pub(super) byte: u8,
+    /// The bits that are not on the line yet, the next one lowest, and how many they are.
+    bits: u16,
+    left: u8,
+    /// There is a frame.
+    pub(super) active: bool,
+    /// Its first bit is on the line.
+    pub(super) started: bool,
+    pub(super) level: bool,
+    /// Asynchronous: bits are taken off up to this moment; the next change of the line, or the end.
+    since: u64,
+    next: u64,
+}
+
+impl Sender {
+    pub(super) const IDLE: Sender =
+        Sender { byte: 0, bits: 0, left: 0, active: false, started: false, level: true, since: 0, next: NEVER };
+
+    /// When the line changes or the frame ends; `NEVER` where the frame is clocked from without.
+    pub(super) const fn next(&self) -> u64 {
+        self.next
+    }
+
+    /// The last bit is on the line.
+    pub(super) const fn at_last(&self) -> bool {
+        self.left == 0
+    }
+
+    pub(super) fn load(&mut self, byte: u8, (bits, left): (u16, u8)) {
+        *self = Sender { byte, bits, left, active: true, level: self.level, ..Sender::IDLE };
+    }
+
+    /// Puts the next bit on the line. False if there is none.
+    pub(super) fn put(&mut self) -> bool {
+        if self.left == 0 {
+            return false;
+        }
+        self.level = self.bits & 1 != 0;
+        self.started = true;
+        self.pass(1);
+        true
+    }
+
+    fn pass(&mut self, n: u64) {
+        let n = n.min(u64::from(self.left)) as u8;
+        self.bits >>= n;
+        self.left -= n;
+    }
+
+    /// Bits that do not change the line.
+    fn quiet(&self) -> u64 {
+        let same = if self.level { self.bits.trailing_ones() } else { self.bits.trailing_zeros() };
+        u64::from(same).min(u64::from(self.left))
+    }
+
+    /// Takes the bits off that have passed up to `t` without a change.
+    pub(super) fn catch_up(&mut self, t: u64, baud: &Baud, per_bit: u64) {
+        if self.next != NEVER {
+            let passed = baud.count_of(self.since, t, per_bit);
+            self.pass(passed.min(self.quiet()));
+            self.since = t;
+        }
+    }
+
+    /// The next step after `t`.
+    pub(super) fn schedule(&mut self, t: u64, baud: &Baud, per_bit: u64) {
+        self.since = t;
+        self.next = if self.active { baud.nth_of(t, self.quiet() + 1, per_bit) } else { NEVER };
+    }
+
+    /// Clocked from without.
+    pub(super) fn unschedule(&mut self) {
+        self.next = NEVER;
+    }
+
+    /// When the frame ends, at the earliest and as far as is known.
+    pub(super) fn end(&self, baud: &Baud, per_bit: u64) -> u64 {
+        match self.next {
+            NEVER => NEVER,
+            _ => baud.nth_of(self.since, u64::from(self.left) + 1, per_bit),
+        }
+    }
+
+    /// The clock stood for so many cycles.
+    pub(super) fn shift(&mut self, cycles: u64) {
+        self.since = self.since.saturating_add(cycles);
+        self.next = self.next.saturating_add(cycles);
+    }
+}

@@ -1,0 +1,6 @@
+//! SPI, section 19 of DS40002061.
+
+mod cases;
+mod link;
+mod model;
+mod random;

@@ -1,0 +1,174 @@
+//! Random programs and random lines: the part, which is run only when it says that something is due, and the model.
+
+use emu_avr::periph::spi::{CPHA, CPOL, DORD, MSTR, Reg, SPE, SPI2X, SPIE, Spi};
+use emu_avr::periph::{Device, Drive, Line, Signal};
+use emu_core::rng::Rng;
+
+use crate::model::Model;
+
+const REGS: [Reg; 3] = [Reg::SPCR, Reg::SPSR, Reg::SPDR];
+
+/// A write of a kind that lets something happen.
+fn write(model: &Model, rng: &mut Rng) -> (Reg, u8, u8) {
+    let c = model.peek(Reg::SPCR);
+    let any = rng.next_u64() as u8;
+    match rng.below(16) {
+        0 => (Reg::SPCR, any, 0xFF),
+        1 => (Reg::SPCR, c ^ [MSTR, SPE, CPOL, CPHA, DORD, 1, 2][rng.below(7) as usize], 0xFF),
+        2 => (Reg::SPCR, any, 1 << rng.below(8)),
+        3..6 => (Reg::SPCR, any & (DORD | CPOL | CPHA | SPIE) | SPE | MSTR, 0xFF),
+        6 => (Reg::SPSR, any, 0xFF),
+        7 => (Reg::SPSR, SPI2X, 0xFF),
+        _ => (Reg::SPDR, any, 0xFF),
+    }
+}
+
+/// How often it came to what.
+#[derive(Default, Debug)]
+struct Seen {
+    master: u64,
+    slave: u64,
+    collisions: u64,
+    robbed: u64,
+}
+
+/// What is left of the signals of one clock.
+fn last(signals: &[Signal]) -> Vec<String> {
+    let line = |signal: &Signal| if let Signal::Drive { line, .. } = signal { Some(*line) } else { None };
+    let stays = |n: usize| !signals[n + 1..].iter().any(|later| line(later) == line(&signals[n]));
+    let mut all: Vec<_> = (0..signals.len()).filter(|&n| stays(n)).map(|n| format!("{:?}", signals[n])).collect();
+    all.sort();
+    all
+}
+
+fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
+    let rng = &mut Rng::new(seed);
+    let (mut port, mut model, mut out) = (Spi::new(), Model::new(), Vec::new());
+    let (mut asleep, mut quiet, mut sck) = (false, 1 + rng.below(9), 1);
+    let mut steady = [(0_u8, 0_u64); 3];
+    let slave = rng.one_in(2);
+    let first = SPE | if slave { 0 } else { MSTR } | rng.next_u64() as u8 & (DORD | CPOL | CPHA | SPIE);
+    let high = rng.below(4) != 0;
+    for (line, high) in [(Line::Ss, !slave && high), (Line::Sck, first & CPOL != 0)] {
+        port.line(line, high, 0, &mut out);
+        model.line(line, high, 0);
+    }
+    for (reg, value) in [(Reg::SPCR, first), (Reg::SPSR, u8::from(rng.one_in(2))), (Reg::SPDR, rng.next_u64() as u8)] {
+        port.write(reg, value, 0xFF, 0, &mut out);
+        model.write(reg, value, 0xFF, 0);
+    }
+    for t in 1..clocks {
+        if !asleep {
+            let before = (model.peek(Reg::SPCR), model.peek(Reg::SPSR));
+            model.tick(t);
+            let set = before.1 & 0x80 == 0 && model.peek(Reg::SPSR) & 0x80 != 0;
+            let robbed = before.0 != model.peek(Reg::SPCR);
+            seen.robbed += u64::from(robbed);
+            seen.master += u64::from(set && !robbed && before.0 & MSTR != 0);
+            seen.slave += u64::from(set && before.0 & MSTR == 0);
+        }
+        if port.next() <= t {
+            port.run(t, &mut out);
+        }
+        quiet -= 1;
+        let mut touched = quiet == 0;
+        if touched {
+            quiet = 1 + if rng.one_in(4) { rng.below(3) } else { rng.below(60) };
+            match rng.below(40) {
+                _ if asleep => {
+                    asleep = !rng.one_in(3);
+                    if !asleep {
+                        port.wake(t, &mut out);
+                    }
+                }
+                0 => {
+                    asleep = true;
+                    port.sleep(t, &mut out);
+                }
+                1 if rng.one_in(3) => {
+                    port.reset(t, &mut out);
+                    model.reset(t);
+                }
+                2 => {
+                    let output = rng.one_in(2);
+                    port.direction(Line::Ss, output, t, &mut out);
+                    model.ss_output = output;
+                }
+                3..6 if model.requests() != 0 => {
+                    port.taken(0, t, &mut out);
+                    model.taken();
+                }
+                6..18 => {
+                    let reg = REGS[rng.below(3) as usize];
+                    assert_eq!(port.read(reg, t, &mut out), model.read(reg), "seed {seed}, clock {t}: {reg:?} read");
+                }
+                _ => {
+                    let (reg, value, mask) = write(&model, rng);
+                    let before = model.peek(Reg::SPSR);
+                    port.write(reg, value, mask, t, &mut out);
+                    model.write(reg, value, mask, t);
+                    seen.collisions += u64::from(model.peek(Reg::SPSR) & !before & 0x40 != 0);
+                }
+            }
+        }
+        let mut lines = Vec::new();
+        sck -= 1;
+        let master = model.peek(Reg::SPCR) & (SPE | MSTR) == SPE | MSTR;
+        if sck == 0 {
+            // Now and then faster than the part can follow.
+            sck = 1 + if rng.one_in(30) { rng.below(2) } else { 2 + rng.below(4) };
+            if !master {
+                lines.push((Line::Sck, !model.sck));
+            }
+        }
+        if rng.one_in(4) {
+            lines.push((Line::Mosi, rng.one_in(2)));
+            lines.push((Line::Miso, rng.one_in(2)));
+        }
+        if rng.one_in(if slave { 150 } else { 300 }) {
+            lines.push((Line::Ss, !model.ss));
+        }
+        for signal in &out {
+            if let Signal::Drive {
+                line: line @ (Line::Sck | Line::Mosi | Line::Miso), drive: Drive::Value(high), ..
+            } = *signal
+            {
+                lines.push((line, high));
+            }
+        }
+        for (line, high) in lines {
+            touched = true;
+            port.line(line, high, t, &mut out);
+            model.line(line, high, t);
+        }
+        if touched {
+            steady = Default::default();
+        }
+        for (reg, promise) in REGS.into_iter().zip(&mut steady) {
+            let value = model.peek(reg);
+            assert_eq!(port.peek(reg, t), value, "seed {seed}, clock {t}: {reg:?}");
+            if t < promise.1 {
+                assert_eq!(value, promise.0, "seed {seed}, clock {t}: {reg:?} steady up to {}", promise.1);
+            } else {
+                *promise = (value, port.steady(reg, t));
+            }
+        }
+        assert_eq!(port.requests(), model.requests(), "seed {seed}, clock {t}");
+        if out != model.out {
+            assert_eq!(last(&out), last(&model.out), "seed {seed}, clock {t}: part, model");
+        }
+        out.clear();
+        model.out.clear();
+    }
+}
+
+#[test]
+fn agrees_with_the_model() {
+    let lives = if cfg!(debug_assertions) { 3_000 } else { 100_000 };
+    let mut seen = Seen::default();
+    for seed in 0..lives {
+        compare(seed, 100 + seed % 7 * 50, &mut seen);
+    }
+    let Seen { master, slave, collisions, robbed } = seen;
+    assert!([master, slave, collisions, robbed].iter().all(|&n| n > lives / 5), "{seen:?}");
+}
