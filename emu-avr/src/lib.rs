@@ -13,7 +13,7 @@ mod boundary;
 mod cpu;
 mod exec;
 mod flags;
-mod periph;
+pub mod periph;
 mod predecode;
 mod record;
 pub mod soc;

@@ -18,9 +18,10 @@
 //! Flags of interrupts stand in the registers of the part. It works out flags that nobody waits for only when they are
 //! looked at: [`Device::next`] tells of those alone that are enabled, or that another part listens to.
 
-pub mod map;
+pub(crate) mod map;
 pub mod plain;
 pub mod ports;
+pub mod timers;
 pub mod old_timer;
 pub mod old_usart;
 pub mod watchdog;
