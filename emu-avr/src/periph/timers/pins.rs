@@ -1,0 +1,124 @@
+//! Inputs of a timer: the pin T and the capture pin, through synchroniser, edge detector and noise canceller (figures 16-3 and
+//! 17-1).
+
+use emu_core::NEVER;
+
+/// Cycles from a change of a pin to the edge at which it acts: 2.5 to 3.5 by 17.1, and 3 for what changes with an edge.
+pub const DETECT: u64 = 3;
+/// Equal samples that the noise canceller wants, and the cycles by which it is later (16.6.2).
+pub const QUIET: u64 = 4;
+
+/// Changes of a line that are still on their way. No more than one counts in a cycle, and they go up and down in turn.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Pipe {
+    times: [u64; 8],
+    len: usize,
+    /// The level after all of them.
+    level: bool,
+}
+
+impl Pipe {
+    /// The line changes at `t`; what it did before within the same cycle is not seen.
+    pub fn change(&mut self, high: bool, t: u64) {
+        if high == self.level {
+            return;
+        }
+        self.level = high;
+        if self.at(self.len.wrapping_sub(1)) == Some(t) {
+            self.len -= 1;
+            return;
+        }
+        if self.len == self.times.len() {
+            self.pop();
+        }
+        if let Some(slot) = self.times.get_mut(self.len) {
+            *slot = t;
+            self.len += 1;
+        }
+    }
+
+    /// The cycle of the change `i`, the oldest being 0.
+    fn at(&self, i: usize) -> Option<u64> {
+        self.times.get(..self.len).and_then(|times| times.get(i)).copied()
+    }
+
+    /// The level after the change `i`.
+    const fn level(&self, i: usize) -> bool {
+        self.level == ((self.len - i) % 2 == 1)
+    }
+
+    fn pop(&mut self) {
+        if self.len > 0 {
+            self.times.rotate_left(1);
+            self.len -= 1;
+        }
+    }
+
+    /// Moves everything that is on its way by the time for which the clock stood.
+    pub fn shift(&mut self, by: u64) {
+        self.times.iter_mut().for_each(|t| *t = t.saturating_add(by));
+    }
+
+    /// When the oldest change acts.
+    pub fn due(&self) -> u64 {
+        self.at(0).map_or(NEVER, |t| t.saturating_add(DETECT))
+    }
+
+    /// Takes the oldest change: true when it is a rising one.
+    pub fn take(&mut self) -> bool {
+        let rising = self.len > 0 && self.level(0);
+        self.pop();
+        rising
+    }
+}
+
+/// An edge that comes out of the capture pin's edge detector.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Edge {
+    pub rising: bool,
+    /// It comes by way of the noise canceller.
+    pub filtered: bool,
+}
+
+/// The capture pin. Both ways, with the noise canceller and without, are followed all the time.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Icp {
+    pub pipe: Pipe,
+    /// Changes that have been told on the direct way.
+    told: usize,
+    /// What the noise canceller gives.
+    quiet: bool,
+}
+
+impl Icp {
+    /// When something comes out next.
+    pub fn due(&self) -> u64 {
+        self.direct().min(self.filtered())
+    }
+
+    fn direct(&self) -> u64 {
+        self.pipe.at(self.told).map_or(NEVER, |t| t.saturating_add(DETECT))
+    }
+
+    fn filtered(&self) -> u64 {
+        self.pipe.at(0).map_or(NEVER, |t| t.saturating_add(DETECT + QUIET))
+    }
+
+    /// What comes out at [`Icp::due`], if it is an edge.
+    pub fn take(&mut self) -> Option<Edge> {
+        if self.direct() <= self.filtered() {
+            let rising = self.pipe.at(self.told).map(|_| self.pipe.level(self.told))?;
+            self.told += 1;
+            return Some(Edge { rising, filtered: false });
+        }
+        let start = self.pipe.at(0)?;
+        let long = self.pipe.at(1).is_none_or(|end| end >= start.saturating_add(QUIET));
+        self.told = self.told.saturating_sub(1);
+        let rising = self.pipe.take();
+        let edge = long && rising != self.quiet;
+        if edge {
+            self.quiet = rising;
+        }
+        edge.then_some(Edge { rising, filtered: true })
+    }
+}

@@ -1,0 +1,96 @@
+//! The clock of the asynchronous timer: a watch crystal at TOSC1 and TOSC2, or a clock at TOSC1 (section 18.9).
+
+use emu_core::NEVER;
+
+/// Rising edges of TOSC1, counted since power-on. The phase of the crystal at power-on is zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tosc {
+    /// Edges up to the cycle `since`.
+    edges: u64,
+    since: u64,
+    /// What has passed of the next edge at `since`, in parts of `rate`.
+    part: u64,
+    /// Of the crystal.
+    hz: u64,
+    /// Cycles to a second.
+    rate: u64,
+    external: bool,
+    stopped: bool,
+}
+
+impl Tosc {
+    /// A crystal of 32,768 Hz; the chip has yet to say its own rate.
+    pub const NEW: Tosc =
+        Tosc { edges: 0, since: 0, part: 0, hz: 32_768, rate: 1_000_000, external: false, stopped: false };
+
+    /// Edges up to and including the cycle `t`.
+    pub fn index(&self, t: u64) -> u64 {
+        self.split(t).0
+    }
+
+    /// The cycle of the `n`th edge, or one that has passed; `NEVER` where it is not known.
+    pub fn time(&self, n: u64) -> u64 {
+        match n.checked_sub(self.edges) {
+            None | Some(0) => self.since,
+            Some(_) if self.still() => NEVER,
+            Some(ahead) => {
+                let parts = u128::from(ahead) * u128::from(self.rate) - u128::from(self.part);
+                let cycles = parts.div_ceil(u128::from(self.hz));
+                u64::try_from(cycles).map_or(NEVER, |cycles| self.since.saturating_add(cycles))
+            }
+        }
+    }
+
+    /// A rising edge of a clock from outside.
+    pub fn pulse(&mut self, t: u64) {
+        if self.external && !self.stopped {
+            self.anchor(t);
+            self.edges += 1;
+        }
+    }
+
+    /// Takes its edges from outside, or from the crystal.
+    pub fn set_external(&mut self, external: bool, t: u64) {
+        self.anchor(t);
+        self.external = external;
+    }
+
+    /// Stops the oscillator, or lets it run on.
+    pub fn set_stopped(&mut self, stopped: bool, t: u64) {
+        self.anchor(t);
+        self.stopped = stopped;
+    }
+
+    /// Frequency of the crystal; 0 is none.
+    pub fn set_hz(&mut self, hz: u64, t: u64) {
+        self.anchor(t);
+        self.hz = hz;
+    }
+
+    /// Cycles to a second, at least 1.
+    pub fn set_rate(&mut self, rate: u64, t: u64) {
+        self.anchor(t);
+        let rate = rate.max(1);
+        self.part = (u128::from(self.part) * u128::from(rate) / u128::from(self.rate)) as u64;
+        self.rate = rate;
+    }
+
+    const fn still(&self) -> bool {
+        self.external || self.stopped || self.hz == 0
+    }
+
+    fn anchor(&mut self, t: u64) {
+        (self.edges, self.part) = self.split(t);
+        self.since = t;
+    }
+
+    fn split(&self, t: u64) -> (u64, u64) {
+        if self.still() {
+            return (self.edges, self.part);
+        }
+        let parts = u128::from(t.saturating_sub(self.since)) * u128::from(self.hz) + u128::from(self.part);
+        let rate = u128::from(self.rate);
+        let edges = u64::try_from(parts / rate).unwrap_or(u64::MAX);
+        (self.edges.saturating_add(edges), (parts % rate) as u64)
+    }
+}

@@ -1,0 +1,356 @@
+//! Random writes, edges, sleeps and resets: the timer and the model agree at every cycle.
+
+use emu_avr::periph::timers::{Reg, Shape, Timer};
+use emu_avr::periph::{Device, Drive, Line, Signal};
+use emu_core::parts::prescaler::Prescaler;
+use emu_core::rng::Rng;
+
+use crate::model::Model;
+
+/// Timers of the ATmega328P and of its relatives: without a channel, with one, two and three.
+const SHAPES: [Shape; 7] = [
+    Shape::narrow(2),
+    Shape::wide(2),
+    Shape::crystal(2),
+    Shape::wide(3),
+    Shape::narrow(1),
+    Shape::crystal(1),
+    Shape::narrow(0),
+];
+const REGS: [Reg; 16] = [
+    Reg::TCCRA,
+    Reg::TCCRB,
+    Reg::TCCRC,
+    Reg::TCNTL,
+    Reg::TCNTH,
+    Reg::OCRAL,
+    Reg::OCRAH,
+    Reg::OCRBL,
+    Reg::OCRBH,
+    Reg::OCRCL,
+    Reg::OCRCH,
+    Reg::ICRL,
+    Reg::ICRH,
+    Reg::TIMSK,
+    Reg::TIFR,
+    Reg::ASSR,
+];
+const RATE: u64 = 1_000_000;
+const CRYSTALS: [u64; 6] = [250_000, 249_999, 200_000, 137_001, 90_001, 32_768];
+/// Registers that change by themselves.
+const LIVE: [Reg; 4] = [Reg::TIFR, Reg::TCNTL, Reg::ICRL, Reg::ASSR];
+
+/// What the model has done of each kind: drives, told flags by bit, captures, sleeps, latches.
+#[derive(Debug, Default)]
+struct Heard {
+    drives: u64,
+    flags: [u64; 6],
+    told: u64,
+    busy: u64,
+    stale: u64,
+}
+
+struct Rig {
+    rng: Rng,
+    shape: Shape,
+    timer: Timer,
+    model: Model,
+    prescaler: Prescaler,
+    /// Since when the chip is asleep, and whether the prescaler stands with it.
+    asleep: Option<(u64, bool)>,
+    listened: u8,
+    out: Vec<Signal>,
+}
+
+impl Rig {
+    /// A value that makes something happen soon.
+    fn value(&mut self, reg: Reg) -> u8 {
+        let rng = &mut self.rng;
+        let (top, model_assr) = (self.model.units[0].temporary as u8, self.model.assr);
+        match reg {
+            _ if rng.one_in(10) => rng.next_u64() as u8,
+            Reg::TCCRB => {
+                let select = [1, 1, 1, 1, 1, 2, 6, 7][rng.below(8) as usize];
+                rng.next_u64() as u8 & 0xF8 | select
+            }
+            Reg::TCNTH | Reg::OCRAH | Reg::OCRBH | Reg::OCRCH | Reg::ICRH => {
+                [0, 0, 0, 0, 0xFF, 1, 3][rng.below(7) as usize]
+            }
+            Reg::TCNTL if rng.one_in(2) => [0xFD, 0xFE, 0xFF, 0, 1][rng.below(5) as usize],
+            Reg::TCNTL => top.wrapping_add(rng.below(5) as u8).wrapping_sub(3),
+            Reg::OCRBL | Reg::OCRCL | Reg::ICRL if rng.one_in(3) => top,
+            Reg::OCRAL | Reg::OCRBL | Reg::OCRCL | Reg::ICRL if rng.one_in(6) => 0xFF,
+            Reg::OCRAL | Reg::OCRBL | Reg::OCRCL | Reg::ICRL => rng.below(10) as u8,
+            Reg::TIFR if rng.one_in(2) => 0xFF,
+            Reg::ASSR if rng.one_in(2) => model_assr,
+            Reg::ASSR => [0x20, 0x20, 0x20, 0x60, 0x00][rng.below(5) as usize],
+            _ => rng.next_u64() as u8,
+        }
+    }
+
+    fn pick(&mut self, first: bool) -> (Reg, u8, u8) {
+        let reg = if first && self.rng.one_in(2) {
+            [Reg::TCCRA, Reg::TCCRB, Reg::TIMSK][self.rng.below(3) as usize]
+        } else {
+            REGS[self.rng.below(16) as usize]
+        };
+        let value = self.value(reg);
+        let single = matches!(reg, Reg::TIFR | Reg::TIMSK | Reg::TCCRA | Reg::TCCRB) && self.rng.one_in(6);
+        (reg, value, if single { 1 << self.rng.below(8) } else { 0xFF })
+    }
+
+    /// Something that is not a write, after the edge `t`.
+    fn other(&mut self, t: u64) {
+        let Rig { rng, timer, model, prescaler, out, .. } = self;
+        match (self.asleep, rng.below(14)) {
+            (Some((since, stood)), 0..=2 | 4..=6) => {
+                self.asleep = None;
+                timer.wake(t, out);
+                model.wake();
+                if stood && !model.is_async() {
+                    let origin = prescaler.tap(1).origin + (t - since);
+                    prescaler.clear(origin, prescaler.held());
+                    timer.prescaler(*prescaler, t, out);
+                }
+            }
+            (None, 0..=2) => {
+                self.asleep = Some((t, !model.is_async() && rng.one_in(2)));
+                timer.sleep(t, out);
+                model.sleep();
+            }
+            (asleep, 3) => {
+                // Reset clears the prescaler.
+                model.reset();
+                timer.reset(t, out);
+                if asleep.is_some() || rng.one_in(2) {
+                    *prescaler = Prescaler::new(t);
+                    model.clear_divider(false);
+                    timer.prescaler(*prescaler, t, out);
+                } else {
+                    model.clear_divider(prescaler.held());
+                    prescaler.clear(t, prescaler.held());
+                    timer.prescaler(*prescaler, t, out);
+                }
+                self.asleep = None;
+            }
+            (None, 4..=6) => {
+                let held = rng.one_in(4);
+                prescaler.clear(t, held);
+                timer.prescaler(*prescaler, t, out);
+                model.clear_divider(held);
+            }
+            (_, 7..=8) => {
+                let irqs = rng.next_u64() as u8;
+                timer.listen(irqs, t, out);
+                self.listened = irqs;
+            }
+            (_, 9) => {
+                let hz = CRYSTALS[rng.below(6) as usize];
+                timer.crystal_hz(hz, t, out);
+                model.crystal.hz = hz;
+            }
+            (_, 10) => {
+                let rate = [RATE, RATE + 1, 2 * RATE][rng.below(3) as usize];
+                timer.rate(rate, t);
+                model.crystal.set_rate(rate);
+            }
+            (_, 11) => {
+                let stopped = !model.crystal.stopped && rng.one_in(2);
+                timer.oscillator(!stopped, t, out);
+                model.crystal.stopped = stopped;
+            }
+            _ if timer.requests() != 0 => {
+                let irq = timer.requests().trailing_zeros() as u8;
+                timer.taken(irq, t, out);
+                model.tifr &= !self.shape.flags_of(1 << irq);
+            }
+            _ => {}
+        }
+    }
+
+    /// Instructions that read with side effects.
+    fn reads(&mut self, t: u64, place: &dyn Fn(&Model) -> String) {
+        let reg = [Reg::TCNTL, Reg::TCNTH, Reg::ICRL, Reg::ICRH, Reg::TIFR][self.rng.below(5) as usize];
+        let model = &mut self.model;
+        let want = match reg {
+            Reg::TCNTL => {
+                model.temp = if self.shape.wide { (model.tcnt >> 8) as u8 } else { 0 };
+                model.shown() as u8
+            }
+            Reg::ICRL => {
+                model.temp = if self.shape.wide { (model.icr >> 8) as u8 } else { 0 };
+                model.icr as u8
+            }
+            Reg::TIFR => model.tifr,
+            _ => model.temp,
+        };
+        assert_eq!(self.timer.read(reg, t, &mut self.out), want, "read {reg:?}, {}", place(model));
+    }
+
+    fn want(&self, reg: Reg) -> u8 {
+        let model = &self.model;
+        let [a, b, c] = model.units.map(|unit| unit.temporary);
+        match reg {
+            Reg::TCCRA => model.tccra,
+            Reg::TCCRB => model.tccrb,
+            Reg::TCCRC => 0,
+            Reg::TCNTL => model.shown() as u8,
+            Reg::TCNTH | Reg::ICRH => model.temp,
+            Reg::OCRAL => a as u8,
+            Reg::OCRAH => (a >> 8) as u8,
+            Reg::OCRBL => b as u8,
+            Reg::OCRBH => (b >> 8) as u8,
+            Reg::OCRCL => c as u8,
+            Reg::OCRCH => (c >> 8) as u8,
+            Reg::ICRL => model.icr as u8,
+            Reg::TIMSK => model.timsk,
+            Reg::TIFR => model.tifr,
+            Reg::ASSR => model.assr(),
+        }
+    }
+}
+
+fn run(seed: u64, shape: Shape, cycles: u64, heard: &mut Heard) {
+    let mut rng = Rng::new(seed);
+    let mut rig = Rig {
+        shape,
+        timer: Timer::new(shape),
+        model: Model::new(shape, RATE),
+        prescaler: Prescaler::new(0),
+        asleep: None,
+        listened: 0,
+        out: Vec::new(),
+        rng: Rng::new(rng.next_u64()),
+    };
+    rig.timer.rate(RATE, 0);
+    let hz = CRYSTALS[rng.below(6) as usize];
+    rig.timer.crystal_hz(hz, 0, &mut rig.out);
+    rig.model.crystal.hz = hz;
+    if rng.one_in(2) {
+        rig.listened = rng.next_u64() as u8;
+        rig.timer.listen(rig.listened, 0, &mut rig.out);
+    }
+    let eager = rng.one_in(4);
+    // In a long life little happens but counting.
+    let rare = if cycles > 10_000 { 250 } else { 1 };
+    let busy = rare * [4, 10, 40, 200][rng.below(4) as usize];
+    let edges = rare * [2, 3, 6, 40][rng.below(4) as usize];
+    let odd = rare * [30, 100, 400][rng.below(3) as usize];
+    let mut levels = [false; 2];
+    let mut drives = [Drive::Port; 3];
+    let mut steady = [(0u8, 0u64); LIVE.len()];
+    for t in 1..cycles {
+        let place = |model: &Model| format!("seed {seed}, cycle {t}, {shape:?}, {model:?}");
+        let awake = rig.asleep.is_none();
+        let mut quiet = true;
+        let write = (awake && (t < 14 || rng.one_in(busy))).then(|| rig.pick(t < 14));
+        if let Some((reg, value, mask)) = write {
+            rig.timer.write(reg, value, mask, t, &mut rig.out);
+            quiet = false;
+        } else if eager || rig.timer.next() <= t {
+            rig.timer.run(t, &mut rig.out);
+        }
+        let divider = rig.asleep.is_none_or(|(_, stands)| !stands);
+        rig.model.tick(t, divider, write);
+        for flag in [1, 2, 4, 8, 0x20] {
+            if rig.model.rose & flag != 0 {
+                heard.flags[flag.trailing_zeros() as usize] += 1;
+                let irq = shape.irq(flag);
+                let at = rig.out.iter().position(|s| *s == Signal::Flag { t, irq });
+                assert_eq!(at.is_some(), rig.listened >> irq & 1 == 1, "flag {flag:#x}, {}", place(&rig.model));
+                if let Some(at) = at {
+                    rig.out.remove(at);
+                    heard.told += 1;
+                }
+            }
+        }
+        if rng.one_in(edges) {
+            let i = rng.below(2) as usize;
+            levels[i] = !levels[i];
+            quiet = false;
+            let line = [Line::T, Line::Icp][i];
+            [&mut rig.model.t, &mut rig.model.icp][i].line = levels[i];
+            if i == 0 && levels[0] && shape.asynchronous {
+                rig.model.pulse(t);
+            }
+            rig.timer.line(line, levels[i], t, &mut rig.out);
+        }
+        if t > 14 && rng.one_in(odd) {
+            rig.other(t);
+            quiet = false;
+        }
+        if rng.one_in(20 * rare) && rig.asleep.is_none() {
+            rig.reads(t, &place);
+            quiet = false;
+        }
+        for signal in rig.out.drain(..) {
+            match signal {
+                Signal::Drive { t: at, line, drive } if at == t => {
+                    drives[[Line::OcA, Line::OcB, Line::OcC].iter().position(|l| *l == line).unwrap_or(3)] = drive;
+                    heard.drives += 1;
+                }
+                other => panic!("{other:?}, {}", place(&rig.model)),
+            }
+        }
+        for (i, drive) in drives.iter().enumerate() {
+            let want = rig.model.drive(i).map_or(Drive::Port, Drive::Value);
+            assert_eq!(*drive, want, "channel {i}, {}", place(&rig.model));
+        }
+        let requests = shape.irqs_of(rig.model.tifr & rig.model.timsk);
+        assert_eq!(rig.timer.requests(), requests, "requests, {}", place(&rig.model));
+        for reg in REGS {
+            let live = reg == Reg::TIFR || reg == Reg::TCNTL || reg == Reg::ICRL && shape.capture;
+            if t % 16 == 0 || live || reg == Reg::ASSR && shape.asynchronous {
+                assert_eq!(rig.timer.peek(reg, t), rig.want(reg), "{reg:?}, {}", place(&rig.model));
+            }
+        }
+        heard.busy += u64::from(rig.model.assr() & 0x1F != 0);
+        heard.stale += u64::from(rig.model.shown() != rig.model.tcnt);
+        for (i, reg) in LIVE.into_iter().enumerate() {
+            let now = rig.want(reg);
+            let (value, until) = steady[i];
+            if quiet && t < until {
+                assert_eq!(now, value, "{reg:?} was steady until {until}, {}", place(&rig.model));
+            } else {
+                let until = if t % 8 == 0 { rig.timer.steady(reg, t) } else { 0 };
+                steady[i] = (now, until);
+            }
+        }
+    }
+}
+
+/// Fewer of them where everything is slow.
+const LIVES: u64 = if cfg!(debug_assertions) { 400 } else { 15_000 };
+
+fn check(from: u64, shapes: &[usize]) -> Heard {
+    let mut heard = Heard::default();
+    for seed in 0..LIVES {
+        for &i in shapes {
+            let cycles = if SHAPES[i].asynchronous { 240 } else { 120 } + seed % 97;
+            run(from + seed * 8 + i as u64, SHAPES[i], cycles, &mut heard);
+        }
+    }
+    assert!(heard.drives > LIVES && heard.told > LIVES, "{heard:?}");
+    heard
+}
+
+#[test]
+fn timers_without_a_crystal_agree_with_a_model_that_ticks() {
+    let heard = check(0, &[0, 1, 4, 6]);
+    assert!(heard.flags[5] > LIVES && heard.flags[2] > LIVES, "{heard:?}");
+}
+
+#[test]
+fn other_timers_agree_with_a_model_that_ticks() {
+    let heard = check(1 << 40, &[2, 3, 5]);
+    assert!(heard.busy > LIVES && heard.stale > LIVES / 10 && heard.flags[3] > LIVES / 2, "{heard:?}");
+}
+
+#[test]
+fn long_lives_agree_too() {
+    let mut heard = Heard::default();
+    for seed in 0..LIVES / 200 {
+        run(seed << 20, SHAPES[(seed % 6) as usize], 70_000, &mut heard);
+    }
+    assert!(heard.drives > LIVES / 200, "{heard:?}");
+}
