@@ -20,26 +20,19 @@
 
 pub mod adc;
 pub mod comparator;
-pub mod eeprom;
-pub mod span;
-pub mod spm;
-
 mod edges;
+pub mod eeprom;
 pub(crate) mod map;
 pub(crate) mod old_timer;
 pub(crate) mod old_usart;
 pub(crate) mod plain;
 pub(crate) mod ports;
+pub mod span;
 pub mod spi;
+pub mod spm;
+pub mod timers;
 pub mod usart;
 pub(crate) mod watchdog;
-pub(crate) mod map;
-pub mod plain;
-pub mod ports;
-pub mod timers;
-pub mod old_timer;
-pub mod old_usart;
-pub mod watchdog;
 
 /// A line between a part of the chip and a pin. Which pin it is is a matter of the chip and of which part of a kind it is; a line
 /// that a chip does not have stays low.
