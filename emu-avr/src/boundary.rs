@@ -1,14 +1,17 @@
 //! The machine as the loop around the hot loop sees it: what happens between two instructions.
 
 use emu_core::countdown::Countdown;
-use emu_core::cpu::{Bus, Cpu, Fault, NEVER, Probe, Reset, Stop};
+use std::sync::Arc;
+
+use emu_core::cpu::{Bus, Cpu, NEVER, Probe, Reset, Stop};
 use emu_core::engine::{Engine, Looks, Mark};
 use emu_core::pins::Event;
 
 use crate::cpu::Avr;
 use crate::flags::{Flag, Flags};
-use crate::isa::{Kind, row_of};
-use crate::periph::map::at;
+use crate::isa::Kind;
+use crate::soc::Order;
+use crate::turn::{SPL, SREG};
 
 impl Engine for Avr {
     type Held = ([u8; 32], Flags);
@@ -38,36 +41,63 @@ impl Engine for Avr {
     #[inline]
     fn reset_requested(&mut self) -> Option<Reset> {
         let now = self.cycle();
-        self.soc.reset_requested(now).then_some(Reset::Watchdog)
+        self.soc.reset_requested(now)
+    }
+    fn obey(&mut self) -> bool {
+        let now = self.cycle();
+        let Some(order) = self.soc.order(now) else { return false };
+        match order {
+            Order::Erase { addr, len } => {
+                let code = Arc::make_mut(&mut self.code);
+                (addr..addr.saturating_add(len)).for_each(|addr| code.poke(addr as usize, 0xFF));
+            }
+            Order::Program { addr, words } => {
+                let code = Arc::make_mut(&mut self.code);
+                let bytes = words.iter().flat_map(|word| word.to_le_bytes());
+                for (addr, byte) in (addr as usize..).zip(bytes) {
+                    let old = code.byte(addr);
+                    code.poke(addr, old & byte);
+                }
+            }
+            Order::Stand { until } => {
+                self.hot.time.pass(until.saturating_sub(now));
+                self.hot.time.force();
+            }
+        }
+        true
     }
     fn holds(&self, now: u64) -> bool {
         self.hot.hold_at == now
     }
     fn interrupt_pending(&self, now: u64) -> bool {
-        self.hot.flags.get(Flag::I) && self.soc.pending(now).is_some()
+        self.hot.flags.get(Flag::I)
+            && self.soc.pending(now).is_some()
+            && !self.soc.stands()
+            && !self.soc.bars_interrupts(2 * self.pc())
     }
 
-    /// +4 cycles out of sleep, then 4 for the entry (data sheet 7.7.1, 10).
+    /// Out of sleep the start-up time and 4 cycles, then 4 for the entry (7.7.1, 10).
     fn enter_interrupt<P: Probe>(&mut self, mut now: u64, probe: &mut P) -> bool {
         if !self.interrupt_pending(now) {
             return false;
         }
         if std::mem::take(&mut self.hot.sleeping) {
-            self.hot.time.charge(4);
-            now += 4;
+            let wait = self.soc.wake_up(now) + 4;
+            self.hot.time.pass(wait);
+            now += wait;
             self.soc.fire(now);
         }
         if let Some(vector) = self.soc.pending(now) {
             self.soc.take(vector, now);
             probe.irq(now, vector);
-            let at = u32::from(vector) * self.chip.vector_words;
+            let at = self.soc.vectors() + u32::from(vector) * self.part.chip.vector_words;
             self.hot = self.turn(probe).0.interrupt(at);
         }
         true
     }
 
     fn asleep(&self) -> bool {
-        self.hot.sleeping
+        self.hot.sleeping || self.soc.stands()
     }
     fn halted(&self) -> bool {
         !self.soc.busy() && !self.soc.can_wake(self.hot.flags.get(Flag::I))
@@ -83,7 +113,7 @@ impl Engine for Avr {
     }
     fn steady(&self, end: u32, at: u64) -> u64 {
         let looks = self.code.look(end).map_or(&[][..], |found| &found.1);
-        let io = looks.iter().filter(|&&r| (0x20..self.chip.ram_start).contains(&r) && !matches!(r, at::SPL..=at::SREG));
+        let io = looks.iter().filter(|&&r| (0x20..self.part.chip.ram_start).contains(&r) && !matches!(r, SPL..=SREG));
         io.map(|&r| self.soc.steady_until(r, at)).min().unwrap_or(NEVER)
     }
     fn held(&self) -> Self::Held {
@@ -100,13 +130,7 @@ impl Engine for Avr {
         self.hot.pc = pc;
         let op = self.code.plain[pc as usize];
         if op.kind == Kind::Illegal {
-            let word = self.code.word(pc);
-            let fault = row_of(word, 0).is_some_and(|(_, kind, _)| kind == Kind::Spm);
-            return Err(if fault {
-                Stop::Fault { pc, fault: Fault::SelfProgramming }
-            } else {
-                Stop::Illegal { pc, word }
-            });
+            return Err(Stop::Illegal { pc, word: self.code.word(pc) });
         }
         self.hot = self.turn(probe).0.single(op);
         Ok(())

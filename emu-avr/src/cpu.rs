@@ -9,29 +9,52 @@ use emu_core::image::Image;
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
 
+use crate::chips::{self, Part};
 use crate::flags::Flags;
-use crate::periph::map::at;
 use crate::predecode::Code;
-use crate::soc::Soc;
-use crate::turn::{Data, Hot, MOST_RAM, RAM, Turn, ram};
+use crate::periph::spm::Bytes;
+use crate::soc::{Put, Soc};
+use crate::turn::{Data, Hot, MOST_RAM, RAM, SPH, SPL, SREG, Turn, ram};
+
+/// How a machine is wired.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Clock before CLKPR, in Hz.
+    pub hz: u64,
+    /// Fuse bytes (low, high, extended) in place of those of the image.
+    pub fuses: Option<[u8; 3]>,
+    /// Lock bits in place of those of the image.
+    pub lock: Option<u8>,
+    /// Every reset takes the start-up time of the fuses; else the program begins at once.
+    pub start_up: bool,
+}
 
 /// An AVR chip with its program. A clone is a snapshot; program memory is shared until it changes.
 #[derive(Debug, Clone)]
 pub struct Avr {
-    pub(crate) chip: &'static Chip,
+    pub(crate) part: &'static Part,
     pub(crate) hot: Hot,
     pub(crate) data: Data,
     pub(crate) code: Arc<Code>,
     pub(crate) soc: Soc,
-    pub(crate) eeprom: Arc<Vec<u8>>,
     pub(crate) looks: Looks,
 }
 
 impl Avr {
-    /// A chip after power-up with flash, EEPROM and RAM of `image`; what the image does not fill is erased (FFh) or, in RAM
-    /// and the core's registers, as `init` says.
+    /// A chip after power-up with flash, EEPROM, fuses and RAM of `image`, at its default clock; what the image does not fill is
+    /// erased (FFh) or, in RAM and the core's registers, as `init` says. A chip that is none of this family's becomes an
+    /// ATmega328P. Start-up takes no time unless the image has fuses.
     #[must_use]
     pub fn new(chip: &'static Chip, image: &Image, init: RamInit) -> Avr {
+        let start_up = image.bytes_in("fuse").next().is_some();
+        Avr::with(chip, image, init, Options { hz: chip.default_hz, fuses: None, lock: None, start_up })
+    }
+
+    /// The same in a wiring of its own.
+    #[must_use]
+    pub fn with(chip: &'static Chip, image: &Image, init: RamInit, options: Options) -> Avr {
+        let part = chips::part(chip.name).unwrap_or(&chips::PART_328P);
+        let chip = part.chip;
         let mut flash = vec![0xFF; chip.flash as usize];
         image.fill("flash", &mut flash);
         let mut eeprom = vec![0xFF; usize::from(chip.eeprom)];
@@ -48,24 +71,41 @@ impl Avr {
                 bytes[i] = byte;
             }
         }
-        let code = Code::new(flash);
+        let mut fuses = part.fuses.assumed;
+        image.fill("fuse", &mut fuses);
+        let mut lock = [0xFF];
+        image.fill("lock", &mut lock);
+        let beside = Bytes {
+            lock: options.lock.unwrap_or(lock[0]),
+            fuses: options.fuses.unwrap_or(fuses),
+            signature: part.signature,
+            calibration: CALIBRATION,
+        };
         let mut avr = Avr {
-            chip,
+            part,
             hot: Hot::START,
             data: Data { bytes, ram_start: chip.ram_start, ram_len: chip.ram_len },
-            code: Arc::new(code),
-            soc: Soc::new(chip),
-            eeprom: Arc::new(eeprom),
+            code: Arc::new(Code::new(flash)),
+            soc: Soc::new(part, options, beside, Arc::new(eeprom)),
             looks: Looks::START,
         };
-        avr.soc.set_clock_hz(chip.default_hz);
-        avr.reset(Reset::PowerOn);
+        avr.restart();
         avr
     }
 
-    /// Sets the clock in Hz: how fast the watchdog's own oscillator is against it.
+    /// The core as after a reset.
+    fn restart(&mut self) {
+        let sp = if self.part.stack_at_end { self.part.chip.ram_start + self.part.chip.ram_len - 1 } else { 0 };
+        self.hot = Hot { sp, pc: self.soc.reset_vector(), time: self.hot.time, ..Hot::START };
+        self.looks.passing = None;
+        self.hot.time.force();
+    }
+
+    /// Sets the clock before CLKPR in Hz, against which other oscillators are reckoned.
     pub fn set_clock_hz(&mut self, hz: u64) {
-        self.soc.set_clock_hz(hz);
+        let now = self.cycle();
+        self.soc.set_clock_hz(hz, now);
+        self.hot.time.force();
     }
 
     /// Turns the jumping over of polling loops on (as it is at first) or off. Results do not change, only the time taken.
@@ -101,7 +141,7 @@ impl Avr {
 
 impl Cpu for Avr {
     fn chip(&self) -> &'static Chip {
-        self.chip
+        self.part.chip
     }
 
     fn clocks_per_cycle(&self) -> u32 {
@@ -111,9 +151,8 @@ impl Cpu for Avr {
     fn reset(&mut self, why: Reset) {
         self.hot.time.force();
         let now = self.hot.time.now();
-        self.hot = Hot { sp: self.chip.ram_start + self.chip.ram_len - 1, time: self.hot.time, ..Hot::START };
-        self.looks.passing = None;
         self.soc.reset(why, now);
+        self.restart();
     }
 
     fn cycle(&self) -> u64 {
@@ -159,14 +198,16 @@ impl Cpu for Avr {
         let index = addr as usize;
         match space {
             "data" => Some(match u16::try_from(addr).ok()? {
-                at::SPL => self.hot.sp as u8,
-                at::SPH => (self.hot.sp >> 8) as u8,
-                at::SREG => self.hot.flags.pack(),
-                addr if (0x20..self.chip.ram_start).contains(&addr) => self.soc.peek(addr, self.cycle()),
-                _ => self.data.bytes[self::index(self.chip, addr)?],
+                SPL => self.hot.sp as u8,
+                SPH => (self.hot.sp >> 8) as u8,
+                SREG => self.hot.flags.pack(),
+                addr if (0x20..self.part.chip.ram_start).contains(&addr) => self.soc.peek(addr, self.cycle()),
+                _ => self.data.bytes[self::index(self.part.chip, addr)?],
             }),
             "flash" => self.code.bytes.get(index).copied(),
-            "eeprom" => self.eeprom.get(index).copied(),
+            "eeprom" => self.soc.eeprom().get(index).copied(),
+            "fuse" => self.soc.bytes().fuses.get(index).copied(),
+            "lock" if index == 0 => Some(self.soc.bytes().lock),
             _ => None,
         }
     }
@@ -175,20 +216,20 @@ impl Cpu for Avr {
         let index = addr as usize;
         match space {
             "data" => match u16::try_from(addr).unwrap_or(u16::MAX) {
-                at::SPL => self.hot.sp = self.hot.sp & 0xFF00 | u16::from(value),
-                at::SPH => self.hot.sp = self.hot.sp & 0x00FF | u16::from(value) << 8,
-                at::SREG => self.hot.flags = Flags::unpack(value),
-                addr if (0x20..self.chip.ram_start).contains(&addr) => {
+                SPL => self.hot.sp = self.hot.sp & 0xFF00 | u16::from(value),
+                SPH => self.hot.sp = self.hot.sp & 0x00FF | u16::from(value) << 8,
+                SREG => self.hot.flags = Flags::unpack(value),
+                addr if (0x20..self.part.chip.ram_start).contains(&addr) => {
                     let now = self.cycle();
                     self.soc.write(addr, value, now);
                 }
-                addr => match self::index(self.chip, addr.into()) {
+                addr => match self::index(self.part.chip, addr.into()) {
                     Some(i) => self.data.bytes[i] = value,
                     None => return false,
                 },
             },
             "flash" if index < self.code.bytes.len() => Arc::make_mut(&mut self.code).poke(index, value),
-            "eeprom" if index < self.eeprom.len() => Arc::make_mut(&mut self.eeprom)[index] = value,
+            "eeprom" if self.soc.set_eeprom(index, value) => {}
             _ => return false,
         }
         self.hot.time.force();
@@ -212,6 +253,20 @@ impl Cpu for Avr {
         self.hot.time.force();
     }
 
+    fn drive_volts(&mut self, at: Time, pin: PinId, millivolts: u32) -> bool {
+        let now = self.cycle();
+        self.soc.put(at.cycle, now, Put::Volts(pin, millivolts));
+        self.hot.time.force();
+        true
+    }
+
+    fn supply(&mut self, at: Time, millivolts: u32) -> bool {
+        let now = self.cycle();
+        self.soc.put(at.cycle, now, Put::Supply(millivolts));
+        self.hot.time.force();
+        true
+    }
+
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
         engine::run(self, until, probe)
     }
@@ -220,6 +275,9 @@ impl Cpu for Avr {
         engine::step(self, probe)
     }
 }
+
+/// The calibration byte of the internal oscillator, which differs from chip to chip.
+const CALIBRATION: u8 = 0x80;
 
 /// Where what stands at a data address is kept: a register of the core, or RAM.
 fn index(chip: &Chip, addr: u32) -> Option<usize> {

@@ -51,6 +51,8 @@ pub trait AvrMachine: Machine {
     fn io_write_bit(&mut self, a: u8, b: u8, on: bool);
     /// Reads a byte of program memory.
     fn code_byte(&mut self, addr: Self::Wide) -> Self::Word;
+    /// Does what SPMCSR says with program memory.
+    fn store_program(&mut self);
     /// The stack pointer.
     fn sp(&self) -> Self::Wide;
     /// Writes the stack pointer.
@@ -330,7 +332,9 @@ bodies! {
         m.set_reg(d.0, s);
     }
     /// Never runs: predecode makes a fault of it.
-    fn spm(_m) {}
+    fn spm(m) {
+        m.store_program();
+    }
     fn in_(m, d: R, a: A) { let s = m.io_read(a.0); m.set_reg(d.0, s); }
     fn out(m, a: A, r: R) { let s = m.reg(r.0); m.io_write(a.0, s); }
     fn push(m, r: R) { let s = m.reg(r.0); push_word(m, s); }

@@ -19,4 +19,4 @@ mod record;
 pub mod soc;
 mod turn;
 
-pub use cpu::Avr;
+pub use cpu::{Avr, Options};

@@ -133,14 +133,11 @@ impl Code {
         row_of(self.word(pc), 0).map_or(1, |(row, ..)| row.len())
     }
 
-    /// Decodes the instruction at `pc`, without poll marks or traps. A word without a row, and SPM, come as `Illegal`.
+    /// Decodes the instruction at `pc`, without poll marks or traps. A word without a row comes as `Illegal`.
     fn decode(&self, pc: u32) -> AvrOp {
         let Some((row, kind, bits)) = row_of(self.word(pc), self.word(pc + 1)) else {
             return Op { kind: Kind::Illegal, arg: [0; 3] };
         };
-        if kind == Kind::Spm {
-            return Op { kind: Kind::Illegal, arg: [0; 3] };
-        }
         let len = row.len();
         row.op(kind, bits, &Site { pc, len, next_len: self.len_at(pc + len), pc_mask: self.mask() })
     }

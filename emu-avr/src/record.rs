@@ -159,6 +159,9 @@ impl AvrMachine for Recorder {
     fn next_pc(&self) -> Wide {
         Wide(None)
     }
+    fn store_program(&mut self) {
+        self.record.reaches_out = true;
+    }
     fn sleep(&mut self) {
         self.record.reaches_out = true;
     }

@@ -1,141 +1,168 @@
-//! The chip around the core: the registers at their addresses, and what is due when.
+//! The chip around the core: its units, the registers at their addresses, and what is due when.
 //!
-//! Nothing ticks. `deadline` is the next cycle at which something can be seen from outside of a part: a pin that moves, a
-//! byte that ends, an enabled interrupt, a reset. Everything else is worked out when it is read.
+//! Nothing ticks. `due` is the next cycle at which anything can be noticed outside of a unit: a pin that moves, a byte that ends,
+//! an enabled interrupt, a reset. Everything else is worked out when it is read.
 
-use emu_core::chip::Chip;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
 use emu_core::cpu::{Bus, NEVER, Reset, Wake};
 use emu_core::outside::{Drives, Log};
 use emu_core::parts::prescaler::Prescaler;
-use emu_core::parts::uart::Step;
 use emu_core::pins::{Event, Level, Pin, PinId, Time};
 
+use crate::chips::{Part, Site, unit};
+use crate::cpu::Options;
+use crate::periph::adc::Adc;
+use crate::periph::comparator::Comparator;
+use crate::periph::eeprom::Eeprom;
+use crate::periph::external::External;
+use crate::periph::guard::Watchdog;
+use crate::periph::ports::Ports;
+use crate::periph::spi::Spi;
+use crate::periph::spm::{Bytes, Spm};
+use crate::periph::timers::{Shape, Timer};
+use crate::periph::twi::Twi;
+use crate::periph::usart::Usart;
+use crate::periph::{Device, Outbox, Signal, usart};
+
+/// Does something with the unit of a number.
+macro_rules! unit {
+    ($soc:expr, $number:expr, $unit:ident => $what:expr) => {
+        match $number {
+            n @ unit::TIMER..unit::USART => { let $unit = &mut $soc.timers[n - unit::TIMER]; $what }
+            n @ unit::USART..unit::SPI => { let $unit = &mut $soc.usarts[n - unit::USART]; $what }
+            unit::SPI => { let $unit = &mut $soc.spi; $what }
+            unit::TWI => { let $unit = &mut $soc.twi; $what }
+            unit::ADC => { let $unit = &mut $soc.adc; $what }
+            unit::COMPARATOR => { let $unit = &mut $soc.comparator; $what }
+            unit::EEPROM => { let $unit = &mut $soc.eeprom; $what }
+            unit::SPM => { let $unit = &mut $soc.spm; $what }
+            unit::WATCHDOG => { let $unit = &mut $soc.watchdog; $what }
+            _ => { let $unit = &mut $soc.external; $what }
+        }
+    };
+}
+use unit as with_unit;
+
+mod pins;
+mod power;
 mod regs;
 
-use crate::periph::map::{RXD, TXD, at, irq};
-use crate::periph::plain::Plain;
-use crate::periph::ports::{PINS, Ports};
-use crate::periph::old_timer::{ICF, OCFA, OCFB, TOV, Timer};
-use crate::periph::old_usart::{RXC, TXC, UDRE, Usart};
-use crate::periph::watchdog::Watchdog;
+pub use pins::Put;
+use pins::Wiring;
+use power::Power;
+pub use power::SleepMode;
+
+/// What the chip wants of its core between two instructions.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Order {
+    /// A page of program memory is erased, from this byte address on.
+    Erase {
+        /// Byte address of its first byte.
+        addr: u32,
+        /// Bytes.
+        len: u32,
+    },
+    /// Words are programmed into program memory: bits that are 0 become 0.
+    Program {
+        /// Byte address of the first.
+        addr: u32,
+        /// The words.
+        words: Vec<u16>,
+    },
+    /// The core stands still up to this cycle.
+    Stand {
+        /// Cycle.
+        until: u64,
+    },
+}
 
 /// The chip without its core and RAM.
 #[derive(Debug, Clone)]
 pub struct Soc {
+    part: &'static Part,
+    wiring: Arc<Wiring>,
     ports: Ports,
-    /// Timer/counters 0, 1 and 2.
-    timers: [Timer; 3],
-    /// TEMP of the 16-bit registers (16.3).
-    temp: u8,
-    /// The prescaler of timers 0 and 1, and that of timer 2 (17, 18.10).
+    timers: [Timer; 4],
+    usarts: [Usart; 2],
+    spi: Spi,
+    twi: Twi,
+    adc: Adc,
+    comparator: Comparator,
+    eeprom: Eeprom,
+    spm: Spm,
+    watchdog: Watchdog,
+    external: External,
+    /// The prescaler of timers 0, 1 and 3, and that of timer 2 (17, 18.10).
     prescalers: [Prescaler; 2],
     gtccr: u8,
-    usart: Usart,
-    watchdog: Watchdog,
     mcusr: u8,
-    plain: Plain,
-    drives: Drives,
+    mcucr: u8,
+    smcr: u8,
+    prr: u8,
+    osccal: u8,
+    /// Bytes that are only kept.
+    kept: [u8; 3],
+    power: Power,
+    /// Levels, voltages and supply that are to come.
+    drives: Drives<Put>,
     log: Log,
-    deadline: u64,
-}
-
-/// Sleep modes (table 10-2). Only idle is modelled; the others behave as idle (QUIRKS.md).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum SleepMode {
-    /// Only the core stops.
-    Idle,
-    /// ADC noise reduction.
-    AdcNoiseReduction,
-    /// Power-down.
-    PowerDown,
-    /// Power-save.
-    PowerSave,
-    /// Standby.
-    Standby,
-    /// Extended standby.
-    ExtendedStandby,
-    /// A setting that the data sheet reserves.
-    Reserved,
-}
-
-const WDRF: u8 = 1 << 3;
-
-/// Flag of a timer and its vector, by priority.
-#[rustfmt::skip]
-const TIMER_IRQS: [[(u8, u8); 4]; 3] = [
-    [(OCFA, irq::TIMER0_COMPA), (OCFB, irq::TIMER0_COMPB), (TOV, irq::TIMER0_OVF), (0, 0)],
-    [(ICF, irq::TIMER1_CAPT), (OCFA, irq::TIMER1_COMPA), (OCFB, irq::TIMER1_COMPB), (TOV, irq::TIMER1_OVF)],
-    [(OCFA, irq::TIMER2_COMPA), (OCFB, irq::TIMER2_COMPB), (TOV, irq::TIMER2_OVF), (0, 0)],
-];
-
-const USART_IRQS: [(u8, u8); 3] = [(RXC, irq::USART_RX), (UDRE, irq::USART_UDRE), (TXC, irq::USART_TX)];
-
-/// True for registers that may read otherwise in every cycle, or do something when they are read: a loop over one of them
-/// can never be jumped over.
-#[must_use]
-pub const fn restless(reg: u16) -> bool {
-    matches!(reg, at::TCNT0 | at::TCNT1L | at::TCNT2 | at::ICR1L | at::UDR0)
+    /// When each unit is next due, what it asks for, and which of them were touched since that was asked.
+    nexts: [u64; unit::COUNT],
+    asks: [u8; unit::COUNT],
+    touched: u16,
+    due: u64,
+    /// The deadline that the core was told last.
+    told: u64,
+    orders: VecDeque<Order>,
+    stall: u64,
+    out: Outbox,
 }
 
 impl Soc {
-    /// The chip at cycle 0 after power-on, at its default clock.
+    /// The chip at cycle 0 after power-on; `eeprom` is its data memory.
     #[must_use]
-    pub fn new(chip: &'static Chip) -> Soc {
+    pub fn new(part: &'static Part, options: Options, bytes: Bytes, eeprom: Arc<Vec<u8>>) -> Soc {
+        let timer = |n: usize| Timer::new(part.timers.get(n).copied().unwrap_or(Shape::narrow(0)));
+        let hz = options.hz.max(1);
+        let power = Power::new(part, options, &bytes);
         let mut soc = Soc {
-            ports: Ports::new(),
-            timers: [Timer::new(0xFF), Timer::new(0xFFFF), Timer::new(0xFF)],
-            temp: 0,
+            part,
+            wiring: Arc::new(Wiring::new(part)),
+            ports: Ports::new(part.ports, power.has_reset_pin.then_some(part.reset)),
+            timers: std::array::from_fn(timer),
+            usarts: std::array::from_fn(|_| Usart::new(0)),
+            spi: Spi::new(),
+            twi: Twi::new(),
+            adc: Adc::new(part.adc),
+            comparator: Comparator::new(part.adc.bandgap_mv, hz),
+            eeprom: Eeprom::new(part.eeprom, eeprom, hz),
+            spm: Spm::new(part.spm, bytes, power::boot_start(part, &bytes), hz),
+            watchdog: Watchdog::new(part.watchdog, hz),
+            external: External::new(part.external),
             prescalers: [Prescaler::new(0); 2],
             gtccr: 0,
-            usart: Usart::new(0),
-            watchdog: Watchdog::new(0, chip.default_hz.max(1), false),
             mcusr: 0,
-            plain: Plain::RESET,
+            mcucr: 0,
+            smcr: 0,
+            prr: 0,
+            osccal: bytes.calibration,
+            kept: [0; 3],
+            power,
             drives: Drives::NONE,
             log: Log::OFF,
-            deadline: NEVER,
+            nexts: [NEVER; unit::COUNT],
+            asks: [0; unit::COUNT],
+            touched: u16::MAX,
+            due: NEVER,
+            told: NEVER,
+            orders: VecDeque::new(),
+            stall: 0,
+            out: Outbox::new(),
         };
         soc.reset(Reset::PowerOn, 0);
         soc
-    }
-
-    /// Sets the system clock in Hz, from which the watchdog's own clock is reckoned. The time that the watchdog has counted
-    /// so far is reckoned anew.
-    pub fn set_clock_hz(&mut self, hz: u64) {
-        self.watchdog.set_hz(hz);
-        self.schedule();
-    }
-
-    /// Resets all registers to their initial values at the cycle `now`, MCUSR by cause (11.9.1). Outside drives stay.
-    pub fn reset(&mut self, why: Reset, now: u64) {
-        self.run(now);
-        self.mcusr = match why {
-            Reset::PowerOn => 1,
-            Reset::External => self.mcusr | 1 << 1,
-            Reset::BrownOut => self.mcusr | 1 << 2,
-            Reset::Watchdog => self.mcusr | WDRF,
-        };
-        self.ports.reset();
-        self.timers = [Timer::new(0xFF), Timer::new(0xFFFF), Timer::new(0xFF)];
-        self.temp = 0;
-        self.prescalers = [Prescaler::new(now); 2];
-        self.gtccr = 0;
-        self.usart = Usart::new(now);
-        self.watchdog = Watchdog::new(now, self.watchdog.hz(), self.mcusr & WDRF != 0);
-        self.plain = Plain::RESET;
-        for pin in 0..PINS as PinId {
-            self.settle(pin, now);
-        }
-        self.schedule();
-    }
-
-    /// Drives a pin from outside at the cycle `at`, at once when that has passed. Drives of one cycle act in call order.
-    pub fn drive(&mut self, at: u64, now: u64, pin: PinId, level: Level) {
-        self.run(now);
-        let at = at.max(now);
-        self.drives.add(at, (pin, level));
-        self.deadline = self.deadline.min(at);
-        self.run(now);
     }
 
     /// Level of a pin after everything that was run so far; [`Level::Float`] for one that does not exist.
@@ -153,7 +180,8 @@ impl Soc {
     /// Logs edges, sent bytes and fights over pins from the cycle `now` on, those that are fought for already too, or stops and
     /// forgets them.
     pub fn log(&mut self, on: bool, now: u64) {
-        self.log.switch(on, now, (0..PINS as PinId).filter(|&pin| self.ports.pin(pin).contention()));
+        let pins = 0..self.ports.pins().len() as PinId;
+        self.log.switch(on, now, pins.filter(|&pin| self.ports.pin(pin).contention()));
     }
 
     /// Takes the oldest logged event.
@@ -161,130 +189,197 @@ impl Soc {
         self.log.take()
     }
 
-    /// The mode that SLEEP enters; `None` while SMCR.SE is clear.
+    /// Takes the oldest order to the core at the cycle `now`.
+    pub fn order(&mut self, now: u64) -> Option<Order> {
+        let order = self.orders.pop_front();
+        order.or_else(|| (now < self.stall).then(|| Order::Stand { until: std::mem::take(&mut self.stall) }))
+    }
+
+    /// The content of the EEPROM.
     #[must_use]
-    pub fn sleep_enabled(&self) -> Option<SleepMode> {
-        let smcr = self.plain.get(at::SMCR);
-        let mode = match smcr >> 1 & 7 {
-            0 => SleepMode::Idle,
-            1 => SleepMode::AdcNoiseReduction,
-            2 => SleepMode::PowerDown,
-            3 => SleepMode::PowerSave,
-            6 => SleepMode::Standby,
-            7 => SleepMode::ExtendedStandby,
-            _ => SleepMode::Reserved,
-        };
-        (smcr & 1 != 0).then_some(mode)
+    pub fn eeprom(&self) -> &Arc<Vec<u8>> {
+        self.eeprom.cells()
+    }
+
+    /// Sets a cell of the EEPROM from outside; false where there is none.
+    pub fn set_eeprom(&mut self, addr: usize, value: u8) -> bool {
+        self.eeprom.set_cell(addr, value)
+    }
+
+    /// Fuses, lock bits, signature and calibration.
+    #[must_use]
+    pub fn bytes(&self) -> &Bytes {
+        self.spm.bytes()
+    }
+
+    /// The SPM at the byte address `pc`, with Z and R1:R0, that ends at the edge `t`.
+    pub fn store_program(&mut self, z: u16, data: u16, pc: u32, t: u64) {
+        self.run(t);
+        self.spm.spm(z.into(), data, pc, t, &mut self.out);
+        self.eeprom.block_until(self.spm.busy_until(), t);
+        self.touched |= 1 << unit::SPM | 1 << unit::EEPROM;
+        self.carry_out(unit::SPM);
+        self.plan();
+    }
+
+    /// What the LPM at the byte address `pc`, which begins in cycle `t`, reads in place of program memory, if it does.
+    pub fn program_byte(&mut self, addr: u16, pc: u32, t: u64) -> Option<u8> {
+        let byte = self.spm.lpm(addr.into(), pc, t);
+        if byte.is_some() {
+            self.eeprom.block_until(self.spm.busy_until(), t);
+            self.touched |= 1 << unit::SPM | 1 << unit::EEPROM;
+            self.plan();
+        }
+        byte
+    }
+
+    /// Boot lock bits bar interrupts while the instruction at the byte address `pc` runs.
+    #[must_use]
+    pub fn bars_interrupts(&self, pc: u32) -> bool {
+        self.spm.bars_interrupts(pc, self.mcucr & regs::IVSEL != 0)
+    }
+
+    /// Program word at which a reset starts: 0, or the boot section (BOOTRST).
+    #[must_use]
+    pub fn reset_vector(&self) -> u32 {
+        let bytes = self.spm.bytes();
+        let boot = crate::chips::Fuses::programmed(bytes.fuses, self.part.fuses.bootrst);
+        if boot { power::boot_start(self.part, bytes) / 2 } else { 0 }
+    }
+
+    /// Program word at which the vectors begin: 0, or the boot section (IVSEL).
+    #[must_use]
+    pub fn vectors(&self) -> u32 {
+        if self.mcucr & regs::IVSEL != 0 { power::boot_start(self.part, self.spm.bytes()) / 2 } else { 0 }
     }
 
     /// WDR in the cycle `now`.
     pub fn clear_watchdog(&mut self, now: u64) {
         self.run(now);
-        self.watchdog.restart(now);
-        self.schedule();
-    }
-
-    /// True once after the watchdog timed out for a system reset, up to `now`.
-    #[inline]
-    pub fn reset_requested(&mut self, now: u64) -> bool {
-        self.run(now);
-        let requested = self.watchdog.reset_requested();
-        if requested {
-            self.schedule();
-        }
-        requested
+        self.watchdog.restart(now + 1);
+        self.touch(unit::WATCHDOG);
+        self.plan();
     }
 
     /// Runs everything due up to `now`, in order of time.
     fn run(&mut self, now: u64) {
-        while self.deadline <= now && self.deadline != NEVER {
-            let due = self.deadline;
-            self.run_cycle(due);
-            self.schedule();
-        }
-    }
-
-    /// Everything that is due at the cycle `due`, the next one at which anything is. Samplers see the level of the cycle
-    /// before, so the order within a cycle decides nothing but the order of the log.
-    fn run_cycle(&mut self, due: u64) {
-        while let Some((pin, level)) = self.drives.take(due) {
-            let changed = self.ports.drive(pin, level, due);
-            self.edge(pin, changed, due);
-        }
-        self.run_serial(due);
-        for timer in &mut self.timers {
-            timer.sync(due);
-        }
-        if self.watchdog.next() <= due {
-            self.watchdog.fire(due);
-        }
-    }
-
-    /// The serial port's steps up to `due`, the first cycle at which it has any.
-    fn run_serial(&mut self, due: u64) {
-        while self.usart.next() <= due {
-            if self.usart.sender_first() {
-                self.send(due);
-            } else {
-                let sample = self.ports.sample(RXD, due);
-                self.usart.receive(sample, self.ports.pin(RXD).high);
+        while self.due <= now && self.due != NEVER {
+            let due = self.due;
+            self.run_outside(due);
+            for number in 0..unit::COUNT {
+                if self.nexts[number] <= due {
+                    self.run_unit(number, due);
+                }
             }
+            self.run_power(due);
+            self.plan();
         }
     }
 
-    fn send(&mut self, due: u64) {
-        match self.usart.send() {
-            Step::Bit(line) => self.ports.txd = Some(line),
-            Step::End(byte) => {
-                self.log.note(Event::Sent { at: Time::at(due), uart: 0, byte });
-                // The start bit of a byte that follows begins here.
-                self.ports.txd = self.usart.transmits().then_some(!self.usart.shifting());
+    /// Does what is due in a unit up to the edge `t`.
+    fn run_unit(&mut self, number: usize, t: u64) {
+        self.touch(number);
+        with_unit!(self, number, unit => unit.run(t, &mut self.out));
+        self.carry_out(number);
+    }
+
+    fn touch(&mut self, number: usize) {
+        self.touched |= 1 << number;
+    }
+
+    /// Works out when anything is due next.
+    fn plan(&mut self) {
+        if self.touched != 0 {
+            for number in 0..unit::COUNT {
+                if self.touched >> number & 1 == 1 {
+                    (self.nexts[number], self.asks[number]) =
+                        with_unit!(self, number, unit => (unit.next(), unit.requests()));
+                }
             }
+            self.touched = 0;
         }
-        self.settle(TXD, due);
+        let due = self.drives.next().min(self.power.next());
+        self.due = self.nexts.iter().fold(due, |due, &next| due.min(next));
     }
 
-    /// Settles a pin at the cycle `at` after the chip changed what it does to it.
-    fn settle(&mut self, pin: PinId, at: u64) {
-        let changed = self.ports.settle(pin, at);
-        self.edge(pin, changed, at);
+    /// Carries out what the unit `number` has put into the outbox.
+    fn carry_out(&mut self, number: usize) {
+        if self.out.is_empty() {
+            return;
+        }
+        let mut signals = std::mem::take(&mut self.out);
+        for signal in signals.drain(..) {
+            self.carry(number, signal);
+        }
+        // The list itself is used again.
+        if self.out.is_empty() {
+            self.out = signals;
+        }
     }
 
-    /// Logs the edge of a pin, if there was one, and a fight over it, and tells the receiver of its line.
-    fn edge(&mut self, pin: PinId, changed: Option<Level>, at: u64) {
-        if self.log.is_on() {
-            self.log.pin(Time::at(at), pin, self.ports.pin(pin).contention(), changed);
-        }
-        if changed.is_some() && pin == RXD {
-            self.usart.line_changed(at);
+    fn carry(&mut self, number: usize, signal: Signal) {
+        match signal {
+            Signal::Drive { t, line, drive } => self.take_line(number, line, drive, t),
+            Signal::Sent { t, byte } => {
+                let uart = (number - unit::USART) as u8;
+                self.log.note(Event::Sent { at: Time::at(t), uart, byte });
+            }
+            Signal::Flag { t, irq } => {
+                if let Some(source) = self.listened().filter(|&source| self.part.trigger(source) == Some((number, irq))) {
+                    self.adc.trigger(source, true, t);
+                    self.touch(unit::ADC);
+                }
+            }
+            Signal::Reset { .. } => self.power.request(Reset::Watchdog),
+            Signal::Stall { until } => self.stall = self.stall.max(until),
+            Signal::ErasePage { addr } => self.orders.push_back(Order::Erase { addr, len: self.part.spm.page }),
+            Signal::WritePage { addr, words } => self.orders.push_back(Order::Program { addr, words }),
         }
     }
 
-    /// Works out the next deadline.
-    fn schedule(&mut self) {
-        let drive = self.drives.next();
-        let timers = self.timers.iter().map(|timer| timer.next(timer.enabled())).min().unwrap_or(NEVER);
-        self.deadline = drive.min(timers).min(self.usart.next()).min(self.watchdog.next());
+    /// The trigger source that the converter listens to.
+    fn listened(&self) -> Option<u8> {
+        self.adc.listens()
+    }
+
+    /// What an access asks of the core.
+    fn wake(&self) -> Wake {
+        let calm = self.due >= self.told
+            && self.orders.is_empty()
+            && self.stall == 0
+            && self.log.is_empty()
+            && !self.power.requests()
+            && self.asks == [0; unit::COUNT];
+        if calm { Wake::NONE } else { Wake::DEADLINE }
+    }
+
+    /// The interrupt that asks first, by the order of the vectors.
+    fn first(&self) -> Option<u8> {
+        if self.asks == [0; unit::COUNT] {
+            return None;
+        }
+        let asks = |&(number, irq): &(usize, u8)| self.asks[number] >> irq & 1 == 1;
+        self.part.vectors.iter().position(asks).map(|at| at as u8 + 1)
     }
 }
 
 impl Bus for Soc {
     fn read(&mut self, reg: u16, now: u64) -> (u8, Wake) {
-        let due = self.deadline <= now;
+        let due = self.due <= now;
         if due {
             self.run(now);
         }
-        let value = self.load(reg, now);
-        (value, if due || reg == at::UDR0 { Wake::DEADLINE } else { Wake::NONE })
+        let acts = self.load(self.site(reg), now);
+        (acts.0, if due || acts.1 { Wake::DEADLINE } else { Wake::NONE })
     }
 
     fn peek(&self, reg: u16, now: u64) -> u8 {
-        if self.deadline <= now {
+        if self.due <= now {
             let mut soc = self.clone();
             soc.run(now);
-            return soc.show(reg, now);
+            return soc.show(soc.site(reg), now);
         }
-        self.show(reg, now)
+        self.show(self.site(reg), now)
     }
 
     fn write(&mut self, reg: u16, value: u8, now: u64) -> Wake {
@@ -292,66 +387,68 @@ impl Bus for Soc {
     }
 
     fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> Wake {
-        let before = (self.deadline, self.log.len());
+        let due = self.due <= now;
         self.run(now);
-        let quiet = self.store(reg, mask, value, now);
-        if !quiet {
-            self.schedule();
+        self.store(self.site(reg), mask, value, now + 1);
+        if self.touched != 0 {
+            self.plan();
         }
-        if quiet && (self.deadline, self.log.len()) == before { Wake::NONE } else { Wake::DEADLINE }
+        if due { Wake::DEADLINE } else { self.wake() }
     }
 
     fn fire(&mut self, now: u64) -> u64 {
         self.run(now);
-        self.deadline
+        self.told = self.due;
+        self.due
     }
 
     fn steady_until(&self, reg: u16, now: u64) -> u64 {
-        if self.deadline <= now { now } else { self.steady(reg, now) }
+        if self.due <= now { now } else { self.steady(self.site(reg), now).min(self.due) }
     }
 
     fn pending(&self, now: u64) -> Option<u8> {
-        if self.deadline <= now {
+        if self.due <= now {
             let mut soc = self.clone();
             soc.run(now);
-            return soc.pending(now);
+            return soc.first();
         }
-        if self.watchdog.pending() {
-            return Some(irq::WDT);
-        }
-        for timer in [2, 1, 0] {
-            let set = self.timers[timer].flags() & self.timers[timer].enabled();
-            if set != 0 {
-                return TIMER_IRQS[timer].iter().find(|row| row.0 & set != 0).map(|row| row.1);
-            }
-        }
-        let set = self.usart.pending();
-        USART_IRQS.iter().find(|row| row.0 & set != 0).map(|row| row.1)
+        self.first()
     }
 
     fn take(&mut self, vector: u8, now: u64) {
         self.run(now);
-        match vector {
-            irq::WDT => self.watchdog.take(),
-            irq::USART_TX => self.usart.clear(TXC),
-            _ => {
-                for (timer, rows) in self.timers.iter_mut().zip(TIMER_IRQS) {
-                    if let Some(row) = rows.iter().find(|row| row.0 != 0 && row.1 == vector) {
-                        timer.clear_flags(row.0, now);
-                    }
-                }
-            }
+        let source = usize::from(vector).checked_sub(1).and_then(|at| self.part.vectors.get(at));
+        if let Some(&(number, irq)) = source {
+            with_unit!(self, number, unit => unit.taken(irq, now, &mut self.out));
+            self.touch(number);
+            self.carry_out(number);
+            self.tell_trigger(number, now);
         }
-        self.schedule();
+        self.plan();
     }
 
     fn can_wake(&self, interrupts_enabled: bool) -> bool {
-        let timer = |t: &Timer| t.enabled() & t.flags() != 0 || t.next(t.enabled()) != NEVER;
-        let interrupt = self.watchdog.running() || self.usart.can_wake() || self.timers.iter().any(timer);
-        self.watchdog.resets() || interrupts_enabled && interrupt
+        let waits = self.nexts.iter().any(|&next| next != NEVER) || self.asks != [0; unit::COUNT];
+        let listens = self.usarts.iter().any(Usart::listens) || self.external.listens();
+        self.watchdog.resets() || self.power.next() != NEVER || interrupts_enabled && (waits || listens)
     }
 
     fn busy(&self) -> bool {
-        self.usart.sending() || self.drives.next() != NEVER
+        // What moves pins by itself: units that have something to do and no interrupt enabled for it.
+        let moves = |n: usize| self.nexts[n] != NEVER && self.timers[n].enabled() == 0;
+        let units = [unit::SPI, unit::TWI, unit::ADC, unit::EEPROM];
+        self.drives.next() != NEVER
+            || self.usarts.iter().any(Usart::sending)
+            || (0..4).any(moves)
+            || units.iter().any(|&n| self.nexts[n] != NEVER)
     }
 }
+
+impl Soc {
+    fn site(&self, reg: u16) -> Site {
+        self.part.sites.get(usize::from(reg)).copied().unwrap_or(Site::Reserved)
+    }
+}
+
+/// UDR of a USART, which does something when it is read.
+const UDR: usart::Reg = usart::Reg::UDR;

@@ -14,9 +14,15 @@ use crate::exec::*;
 use crate::flags::{Flag, Flags};
 use crate::isa::{AvrOp, Kind, avr_table};
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
-use crate::periph::map::at;
 use crate::predecode::{Code, WORDS};
 use crate::soc::Soc;
+
+/// Data addresses of the registers of the core.
+pub const SPL: u16 = 0x5D;
+/// See [`SPL`].
+pub const SPH: u16 = 0x5E;
+/// See [`SPL`].
+pub const SREG: u16 = 0x5F;
 
 /// What the core holds of data memory. All of it is behind one pointer, so that the hot loop has registers of the host left.
 #[derive(Debug, Clone)]
@@ -118,9 +124,9 @@ impl<P: Probe> Turn<'_, P> {
     fn read_special(&mut self, addr: u16) -> u8 {
         match addr {
             0..=0x1F => self.data.bytes[addr as usize],
-            at::SPL => self.hot.sp as u8,
-            at::SPH => (self.hot.sp >> 8) as u8,
-            at::SREG => self.hot.flags.pack(),
+            SPL => self.hot.sp as u8,
+            SPH => (self.hot.sp >> 8) as u8,
+            SREG => self.hot.flags.pack(),
             _ => {
                 let (value, wake) = read_bus(self.bus, addr, self.access());
                 self.wake(wake);
@@ -133,9 +139,9 @@ impl<P: Probe> Turn<'_, P> {
     fn write_special(&mut self, addr: u16, value: u8) {
         match addr {
             0..=0x1F => self.data.bytes[addr as usize] = value,
-            at::SPL => self.hot.sp = self.hot.sp & 0xFF00 | u16::from(value),
-            at::SPH => self.hot.sp = self.hot.sp & 0x00FF | u16::from(value) << 8,
-            at::SREG => {
+            SPL => self.hot.sp = self.hot.sp & 0xFF00 | u16::from(value),
+            SPH => self.hot.sp = self.hot.sp & 0x00FF | u16::from(value) << 8,
+            SREG => {
                 self.hot.flags = Flags::unpack(value);
                 if value & 0x80 != 0 {
                     self.hold();
@@ -155,10 +161,11 @@ pub const fn ram(i: u16) -> usize {
     RAM + (i as usize & (MOST_RAM - 1))
 }
 
-/// A byte of program memory.
+/// A byte of program memory, or what SPMCSR has put in its place, for the LPM before the program word `next` that ends at `end`.
 #[inline(never)]
-fn code_byte(code: &Code, addr: u16) -> u8 {
-    code.byte(addr.into())
+fn code_byte(code: &Code, bus: &mut Soc, addr: u16, next: u32, end: u64) -> u8 {
+    let aside = bus.program_byte(addr, 2 * (next.wrapping_sub(1) & code.mask()), end.wrapping_sub(3));
+    aside.unwrap_or_else(|| code.byte(addr.into()))
 }
 
 /// A peripheral register is read; addresses behind RAM give 0.
@@ -304,7 +311,15 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     }
     #[inline(always)]
     fn code_byte(&mut self, addr: Pair) -> Byte {
-        Byte(code_byte(self.code, addr.0))
+        Byte(code_byte(self.code, self.bus, addr.0, self.hot.pc, self.hot.time.now()))
+    }
+    #[inline(always)]
+    fn store_program(&mut self) {
+        let pair = |low: usize| u16::from_le_bytes([self.data.bytes[low], self.data.bytes[low + 1]]);
+        let (z, data) = (pair(30), pair(0));
+        let pc = 2 * (self.hot.pc.wrapping_sub(1) & self.code.mask());
+        self.bus.store_program(z, data, pc, self.hot.time.now());
+        self.hot.time.force();
     }
     #[inline(always)]
     fn sp(&self) -> Pair {
@@ -320,7 +335,7 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     }
     #[inline(always)]
     fn sleep(&mut self) {
-        self.hot.sleeping = self.bus.sleep_enabled().is_some();
+        self.hot.sleeping = self.bus.sleep(self.access());
         self.hot.time.force();
     }
     #[inline(always)]

@@ -61,6 +61,11 @@ impl Prescaler {
         *self = Prescaler { origin: at, held };
     }
 
+    /// The clock of the divider has stood for so many cycles.
+    pub fn shift(&mut self, cycles: u64) {
+        self.origin = self.origin.saturating_add(cycles);
+    }
+
     /// True while the divider is kept at zero.
     #[must_use]
     pub const fn held(&self) -> bool {

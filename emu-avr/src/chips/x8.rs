@@ -1,0 +1,212 @@
+//! ATmega48, 88, 168 and 328 with their variants (DS40002061).
+
+use emu_core::chip::{Chip, Family, PinDef, Reg};
+use emu_core::image::{Bits, Space};
+
+use super::Own::*;
+use super::Site::{self, *};
+use super::{Fuses, Part, sites, unit};
+use crate::periph::Line;
+use crate::periph::adc::Reg::*;
+use crate::periph::comparator::Reg::*;
+use crate::periph::eeprom::Reg::*;
+use crate::periph::external::Reg::*;
+use crate::periph::guard::Reg::*;
+use crate::periph::spi::Reg::*;
+use crate::periph::spm::Reg::*;
+use crate::periph::timers::Reg::*;
+use crate::periph::timers::Shape;
+use crate::periph::twi::Reg::*;
+use crate::periph::usart::Reg::*;
+use crate::periph::{adc, eeprom, external, guard, spm};
+
+/// ATmega328P.
+pub const ATMEGA328P: Chip = Chip {
+    name: "atmega328p",
+    family: Family::Avr,
+    isa: &crate::isa::isa::<0x3FFF>(),
+    title: "ATmega328P: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 28 pins",
+    source: "DS40002061",
+    code: "flash",
+    flash: 0x8000,
+    on_chip: 0x8000,
+    ram: "data",
+    ram_start: 0x100,
+    ram_len: 0x800,
+    eeprom: 0x400,
+    word_bytes: 2,
+    max_hz: 20_000_000,
+    default_hz: 16_000_000,
+    hex: &[Space { name: "flash", start: 0, len: 0x8000, word: 2, bits: Bits::All }],
+    elf: &[
+        Space { name: "flash", start: 0, len: 0x8000, word: 2, bits: Bits::All },
+        Space { name: "data", start: 0x80_0000, len: 0x900, word: 1, bits: Bits::All },
+        Space { name: "eeprom", start: 0x81_0000, len: 0x400, word: 1, bits: Bits::All },
+        Space { name: "fuse", start: 0x82_0000, len: 3, word: 1, bits: Bits::All },
+        Space { name: "lock", start: 0x83_0000, len: 1, word: 1, bits: Bits::All },
+        Space { name: "signature", start: 0x84_0000, len: 3, word: 1, bits: Bits::All },
+    ],
+    elf_machine: 83,
+    cpu_regs: &[
+        "r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7", "r8", "r9", "r10", "r11", "r12", "r13", "r14", "r15", "r16",
+        "r17", "r18", "r19", "r20", "r21", "r22", "r23", "r24", "r25", "r26", "r27", "r28", "r29", "r30", "r31",
+        "SREG", "SP", "PC",
+    ],
+    reg_space: "data",
+    bits: &[],
+    regs: REGS,
+    pins: PINS,
+    vectors: VECTORS,
+    vector_words: 2,
+    spaces: &[("data", 0x900, 1), ("flash", 0x8000, 1), ("eeprom", 0x400, 1), ("fuse", 3, 1), ("lock", 1, 1)],
+};
+
+/// ATmega328: the 328P without the low-power process; the same to a program.
+pub const ATMEGA328: Chip = Chip { name: "atmega328", title: "ATmega328: as ATmega328P, other process", ..ATMEGA328P };
+
+/// The row of the ATmega328P.
+pub const PART_328P: Part = Part {
+    chip: &ATMEGA328P,
+    ports: &[0xFF, 0x7F, 0xFF],
+    sites: &sites(SITES),
+    lines: LINES,
+    pin_changes: PIN_CHANGES,
+    stack_at_end: true,
+    toggles: true,
+    vectors: SOURCES,
+    timers: &[Shape::narrow(2), Shape::wide(2), Shape::crystal(2)],
+    adc: adc::Kind::MEGA48,
+    analog: &[8, 9, 10, 11, 12, 13],
+    ain: [22, 23],
+    triggers: TRIGGERS,
+    eeprom: eeprom::Kind::MEGA48,
+    spm: spm::Kind::MEGA328,
+    external: external::Kind::MEGA48,
+    watchdog: guard::Kind::MEGA48,
+    prr: &[
+        (7, unit::TWI),
+        (6, unit::TIMER + 2),
+        (5, unit::TIMER),
+        (3, unit::TIMER + 1),
+        (2, unit::SPI),
+        (1, unit::USART),
+        (0, unit::ADC),
+    ],
+    signature: [0x1E, 0x95, 0x0F],
+    fuses: Fuses {
+        assumed: [0xFF, 0xD9, 0xFF],
+        ckdiv8: Some((0, 7, 1)),
+        cksel: (0, 0, 4),
+        sut: (0, 4, 2),
+        wdton: (1, 4, 1),
+        eesave: (1, 3, 1),
+        bootsz: Some((1, 1, 2)),
+        bootrst: Some((1, 0, 1)),
+        rstdisbl: Some((1, 7, 1)),
+        bodlevel: (2, 0, 3),
+        bod_mv: &[0, 0, 0, 0, 4_300, 2_700, 1_800, 0],
+    },
+    reset: 14,
+};
+
+/// The row of the ATmega328.
+pub(super) const PART_328: Part = Part { chip: &ATMEGA328, signature: [0x1E, 0x95, 0x14], ..PART_328P };
+
+macro_rules! registers {
+    ($($addr:literal $name:literal $site:expr;)*) => {
+        /// Register summary (section 36), data addresses.
+        const REGS: &[Reg] = &[ $( Reg { name: $name, addr: $addr } ),* ];
+        /// What stands there.
+        const SITES: &[(u16, Site)] = &[ $( ($addr, $site) ),* ];
+    };
+}
+
+#[rustfmt::skip]
+registers! {
+    0x23 "PINB" Port(0, 0);          0x24 "DDRB" Port(0, 1);          0x25 "PORTB" Port(0, 2);
+    0x26 "PINC" Port(1, 0);          0x27 "DDRC" Port(1, 1);          0x28 "PORTC" Port(1, 2);
+    0x29 "PIND" Port(2, 0);          0x2A "DDRD" Port(2, 1);          0x2B "PORTD" Port(2, 2);
+    0x35 "TIFR0" Timer(0, TIFR);     0x36 "TIFR1" Timer(1, TIFR);     0x37 "TIFR2" Timer(2, TIFR);
+    0x3B "PCIFR" External(PCIFR);    0x3C "EIFR" External(EIFR);      0x3D "EIMSK" External(EIMSK);
+    0x3E "GPIOR0" Kept(0);           0x3F "EECR" Eeprom(EECR);        0x40 "EEDR" Eeprom(EEDR);
+    0x41 "EEARL" Eeprom(EEARL);      0x42 "EEARH" Eeprom(EEARH);      0x43 "GTCCR" Own(GTCCR);
+    0x44 "TCCR0A" Timer(0, TCCRA);   0x45 "TCCR0B" Timer(0, TCCRB);   0x46 "TCNT0" Timer(0, TCNTL);
+    0x47 "OCR0A" Timer(0, OCRAL);    0x48 "OCR0B" Timer(0, OCRBL);    0x4A "GPIOR1" Kept(1);
+    0x4B "GPIOR2" Kept(2);           0x4C "SPCR" Spi(SPCR);           0x4D "SPSR" Spi(SPSR);
+    0x4E "SPDR" Spi(SPDR);           0x50 "ACSR" Comparator(ACSR);    0x53 "SMCR" Own(SMCR);
+    0x54 "MCUSR" Own(MCUSR);         0x55 "MCUCR" Own(MCUCR);         0x57 "SPMCSR" Spm(SPMCSR);
+    0x5D "SPL" Core;                 0x5E "SPH" Core;                 0x5F "SREG" Core;
+    0x60 "WDTCSR" Watchdog(WDTCSR);  0x61 "CLKPR" Own(CLKPR);         0x64 "PRR" Own(PRR);
+    0x66 "OSCCAL" Own(OSCCAL);       0x68 "PCICR" External(PCICR);    0x69 "EICRA" External(EICRA);
+    0x6B "PCMSK0" External(PCMSK0);  0x6C "PCMSK1" External(PCMSK1);  0x6D "PCMSK2" External(PCMSK2);
+    0x6E "TIMSK0" Timer(0, TIMSK);   0x6F "TIMSK1" Timer(1, TIMSK);   0x70 "TIMSK2" Timer(2, TIMSK);
+    0x78 "ADCL" Adc(ADCL);           0x79 "ADCH" Adc(ADCH);           0x7A "ADCSRA" Adc(ADCSRA);
+    0x7B "ADCSRB" Adc(ADCSRB);       0x7C "ADMUX" Adc(ADMUX);         0x7E "DIDR0" Adc(DIDR0);
+    0x7F "DIDR1" Comparator(DIDR1);  0x80 "TCCR1A" Timer(1, TCCRA);   0x81 "TCCR1B" Timer(1, TCCRB);
+    0x82 "TCCR1C" Timer(1, TCCRC);   0x84 "TCNT1L" Timer(1, TCNTL);   0x85 "TCNT1H" Timer(1, TCNTH);
+    0x86 "ICR1L" Timer(1, ICRL);     0x87 "ICR1H" Timer(1, ICRH);     0x88 "OCR1AL" Timer(1, OCRAL);
+    0x89 "OCR1AH" Timer(1, OCRAH);   0x8A "OCR1BL" Timer(1, OCRBL);   0x8B "OCR1BH" Timer(1, OCRBH);
+    0xB0 "TCCR2A" Timer(2, TCCRA);   0xB1 "TCCR2B" Timer(2, TCCRB);   0xB2 "TCNT2" Timer(2, TCNTL);
+    0xB3 "OCR2A" Timer(2, OCRAL);    0xB4 "OCR2B" Timer(2, OCRBL);    0xB6 "ASSR" Timer(2, ASSR);
+    0xB8 "TWBR" Twi(TWBR);           0xB9 "TWSR" Twi(TWSR);           0xBA "TWAR" Twi(TWAR);
+    0xBB "TWDR" Twi(TWDR);           0xBC "TWCR" Twi(TWCR);           0xBD "TWAMR" Twi(TWAMR);
+    0xC0 "UCSR0A" Usart(0, UCSRA);   0xC1 "UCSR0B" Usart(0, UCSRB);   0xC2 "UCSR0C" Usart(0, UCSRC);
+    0xC4 "UBRR0L" Usart(0, UBRRL);   0xC5 "UBRR0H" Usart(0, UBRRH);   0xC6 "UDR0" Usart(0, UDR);
+}
+
+macro_rules! pins {
+    ($($name:literal $dip:literal $note:literal)*) => { &[ $( PinDef { name: $name, dip: $dip, note: $note } ),* ] };
+}
+
+/// Pins (section 1), 8 to a port: pin identity is port (B, C, D) times 8 plus bit.
+#[rustfmt::skip]
+const PINS: &[PinDef] = pins! {
+    "PB0" 14 ""  "PB1" 15 ""  "PB2" 16 ""  "PB3" 17 ""  "PB4" 18 ""  "PB5" 19 ""  "PB6" 9 "XTAL1"  "PB7" 10 "XTAL2"
+    "PC0" 23 ""  "PC1" 24 ""  "PC2" 25 ""  "PC3" 26 ""  "PC4" 27 ""  "PC5" 28 ""  "PC6" 1 "RESET"  "PC7" 0 "absent"
+    "PD0" 2 "RXD0"  "PD1" 3 "TXD0"  "PD2" 4 ""  "PD3" 5 ""  "PD4" 6 ""  "PD5" 11 ""  "PD6" 12 ""  "PD7" 13 ""
+};
+
+/// Alternate functions (section 14.3), pin change inputs apart.
+#[rustfmt::skip]
+const LINES: &[(usize, Line, u8)] = &[
+    (unit::TIMER,     Line::T,   20), (unit::TIMER,     Line::OcA, 22), (unit::TIMER,     Line::OcB, 21),
+    (unit::TIMER + 1, Line::T,   21), (unit::TIMER + 1, Line::Icp,  0), (unit::TIMER + 1, Line::OcA,  1),
+    (unit::TIMER + 1, Line::OcB,  2), (unit::TIMER + 2, Line::OcA,  3), (unit::TIMER + 2, Line::OcB, 19),
+    (unit::USART,     Line::Rxd, 16), (unit::USART,     Line::Txd, 17), (unit::USART,     Line::Xck, 20),
+    (unit::SPI,       Line::Ss,   2), (unit::SPI,       Line::Mosi, 3), (unit::SPI,       Line::Miso, 4),
+    (unit::SPI,       Line::Sck,  5), (unit::TWI,       Line::Sda, 12), (unit::TWI,       Line::Scl, 13),
+    (unit::EXTERNAL,  Line::Int(0), 18), (unit::EXTERNAL, Line::Int(1), 19),
+];
+
+/// Pin change inputs: PCINT0 to 7 on port B, 8 to 14 on port C, 16 to 23 on port D.
+#[rustfmt::skip]
+const PIN_CHANGES: &[(u8, u8)] = &[
+    (0, 0), (1, 1), (2, 2), (3, 3), (4, 4), (5, 5), (6, 6), (7, 7), (8, 8), (9, 9), (10, 10), (11, 11), (12, 12), (13, 13),
+    (14, 14), (16, 16), (17, 17), (18, 18), (19, 19), (20, 20), (21, 21), (22, 22), (23, 23),
+];
+
+/// Interrupt vectors (table 12-6), number = position, RESET is 0.
+#[rustfmt::skip]
+const VECTORS: &[&str] = &[
+    "RESET", "INT0", "INT1", "PCINT0", "PCINT1", "PCINT2", "WDT", "TIMER2_COMPA", "TIMER2_COMPB", "TIMER2_OVF",
+    "TIMER1_CAPT", "TIMER1_COMPA", "TIMER1_COMPB", "TIMER1_OVF", "TIMER0_COMPA", "TIMER0_COMPB", "TIMER0_OVF", "SPI_STC",
+    "USART_RX", "USART_UDRE", "USART_TX", "ADC", "EE_READY", "ANALOG_COMP", "TWI", "SPM_READY",
+];
+
+/// What asks for them.
+#[rustfmt::skip]
+const SOURCES: &[(usize, u8)] = &[
+    (unit::EXTERNAL, 0), (unit::EXTERNAL, 1), (unit::EXTERNAL, 2), (unit::EXTERNAL, 3), (unit::EXTERNAL, 4), (unit::WATCHDOG, 0),
+    (unit::TIMER + 2, 0), (unit::TIMER + 2, 1), (unit::TIMER + 2, 2),
+    (unit::TIMER + 1, 0), (unit::TIMER + 1, 1), (unit::TIMER + 1, 2), (unit::TIMER + 1, 3),
+    (unit::TIMER, 0), (unit::TIMER, 1), (unit::TIMER, 2), (unit::SPI, 0),
+    (unit::USART, 0), (unit::USART, 1), (unit::USART, 2), (unit::ADC, 0), (unit::EEPROM, 0), (unit::COMPARATOR, 0), (unit::TWI, 0),
+    (unit::SPM, 0),
+];
+
+/// Trigger sources of the converter (table 24-6), from ADTS 1 on.
+#[rustfmt::skip]
+const TRIGGERS: &[(usize, u8)] = &[
+    (unit::COMPARATOR, 0), (unit::EXTERNAL, 0), (unit::TIMER, 0), (unit::TIMER, 2), (unit::TIMER + 1, 2), (unit::TIMER + 1, 3),
+    (unit::TIMER + 1, 0),
+];
