@@ -321,7 +321,7 @@ impl Adc {
         let local = self.local(t);
         let (edges, level) = (self.edges(local), self.edges(local) % 2);
         self.conversion = self.conversion.map(|conversion| Conversion {
-            from: conversion.from.max(local),
+            from: local,
             halves: conversion.halves.map(|halves| halves + edges.saturating_sub(self.edges(conversion.from))),
             ..conversion
         });
