@@ -66,6 +66,10 @@ pub enum Line {
     Scl,
     /// Two-wire data.
     Sda,
+    /// External interrupt: the pin INT0 to INT7 by its number.
+    Int(u8),
+    /// Pin change interrupt: the pin PCINT0 to PCINT31 by its number.
+    Pc(u8),
 }
 
 /// What a part does to a pin in place of its port (the overriding signals of section 14.3).
