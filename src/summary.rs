@@ -164,9 +164,6 @@ pub fn complain<C: Cpu>(story: &Story<'_, C>) {
     let (what, hint) = match story.ended.reason {
         Reason::Illegal { word, .. } if word == erased => ("no instruction", out_of_code.as_str()),
         Reason::Illegal { .. } => ("no instruction", "is the image built for this chip?"),
-        Reason::Fault { fault: Fault::SelfProgramming, .. } => {
-            ("a fault of the program", "boot loaders and other programs that write flash do not run yet")
-        }
         Reason::Fault { fault: Fault::UninitialisedRead { .. }, .. } => {
             ("a fault of the program", "write the cell first; after power-up RAM holds anything")
         }

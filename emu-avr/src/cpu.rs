@@ -63,7 +63,7 @@ impl Avr {
         if let RamInit::Random(seed) = init {
             let mut rng = Rng::new(seed);
             rng.fill(&mut bytes[..32]);
-            rng.fill(&mut bytes[RAM..][..usize::from(chip.ram_len)]);
+            rng.fill(&mut bytes[RAM..][..usize::from(chip.ram_start + chip.ram_len) - RAM]);
         }
         for (addr, byte) in image.bytes_in("data") {
             // What lies at the registers of the chip is theirs to say.
@@ -84,8 +84,8 @@ impl Avr {
         let mut avr = Avr {
             part,
             hot: Hot::START,
-            data: Data { bytes, ram_start: chip.ram_start, ram_len: chip.ram_len },
-            code: Arc::new(Code::new(flash)),
+            data: Data { bytes, ram_len: chip.ram_start + chip.ram_len - RAM as u16 },
+            code: Arc::new(Code::new(flash, part)),
             soc: Soc::new(part, options, beside, Arc::new(eeprom)),
             looks: Looks::START,
         };
@@ -201,7 +201,7 @@ impl Cpu for Avr {
                 SPL => self.hot.sp as u8,
                 SPH => (self.hot.sp >> 8) as u8,
                 SREG => self.hot.flags.pack(),
-                addr if (0x20..self.part.chip.ram_start).contains(&addr) => self.soc.peek(addr, self.cycle()),
+                addr if (0x20..RAM as u16).contains(&addr) => self.soc.peek(addr, self.cycle()),
                 _ => self.data.bytes[self::index(self.part.chip, addr)?],
             }),
             "flash" => self.code.bytes.get(index).copied(),
@@ -219,7 +219,7 @@ impl Cpu for Avr {
                 SPL => self.hot.sp = self.hot.sp & 0xFF00 | u16::from(value),
                 SPH => self.hot.sp = self.hot.sp & 0x00FF | u16::from(value) << 8,
                 SREG => self.hot.flags = Flags::unpack(value),
-                addr if (0x20..self.part.chip.ram_start).contains(&addr) => {
+                addr if (0x20..RAM as u16).contains(&addr) => {
                     let now = self.cycle();
                     self.soc.write(addr, value, now);
                 }
@@ -279,13 +279,13 @@ impl Cpu for Avr {
 /// The calibration byte of the internal oscillator, which differs from chip to chip.
 const CALIBRATION: u8 = 0x80;
 
-/// Where what stands at a data address is kept: a register of the core, or RAM.
+/// Where the core keeps what stands at a data address: a register of its own, or RAM.
 fn index(chip: &Chip, addr: u32) -> Option<usize> {
     if addr < 32 {
         return Some(addr as usize);
     }
-    let i = addr.checked_sub(chip.ram_start.into()).filter(|&i| i < chip.ram_len.into())?;
-    Some(ram(i as u16))
+    let end = u32::from(chip.ram_start) + u32::from(chip.ram_len);
+    (RAM as u32..end).contains(&addr).then(|| ram((addr - RAM as u32) as u16))
 }
 
 enum Register {

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use emu_core::engine::Mark;
 use emu_core::table::{Op, Site};
 
+use crate::chips::Part;
 use crate::isa::{AvrOp, Kind, row_of};
 use crate::record::record;
-use crate::soc::restless;
 
 /// Program words that the op array holds: as many as a program counter of 16 bits reaches, so that it needs no check. What
 /// is behind the end of a smaller memory falls to the slow path, which goes on at the beginning.
@@ -25,18 +25,19 @@ pub struct Code {
     pub plain: Box<[AvrOp; WORDS]>,
     /// The loops that only look, by the branch that closes them: head, and the data addresses that they read.
     loops: BTreeMap<u32, (u32, Vec<u16>)>,
+    part: &'static Part,
     traps: BTreeSet<u32>,
 }
 
 impl Code {
     /// Program memory with these bytes, a power of two of them that is at most twice [`WORDS`].
-    pub fn new(bytes: Vec<u8>) -> Code {
+    pub fn new(bytes: Vec<u8>, part: &'static Part) -> Code {
         let mut ops = Box::new([Op { kind: Kind::Poll, arg: [0; 3] }; WORDS]);
         // Erased words stay what they are: no instruction.
         ops[..bytes.len() / 2].fill(Op { kind: Kind::Illegal, arg: [0; 3] });
         let (ops, plain) = ([ops.clone(), ops.clone()], ops);
         let used = bytes.iter().rposition(|&b| b != 0xFF).map_or(0, |at| at as u32 / 2 + 1);
-        let mut code = Code { bytes, ops, plain, loops: BTreeMap::new(), traps: BTreeSet::new() };
+        let mut code = Code { bytes, ops, plain, loops: BTreeMap::new(), part, traps: BTreeSet::new() };
         code.predecode(0, used);
         code
     }
@@ -158,7 +159,7 @@ impl Code {
             looks.extend(record.looks);
             pc += self.len_at(pc);
         }
-        let rests = !looks.is_empty() && !looks.iter().any(|&reg| restless(reg));
+        let rests = !looks.is_empty() && !looks.iter().any(|&reg| self.part.restless(reg));
         (needs & writes == 0 && head != end && rests).then_some(looks)
     }
 }

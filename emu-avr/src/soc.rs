@@ -11,20 +11,20 @@ use emu_core::outside::{Drives, Log};
 use emu_core::parts::prescaler::Prescaler;
 use emu_core::pins::{Event, Level, Pin, PinId, Time};
 
-use crate::chips::{Part, Site, unit};
+use crate::chips::{Fuses, Part, Site, unit};
 use crate::cpu::Options;
 use crate::periph::adc::Adc;
 use crate::periph::comparator::Comparator;
 use crate::periph::eeprom::Eeprom;
 use crate::periph::external::External;
-use crate::periph::guard::Watchdog;
+use crate::periph::guard::{self, Watchdog};
 use crate::periph::ports::Ports;
 use crate::periph::spi::Spi;
 use crate::periph::spm::{Bytes, Spm};
 use crate::periph::timers::{Shape, Timer};
 use crate::periph::twi::Twi;
 use crate::periph::usart::Usart;
-use crate::periph::{Device, Outbox, Signal, usart};
+use crate::periph::{Device, Outbox, Signal, timers, usart};
 
 /// Does something with the unit of a number.
 macro_rules! unit {
@@ -127,6 +127,7 @@ impl Soc {
         let timer = |n: usize| Timer::new(part.timers.get(n).copied().unwrap_or(Shape::narrow(0)));
         let hz = options.hz.max(1);
         let power = Power::new(part, options, &bytes);
+        let always_on = Fuses::programmed(bytes.fuses, Some(part.fuses.wdton));
         let mut soc = Soc {
             part,
             wiring: Arc::new(Wiring::new(part)),
@@ -139,7 +140,7 @@ impl Soc {
             comparator: Comparator::new(part.adc.bandgap_mv, hz),
             eeprom: Eeprom::new(part.eeprom, eeprom, hz),
             spm: Spm::new(part.spm, bytes, power::boot_start(part, &bytes), hz),
-            watchdog: Watchdog::new(part.watchdog, hz),
+            watchdog: Watchdog::new(part.watchdog, always_on, hz),
             external: External::new(part.external),
             prescalers: [Prescaler::new(0); 2],
             gtccr: 0,
@@ -243,7 +244,7 @@ impl Soc {
     #[must_use]
     pub fn reset_vector(&self) -> u32 {
         let bytes = self.spm.bytes();
-        let boot = crate::chips::Fuses::programmed(bytes.fuses, self.part.fuses.bootrst);
+        let boot = Fuses::programmed(bytes.fuses, self.part.fuses.bootrst);
         if boot { power::boot_start(self.part, bytes) / 2 } else { 0 }
     }
 
@@ -256,7 +257,7 @@ impl Soc {
     /// WDR in the cycle `now`.
     pub fn clear_watchdog(&mut self, now: u64) {
         self.run(now);
-        self.watchdog.restart(now + 1);
+        self.watchdog.restart(now + 1, &mut self.out);
         self.touch(unit::WATCHDOG);
         self.plan();
     }
@@ -342,14 +343,14 @@ impl Soc {
         self.adc.listens()
     }
 
-    /// What an access asks of the core.
-    fn wake(&self) -> Wake {
+    /// What an access asks of the core, before which so many events were logged and units asked for this.
+    fn wake(&self, logged: usize, asks: [u8; unit::COUNT]) -> Wake {
         let calm = self.due >= self.told
             && self.orders.is_empty()
             && self.stall == 0
-            && self.log.is_empty()
+            && self.log.len() == logged
             && !self.power.requests()
-            && self.asks == [0; unit::COUNT];
+            && self.asks == asks;
         if calm { Wake::NONE } else { Wake::DEADLINE }
     }
 
@@ -389,11 +390,12 @@ impl Bus for Soc {
     fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> Wake {
         let due = self.due <= now;
         self.run(now);
+        let (logged, asks) = (self.log.len(), self.asks);
         self.store(self.site(reg), mask, value, now + 1);
         if self.touched != 0 {
             self.plan();
         }
-        if due { Wake::DEADLINE } else { self.wake() }
+        if due { Wake::DEADLINE } else { self.wake(logged, asks) }
     }
 
     fn fire(&mut self, now: u64) -> u64 {
@@ -429,13 +431,13 @@ impl Bus for Soc {
 
     fn can_wake(&self, interrupts_enabled: bool) -> bool {
         let waits = self.nexts.iter().any(|&next| next != NEVER) || self.asks != [0; unit::COUNT];
-        let listens = self.usarts.iter().any(Usart::listens) || self.external.listens();
-        self.watchdog.resets() || self.power.next() != NEVER || interrupts_enabled && (waits || listens)
+        let listens = self.usarts.iter().any(Usart::listens);
+        self.watchdog.peek(guard::Reg::WDTCSR, 0) & WDE != 0 || self.power.next() != NEVER || interrupts_enabled && (waits || listens)
     }
 
     fn busy(&self) -> bool {
         // What moves pins by itself: units that have something to do and no interrupt enabled for it.
-        let moves = |n: usize| self.nexts[n] != NEVER && self.timers[n].enabled() == 0;
+        let moves = |n: usize| self.nexts[n] != NEVER && self.timers[n].peek(timers::Reg::TIMSK, 0) == 0;
         let units = [unit::SPI, unit::TWI, unit::ADC, unit::EEPROM];
         self.drives.next() != NEVER
             || self.usarts.iter().any(Usart::sending)
@@ -452,3 +454,6 @@ impl Soc {
 
 /// UDR of a USART, which does something when it is read.
 const UDR: usart::Reg = usart::Reg::UDR;
+
+/// WDE in WDTCSR.
+const WDE: u8 = 1 << 3;

@@ -27,11 +27,10 @@ pub const SREG: u16 = 0x5F;
 /// What the core holds of data memory. All of it is behind one pointer, so that the hot loop has registers of the host left.
 #[derive(Debug, Clone)]
 pub struct Data {
-    /// The registers of the core, and from [`RAM`] on RAM, of which a chip has the first.
+    /// The registers of the core, and from [`RAM`] on RAM, of which a chip has the first. What RAM there is below 100h is kept by
+    /// the chip.
     pub bytes: [u8; RAM + MOST_RAM],
-    /// First data address of RAM.
-    pub ram_start: u16,
-    /// RAM in bytes.
+    /// Bytes of RAM from the data address 100h on.
     pub ram_len: u16,
 }
 

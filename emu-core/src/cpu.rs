@@ -50,8 +50,6 @@ pub enum Stop {
 /// What a guest program can do that the model does not carry out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Fault {
-    /// SPM: self-programming is not modelled.
-    SelfProgramming,
     /// A memory cell of RAM was read before it was written (only with `--ram trap`).
     UninitialisedRead {
         /// The memory, as [`Chip::spaces`] names it.
@@ -64,7 +62,6 @@ pub enum Fault {
 impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Fault::SelfProgramming => f.write_str("SPM: self-programming of flash is not modelled"),
             Fault::UninitialisedRead { space, addr } => {
                 write!(f, "{space}:0x{addr:04x} was read before it was written")
             }

@@ -131,6 +131,15 @@ impl Part {
     pub fn trigger(&self, source: u8) -> Option<(usize, u8)> {
         self.triggers.get(usize::from(source).checked_sub(1)?).copied()
     }
+
+    /// True for registers that may read otherwise in every cycle, or do something when they are read: a loop over one of them
+    /// can never be jumped over.
+    #[must_use]
+    pub fn restless(&self, reg: u16) -> bool {
+        use timers::Reg::{ICRL, TCNTL};
+        let site = self.sites.get(usize::from(reg)).copied().unwrap_or(Site::Reserved);
+        matches!(site, Site::Timer(_, TCNTL | ICRL) | Site::Usart(_, usart::Reg::UDR) | Site::Spi(_))
+    }
 }
 
 /// What stands at a data address.

@@ -28,6 +28,11 @@ impl Edges {
         self.high
     }
 
+    /// The pin as the last flip-flop has it.
+    pub(super) const fn seen(&self) -> bool {
+        self.seen
+    }
+
     /// When the next change comes out.
     pub(super) const fn next(&self) -> u64 {
         self.due[0]

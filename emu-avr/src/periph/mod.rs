@@ -22,17 +22,15 @@ pub mod adc;
 pub mod comparator;
 mod edges;
 pub mod eeprom;
-pub(crate) mod map;
-pub(crate) mod old_timer;
-pub(crate) mod old_usart;
-pub(crate) mod plain;
+pub mod external;
+pub mod guard;
 pub(crate) mod ports;
 pub mod span;
 pub mod spi;
 pub mod spm;
 pub mod timers;
+pub mod twi;
 pub mod usart;
-pub(crate) mod watchdog;
 
 /// A line between a part of the chip and a pin. Which pin it is is a matter of the chip and of which part of a kind it is; a line
 /// that a chip does not have stays low.

@@ -93,11 +93,13 @@ impl Ports {
         }
     }
 
-    /// PINx as read in the cycle `now`: the wires as they were one cycle before, behind the synchroniser (14.2.4).
+    /// PINx as read in the cycle `now`: the wires as they were one cycle before, behind the synchroniser (14.2.4). The reset pin
+    /// reads 0.
     pub fn input(&self, port: usize, now: u64) -> u8 {
         let wires = self.wires(port);
         let bits = wires.iter().enumerate().fold(0, |bits, (i, pin)| bits | u8::from(seen(pin, now)) << i);
-        bits & self.exist.get(port).copied().unwrap_or(0)
+        let reset = self.reset.filter(|pin| usize::from(pin / 8) == port).map_or(0, |pin| 1 << (pin % 8));
+        bits & self.exist.get(port).copied().unwrap_or(0) & !reset
     }
 
     /// True when PINx will read the same in every cycle from `now` on as long as no wire changes.

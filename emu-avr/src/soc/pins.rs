@@ -8,7 +8,7 @@ use super::with_unit;
 use crate::chips::{Part, unit};
 use crate::periph::comparator::Input;
 use crate::periph::ports::{Change, PINS};
-use crate::periph::{Device, Drive, Line};
+use crate::periph::{Device, Drive, Line, timers};
 
 /// What comes from outside.
 #[derive(Debug, Clone, Copy)]
@@ -275,6 +275,9 @@ impl Soc {
             self.touch(unit::TIMER + n);
             self.carry_out(unit::TIMER + n);
         }
+        self.external.listen(wanted.is_some_and(|(number, _)| number == unit::EXTERNAL), t, &mut self.out);
+        self.touch(unit::EXTERNAL);
+        self.carry_out(unit::EXTERNAL);
         self.comparator.select(self.adc.comparator_channel(), t, &mut self.out);
         self.comparator.keep_reference(self.adc.enabled() || self.power.bod_mv != 0, t, &mut self.out);
         self.touch(unit::COMPARATOR);
@@ -286,8 +289,11 @@ impl Soc {
         let Some((number, irq)) = self.part.trigger(source) else { return false };
         match number {
             unit::COMPARATOR => self.comparator.flag(),
-            unit::EXTERNAL => self.external.flag(irq),
-            n if n < unit::USART => self.timers[n].flag(irq, t),
+            unit::EXTERNAL => self.external.flag(),
+            n if n < unit::USART => {
+                let flags = self.timers[n].peek(timers::Reg::TIFR, t);
+                self.timers[n].shape().irqs_of(flags) >> irq & 1 == 1
+            }
             _ => false,
         }
     }

@@ -270,6 +270,7 @@ impl Soc {
         (self.mcucr, self.smcr, self.prr, self.gtccr, self.kept) = (0, 0, 0, 0, [0; 3]);
         self.osccal = self.spm.bytes().calibration;
         self.stall = 0;
+        self.watchdog.forced(self.mcusr & WDRF != 0, now, &mut self.out);
         self.ports.reset();
         for number in 0..unit::COUNT {
             if self.power.stopped >> number & 1 == 1 {
@@ -285,7 +286,6 @@ impl Soc {
         self.tell_prescaler(0, now);
         self.tell_prescaler(1, now);
         self.set_rate(now);
-        self.watchdog.forced(self.mcusr & WDRF != 0);
         self.hold(now);
         self.power.starts = match self.power.start_wait() {
             0 if !self.power.held() => 0,

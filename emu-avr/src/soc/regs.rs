@@ -216,7 +216,7 @@ impl Soc {
             // Flags are cleared by a zero (11.9.1).
             Own::MCUSR => {
                 self.mcusr &= kept(self.mcusr, 0xFF);
-                self.watchdog.forced(self.mcusr & super::power::WDRF != 0);
+                self.watchdog.forced(self.mcusr & super::power::WDRF != 0, t, &mut self.out);
                 self.touch(unit::WATCHDOG);
             }
             Own::SMCR => self.smcr = kept(self.smcr, 0x0F),

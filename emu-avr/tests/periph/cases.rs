@@ -51,7 +51,7 @@ fn timers() {
         15.9.7 flags are cleared by 1, one at a time       | 1:TCCR0B=01 300:TIFR0?07 300:TIFR0|02 301:TIFR0?05 302:TIFR0=01 303:TIFR0?04 304:TIFR0&04 305:TIFR0?04
         15.9.6 interrupts by priority; taking clears       | 1:TCCR0B=01 2:TIMSK0=07 3:irq?TIMER0_COMPA 300:take=TIMER0_COMPA 300:irq?TIMER0_COMPB 300:take=TIMER0_COMPB 300:irq?TIMER0_OVF 300:take=TIMER0_OVF 300:irq?- 300:deadline?514
         15.9.6 the deadline is the enabled flag's cycle    | 1:OCR0A=63 2:TCCR0B=01 9:deadline?- 9:TIMSK0=02 10:deadline?103 102:irq?- 103:irq?TIMER0_COMPA
-        15.9.7 a flag may be polled over to its change     | 1:OCR0A=63 2:TCCR0B=01 9:TIFR0=07 10:steady.TIFR0?103 10:steady.TCNT0?10
+        15.9.7 a flag may be polled over to its change     | 1:OCR0A=63 2:TCCR0B=01 9:TIFR0=07 10:steady.TIFR0?103 10:steady.TCNT0?11
         16.3   TEMP: high byte first when writing          | 1:TCNT1H=12 2:TCNT1L=34 3:TCNT1L!34 4:TCNT1H!12
         16.3   TEMP: reading low latches high              | 1:TCNT1H=12 2:TCNT1L=FF 3:TCNT1L!FF 4:TCCR1B=01 9:TCNT1H!12 9:TCNT1L!03 10:TCNT1H!13
         16.3   OCR1 reads go past TEMP                     | 1:OCR1AH=12 2:OCR1AL=34 3:TCNT1H=77 4:OCR1AH!12 5:OCR1AL!34 6:TCNT1H!77

@@ -2,6 +2,7 @@
 
 use emu_avr::chips::ATMEGA328P as CHIP;
 use emu_avr::soc::Soc;
+use crate::script::chip;
 use emu_core::rng::Rng;
 use emu_core::{Bus, NEVER};
 
@@ -202,7 +203,7 @@ fn random_write(rng: &mut Rng) -> (&'static str, u8) {
 fn random_programs_agree_with_stepped_timers_at_every_cycle() {
     for seed in 0..25 {
         let mut rng = Rng::new(seed);
-        let (mut soc, mut model) = (Soc::new(&CHIP), Model::new());
+        let (mut soc, mut model) = (chip(), Model::new());
         let mut deadline = NEVER;
         let mut flags_steady = [(0, 0); 3];
         let busy = 2 + rng.below(60);

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use emu_avr::chips::ATMEGA328P as CHIP;
 use emu_avr::soc::Soc;
+use crate::script::chip;
 use emu_core::parts::uart::frame_edges;
 use emu_core::rng::Rng;
 use emu_core::{Bus, Event, Level};
@@ -170,7 +171,7 @@ fn random_traffic_agrees_with_a_stepped_port_at_every_cycle() {
         let mut rng = Rng::new(seed);
         let double = rng.one_in(2);
         let ubrr = rng.below(4) as u8;
-        let mut soc = Soc::new(&CHIP);
+        let mut soc = chip();
         soc.log(true, 0);
         let mut model = Model { per_bit: if double { 8 } else { 16 }, txd: true, ..Model::default() };
         let mut now = 0;

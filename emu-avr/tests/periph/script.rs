@@ -8,7 +8,9 @@
 
 use emu_avr::chips::ATMEGA328P as CHIP;
 use emu_avr::soc::Soc;
-use emu_core::{Bus, Level, NEVER, Reset};
+use emu_avr::{Avr, Options};
+use emu_core::image::Image;
+use emu_core::{Bus, Level, NEVER, RamInit, Reset};
 
 /// Runs every line of `text` on a fresh chip with a clock of `hz`; panics with all that failed.
 pub fn check(hz: u64, text: &str) {
@@ -17,8 +19,8 @@ pub fn check(hz: u64, text: &str) {
     for line in text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')) {
         lines += 1;
         let (title, steps) = line.split_once('|').unwrap_or_else(|| panic!("no '|' in: {line}"));
-        let mut soc = Soc::new(&CHIP);
-        soc.set_clock_hz(hz);
+        let mut soc = chip();
+        soc.set_clock_hz(hz, 0);
         for step in steps.split_whitespace() {
             if let Err(why) = run(&mut soc, step) {
                 failures += &format!("{title}: {step}: {why}\n");
@@ -52,7 +54,7 @@ fn run(soc: &mut Soc, step: &str) -> Result<(), String> {
             return Ok(());
         }
         ("reset", "?") => {
-            let asked = soc.reset_requested(now);
+            let asked = soc.reset_requested(now).is_some();
             if asked {
                 soc.reset(Reset::Watchdog, now);
             }
@@ -110,4 +112,11 @@ impl Ignore for emu_core::Wake {
     fn none(self) -> Result<(), String> {
         Ok(())
     }
+}
+
+/// The chip around the core after power-on, its reset pin being a port pin (RSTDISBL).
+pub fn chip() -> Soc {
+    let fuses = Some([0xFF, 0x59, 0xFF]);
+    let options = Options { hz: CHIP.default_hz, fuses, lock: None, start_up: false };
+    Avr::with(&CHIP, &Image::default(), RamInit::Zero, options).soc().clone()
 }

@@ -1,0 +1,354 @@
+//! External interrupts INTn and pin change interrupts PCINTn (section 13).
+//!
+//! A pin goes through three flip-flops in a row, the first of them the synchroniser that PINx has too. Of an INT pin the second
+//! and the third are compared, of the pins of a group the first with what comes in (figure 13-1); either way what changes at the
+//! edge `t` sets its flag at `t + 3`. Levels, and the edges that the data sheet calls asynchronous, do without a clock.
+//!
+//! While the I/O clock stands, [`Device::requests`] says what asks to wake: levels and edges without a clock, and changes
+//! of pins that count. It is to be asked again at the end of the start-up time, after [`Device::wake`]: a level that is
+//! gone by then, or a pin that is back, leaves no interrupt (13.1). The flag of a pin that is not back comes within the four
+//! cycles for which the core is halted then (10.2).
+
+mod kind;
+
+use emu_core::NEVER;
+
+pub use self::kind::{Kind, Reg};
+use super::{Device, Line, Outbox, Signal};
+
+/// Cycles from a change of a pin to its flag.
+const DETECT: u64 = 3;
+
+/// Groups of pins, as bits, for which `test` holds.
+fn groups_with(test: impl Fn(usize) -> bool) -> u8 {
+    (0..4).fold(0, |bits, group| bits | u8::from(test(group)) << group)
+}
+
+/// Bits 0 to 3 at the even places.
+fn spread(bits: u8) -> u8 {
+    (0..4).fold(0, |spread, n| spread | (bits >> n & 1) << (2 * n))
+}
+
+/// The bits at even places as bits 0 to 3.
+fn gather(bits: u8) -> u8 {
+    (0..4).fold(0, |gathered, n| gathered | (bits >> (2 * n) & 1) << n)
+}
+
+/// All pins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Pins {
+    /// INT0 to INT7.
+    int: u8,
+    /// PCINT0 to PCINT31.
+    pc: [u8; 4],
+}
+
+/// What has changed in one cycle, on its way to the flags.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Change {
+    /// When it comes to the flags.
+    at: u64,
+    rose: u8,
+    fell: u8,
+    groups: u8,
+}
+
+/// The external interrupts. [`Line::Int`] and [`Line::Pc`] are their lines; what a chip does not have is ignored. All pins are
+/// low at first.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct External {
+    kind: Kind,
+    /// ISCn1, a bit for each input.
+    isc1: u8,
+    /// ISCn0.
+    isc0: u8,
+    eimsk: u8,
+    eifr: u8,
+    pcicr: u8,
+    pcifr: u8,
+    pcmsk: [u8; 4],
+    pins: Pins,
+    /// The first flip-flops.
+    seen: Pins,
+    /// The edge at which `pins` last became another; the first flip-flops take that at the next edge.
+    changed: u64,
+    /// Changes behind the first flip-flops, the oldest first.
+    ways: [Option<Change>; 3],
+    /// The edge at which flags were set last, and which: INTF, PCIF.
+    flagged: (u64, u8, u8),
+    listened: bool,
+    /// When the I/O clock was stopped.
+    stopped: Option<u64>,
+}
+
+impl External {
+    /// The external interrupts after power-on.
+    #[must_use]
+    pub fn new(kind: Kind) -> External {
+        External {
+            kind,
+            isc1: 0,
+            isc0: 0,
+            eimsk: 0,
+            eifr: 0,
+            pcicr: 0,
+            pcifr: 0,
+            pcmsk: [0; 4],
+            pins: Pins::default(),
+            seen: Pins::default(),
+            changed: 0,
+            ways: [None; 3],
+            flagged: (0, 0, 0),
+            listened: false,
+            stopped: None,
+        }
+    }
+
+    /// Whether INTF0 gives [`Signal::Flag`] when it is set, enabled or not (the converter's trigger source 2).
+    pub fn listen(&mut self, on: bool, t: u64, out: &mut Outbox) {
+        self.advance(t, out);
+        self.listened = on;
+    }
+
+    /// INTF0, after everything that was run.
+    #[must_use]
+    pub const fn flag(&self) -> bool {
+        self.eifr & 1 != 0
+    }
+
+    /// Inputs that ask as long as they are low (ISCn = 0).
+    const fn low(&self) -> u8 {
+        self.kind.inputs() & !(self.isc1 | self.isc0 | self.kind.edge_only)
+    }
+
+    /// Inputs that look for one sort of edge, which ISCn0 says.
+    const fn one_edge(&self) -> u8 {
+        self.isc1 | self.kind.edge_only
+    }
+
+    /// Inputs that look for any change. ISCn = 1 is reserved where edges need no clock, and does nothing there.
+    const fn any_edge(&self) -> u8 {
+        !self.isc1 & self.isc0 & !self.kind.asynchronous
+    }
+
+    /// Inputs that are as they are after the edge that ISCn0 says.
+    const fn active(&self) -> u8 {
+        !(self.pins.int ^ self.isc0)
+    }
+
+    /// Inputs, of those whose edges need a clock, for which a change sets the flag.
+    const fn found(&self, change: &Change) -> u8 {
+        let rising = self.any_edge() | self.one_edge() & self.isc0;
+        let falling = self.any_edge() | self.one_edge() & !self.isc0;
+        (change.rose & rising | change.fell & falling) & !self.kind.asynchronous
+    }
+
+    /// Groups with a pin that counts and is not as the first flip-flop has it.
+    fn groups_changed(&self) -> u8 {
+        groups_with(|group| (self.pins.pc[group] ^ self.seen.pc[group]) & self.pcmsk[group] != 0)
+    }
+
+    /// What the first flip-flops take at their next edge, if there is something that they do not have.
+    fn fresh(&self) -> Option<Change> {
+        (self.pins != self.seen).then(|| Change {
+            at: self.changed.saturating_add(DETECT),
+            rose: self.pins.int & !self.seen.int,
+            fell: self.seen.int & !self.pins.int,
+            groups: self.groups_changed(),
+        })
+    }
+
+    /// Everything on its way, the oldest first. Nothing moves while the clock stands.
+    fn coming(&self) -> impl Iterator<Item = Change> {
+        let clocked = self.stopped.is_none();
+        self.ways.into_iter().flatten().chain(self.fresh()).filter(move |_| clocked)
+    }
+
+    /// Does everything that is due at or before `t`.
+    fn advance(&mut self, t: u64, out: &mut Outbox) {
+        if self.stopped.is_some() {
+            return;
+        }
+        if let Some(change) = self.fresh().filter(|_| self.changed < t) {
+            self.seen = self.pins;
+            // Of a cycle there is one change at most, and the one three cycles ago has come out.
+            let place = self.ways.iter().position(Option::is_none).unwrap_or(2);
+            self.ways[place] = Some(change);
+        }
+        while let [Some(change), second, third] = self.ways {
+            if change.at > t {
+                break;
+            }
+            self.ways = [second, third, None];
+            self.set(self.found(&change), change.groups, change.at, out);
+        }
+    }
+
+    /// Sets flags at the edge `t`.
+    fn set(&mut self, ints: u8, groups: u8, t: u64, out: &mut Outbox) {
+        if self.listened && ints & !self.eifr & 1 != 0 {
+            out.push(Signal::Flag { t, irq: 0 });
+        }
+        self.eifr |= ints;
+        self.pcifr |= groups;
+        if self.flagged.0 != t {
+            self.flagged = (t, 0, 0);
+        }
+        self.flagged.1 |= ints;
+        self.flagged.2 |= groups;
+    }
+
+    /// Does something to pins or ISC at `t`, and sets the flags of inputs without a clock whose edge that makes.
+    fn trigger(&mut self, t: u64, out: &mut Outbox, change: impl FnOnce(&mut External)) {
+        let before = self.active();
+        change(self);
+        let edges = self.active() & !before & self.one_edge() & self.kind.asynchronous;
+        self.set(edges, 0, t, out);
+        self.eifr &= !self.low();
+    }
+
+    /// Writes ISC of the inputs `mask`, whose bits 0 to 3 begin at the input `first`.
+    fn write_isc(&mut self, value: u8, mask: u8, first: u8, t: u64, out: &mut Outbox) {
+        let inputs = self.kind.inputs();
+        let merge = |old: u8, shift: u8, there: u8| {
+            let bits = gather(mask >> shift) << first & there;
+            old & !bits | gather(value >> shift) << first & bits
+        };
+        self.trigger(t, out, |external| {
+            external.isc1 = merge(external.isc1, 1, inputs & !external.kind.edge_only);
+            external.isc0 = merge(external.isc0, 0, inputs);
+        });
+    }
+
+    fn shown(&self, reg: Reg) -> u8 {
+        let isc = |first: u8| spread(self.isc0 >> first) | spread(self.isc1 >> first) << 1;
+        match reg {
+            Reg::EICRA => isc(0),
+            Reg::EICRB => isc(4),
+            Reg::EIMSK => self.eimsk,
+            Reg::EIFR => self.eifr,
+            Reg::PCICR => self.pcicr,
+            Reg::PCIFR => self.pcifr,
+            Reg::PCMSK0 => self.pcmsk[0],
+            Reg::PCMSK1 => self.pcmsk[1],
+            Reg::PCMSK2 => self.pcmsk[2],
+            Reg::PCMSK3 => self.pcmsk[3],
+        }
+    }
+}
+
+impl Device for External {
+    type Reg = Reg;
+
+    fn run(&mut self, t: u64, out: &mut Outbox) {
+        self.advance(t, out);
+    }
+
+    fn next(&self) -> u64 {
+        let ints = (self.eimsk | u8::from(self.listened)) & !self.eifr;
+        let groups = self.pcicr & !self.pcifr;
+        let noticed = |change: &Change| self.found(change) & ints != 0 || change.groups & groups != 0;
+        self.coming().find(noticed).map_or(NEVER, |change| change.at)
+    }
+
+    /// Interrupt `n` is INT`n`, for as many as there are; those of the groups of pins follow. While the I/O clock stands, this
+    /// is what asks to wake.
+    fn requests(&self) -> u8 {
+        let ints = self.eimsk & (self.eifr | self.low() & !self.pins.int);
+        let asleep = match self.stopped {
+            Some(_) => self.ways.iter().flatten().fold(self.groups_changed(), |groups, change| groups | change.groups),
+            None => 0,
+        };
+        let groups = self.pcicr & (self.pcifr | asleep);
+        ints | (u16::from(groups) << self.kind.ints) as u8
+    }
+
+    fn taken(&mut self, irq: u8, t: u64, out: &mut Outbox) {
+        self.advance(t, out);
+        match irq.checked_sub(self.kind.ints) {
+            None => self.eifr &= !(1 << irq),
+            Some(group) => self.pcifr &= !1u8.checked_shl(group.into()).unwrap_or(0),
+        }
+    }
+
+    fn peek(&self, reg: Reg, t: u64) -> u8 {
+        if self.coming().next().is_none_or(|change| change.at > t) {
+            return self.shown(reg);
+        }
+        let mut external = self.clone();
+        external.advance(t, &mut Outbox::new());
+        external.shown(reg)
+    }
+
+    fn write(&mut self, reg: Reg, value: u8, mask: u8, t: u64, out: &mut Outbox) {
+        self.advance(t, out);
+        let merge = |old: u8, there: u8| old & !(mask & there) | value & mask & there;
+        // What is set at the very edge of the write stays set.
+        let (ints, groups) = if self.flagged.0 == t { (self.flagged.1, self.flagged.2) } else { (0, 0) };
+        match reg {
+            Reg::EICRA => self.write_isc(value, mask, 0, t, out),
+            Reg::EICRB => self.write_isc(value, mask, 4, t, out),
+            Reg::EIMSK => self.eimsk = merge(self.eimsk, self.kind.inputs()),
+            Reg::EIFR => self.eifr &= !(value & mask) | ints,
+            Reg::PCICR => self.pcicr = merge(self.pcicr, self.kind.groups()),
+            Reg::PCIFR => self.pcifr &= !(value & mask) | groups,
+            Reg::PCMSK0 => self.pcmsk[0] = merge(self.pcmsk[0], self.kind.masks[0]),
+            Reg::PCMSK1 => self.pcmsk[1] = merge(self.pcmsk[1], self.kind.masks[1]),
+            Reg::PCMSK2 => self.pcmsk[2] = merge(self.pcmsk[2], self.kind.masks[2]),
+            Reg::PCMSK3 => self.pcmsk[3] = merge(self.pcmsk[3], self.kind.masks[3]),
+        }
+    }
+
+    fn line(&mut self, line: Line, high: bool, t: u64, out: &mut Outbox) {
+        self.advance(t, out);
+        let set = |bits: u8, bit: u8| if high { bits | bit } else { bits & !bit };
+        match line {
+            Line::Int(n) => {
+                let bit = 1u8.checked_shl(n.into()).unwrap_or(0) & self.kind.inputs();
+                self.trigger(t, out, |external| external.pins.int = set(external.pins.int, bit));
+            }
+            Line::Pc(n) => {
+                let group = usize::from(n / 8);
+                if let (Some(pins), Some(there)) = (self.pins.pc.get_mut(group), self.kind.masks.get(group)) {
+                    *pins = set(*pins, 1 << (n % 8) & there);
+                }
+            }
+            _ => return,
+        }
+        self.changed = t;
+    }
+
+    /// What is behind the first flip-flops is lost.
+    fn reset(&mut self, t: u64, out: &mut Outbox) {
+        self.wake(t, out);
+        *self = External {
+            pins: self.pins,
+            seen: self.seen,
+            changed: self.changed,
+            listened: self.listened,
+            ..External::new(self.kind)
+        };
+    }
+
+    /// The I/O clock stops.
+    fn sleep(&mut self, t: u64, out: &mut Outbox) {
+        self.advance(t, out);
+        self.stopped.get_or_insert(t);
+    }
+
+    fn wake(&mut self, t: u64, out: &mut Outbox) {
+        self.advance(t, out);
+        let Some(stopped) = self.stopped.take() else { return };
+        for change in self.ways.iter_mut().flatten() {
+            change.at = change.at.saturating_add(t.saturating_sub(stopped));
+        }
+        self.changed = t;
+    }
+
+    fn steady(&self, reg: Reg, t: u64) -> u64 {
+        match reg {
+            Reg::EIFR | Reg::PCIFR => self.coming().next().map_or(NEVER, |change| change.at).max(t),
+            _ => NEVER,
+        }
+    }
+}

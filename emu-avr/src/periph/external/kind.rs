@@ -1,0 +1,66 @@
+//! What differs between the external interrupts of the family, and the registers that they share.
+
+/// The registers, in the layout of ATmega48 to 328 and, for INT4 to INT7, ATmega64 and 128. Other chips have the same bits
+/// elsewhere: ISC of INT0 and INT1 in MCUCR, EIMSK in GIMSK or GICR, EIFR in GIFR.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reg {
+    /// ISCn1 and ISCn0 of INT0 to INT3, two bits each. ISC2 of ATmega16, 32 and 162 is bit 4, ISC20; bit 5 reads 0.
+    EICRA,
+    /// The same of INT4 to INT7.
+    EICRB,
+    /// Bit `n` enables INT`n`.
+    EIMSK,
+    /// Bit `n` is INTF`n`.
+    EIFR,
+    /// Bit `n` is PCIE`n`.
+    PCICR,
+    /// Bit `n` is PCIF`n`.
+    PCIFR,
+    /// Which of PCINT0 to PCINT7 count.
+    PCMSK0,
+    /// Which of PCINT8 to PCINT15 count.
+    PCMSK1,
+    /// Which of PCINT16 to PCINT23 count.
+    PCMSK2,
+    /// Which of PCINT24 to PCINT31 count.
+    PCMSK3,
+}
+
+/// What differs between the external interrupts of the family: one of the constants. The inputs INT and the groups of pins
+/// together are never more than eight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Kind {
+    /// Number of inputs INT.
+    pub(super) ints: u8,
+    /// Inputs whose edges are registered without a clock, and that cannot look for any change.
+    pub(super) asynchronous: u8,
+    /// Those of them that have ISCn0 alone: falling or rising edge, no level.
+    pub(super) edge_only: u8,
+    /// The bits of PCMSK0 to PCMSK3 that there are; a group without any does not exist.
+    pub(super) masks: [u8; 4],
+}
+
+impl Kind {
+    /// ATmega48, 88, 168, 328 and their relatives (DS40002061, 13): interrupts 0 and 1 are INT0 and INT1, 2 to 4 PCINT0 to
+    /// PCINT2.
+    pub const MEGA48: Kind = Kind { ints: 2, asynchronous: 0, edge_only: 0, masks: [0xFF, 0x7F, 0xFF, 0] };
+    /// ATmega8 (Atmel 2486, external interrupts): INT0 and INT1.
+    pub const MEGA8: Kind = Kind { masks: [0; 4], ..Kind::MEGA48 };
+    /// ATmega16 and 32 (Atmel 2466 and 2503, external interrupts): INT0 to INT2.
+    pub const MEGA16: Kind = Kind { ints: 3, asynchronous: 4, edge_only: 4, masks: [0; 4] };
+    /// ATmega162 (Atmel 2513, external interrupts): interrupts 0 to 2 are INT0 to INT2, 3 and 4 PCINT0 and PCINT1.
+    pub const MEGA162: Kind = Kind { masks: [0xFF, 0xFF, 0, 0], ..Kind::MEGA16 };
+    /// ATmega64 and 128 (Atmel 2490 and 2467, external interrupts): INT0 to INT7.
+    pub const MEGA128: Kind = Kind { ints: 8, asynchronous: 0x0F, edge_only: 0, masks: [0; 4] };
+
+    /// The inputs INT that there are, a bit for each.
+    pub(super) const fn inputs(&self) -> u8 {
+        ((1u16 << self.ints) - 1) as u8
+    }
+
+    /// The groups of pins that there are, a bit for each.
+    pub(super) fn groups(&self) -> u8 {
+        super::groups_with(|group| self.masks[group] != 0)
+    }
+}
