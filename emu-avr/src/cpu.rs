@@ -11,8 +11,8 @@ use emu_core::rng::Rng;
 
 use crate::chips::{self, Part};
 use crate::flags::Flags;
-use crate::predecode::Code;
 use crate::periph::spm::Bytes;
+use crate::predecode::Code;
 use crate::soc::{Put, Soc};
 use crate::turn::{Data, Hot, MOST_RAM, RAM, SPH, SPL, SREG, Turn, ram};
 
@@ -128,13 +128,7 @@ impl Avr {
     /// The core at its boundary, ready for a burst.
     pub(crate) fn turn<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Turn<'a, P>, &'a Code) {
         let code: &Code = &self.code;
-        let turn = Turn {
-            hot: self.hot,
-            data: &mut self.data,
-            code,
-            bus: &mut self.soc,
-            probe,
-        };
+        let turn = Turn { hot: self.hot, data: &mut self.data, code, bus: &mut self.soc, probe };
         (turn, code)
     }
 }

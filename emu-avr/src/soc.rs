@@ -30,16 +30,46 @@ use crate::periph::{Device, Outbox, Signal, timers, usart};
 macro_rules! unit {
     ($soc:expr, $number:expr, $unit:ident => $what:expr) => {
         match $number {
-            n @ unit::TIMER..unit::USART => { let $unit = &mut $soc.timers[n - unit::TIMER]; $what }
-            n @ unit::USART..unit::SPI => { let $unit = &mut $soc.usarts[n - unit::USART]; $what }
-            unit::SPI => { let $unit = &mut $soc.spi; $what }
-            unit::TWI => { let $unit = &mut $soc.twi; $what }
-            unit::ADC => { let $unit = &mut $soc.adc; $what }
-            unit::COMPARATOR => { let $unit = &mut $soc.comparator; $what }
-            unit::EEPROM => { let $unit = &mut $soc.eeprom; $what }
-            unit::SPM => { let $unit = &mut $soc.spm; $what }
-            unit::WATCHDOG => { let $unit = &mut $soc.watchdog; $what }
-            _ => { let $unit = &mut $soc.external; $what }
+            n @ unit::TIMER..unit::USART => {
+                let $unit = &mut $soc.timers[n - unit::TIMER];
+                $what
+            }
+            n @ unit::USART..unit::SPI => {
+                let $unit = &mut $soc.usarts[n - unit::USART];
+                $what
+            }
+            unit::SPI => {
+                let $unit = &mut $soc.spi;
+                $what
+            }
+            unit::TWI => {
+                let $unit = &mut $soc.twi;
+                $what
+            }
+            unit::ADC => {
+                let $unit = &mut $soc.adc;
+                $what
+            }
+            unit::COMPARATOR => {
+                let $unit = &mut $soc.comparator;
+                $what
+            }
+            unit::EEPROM => {
+                let $unit = &mut $soc.eeprom;
+                $what
+            }
+            unit::SPM => {
+                let $unit = &mut $soc.spm;
+                $what
+            }
+            unit::WATCHDOG => {
+                let $unit = &mut $soc.watchdog;
+                $what
+            }
+            _ => {
+                let $unit = &mut $soc.external;
+                $what
+            }
         }
     };
 }
@@ -326,7 +356,8 @@ impl Soc {
                 self.log.note(Event::Sent { at: Time::at(t), uart, byte });
             }
             Signal::Flag { t, irq } => {
-                if let Some(source) = self.listened().filter(|&source| self.part.trigger(source) == Some((number, irq))) {
+                if let Some(source) = self.listened().filter(|&source| self.part.trigger(source) == Some((number, irq)))
+                {
                     self.adc.trigger(source, true, t);
                     self.touch(unit::ADC);
                 }
@@ -432,7 +463,9 @@ impl Bus for Soc {
     fn can_wake(&self, interrupts_enabled: bool) -> bool {
         let waits = self.nexts.iter().any(|&next| next != NEVER) || self.asks != [0; unit::COUNT];
         let listens = self.usarts.iter().any(Usart::listens);
-        self.watchdog.peek(guard::Reg::WDTCSR, 0) & WDE != 0 || self.power.next() != NEVER || interrupts_enabled && (waits || listens)
+        self.watchdog.peek(guard::Reg::WDTCSR, 0) & WDE != 0
+            || self.power.next() != NEVER
+            || interrupts_enabled && (waits || listens)
     }
 
     fn busy(&self) -> bool {

@@ -53,6 +53,11 @@ impl Kind {
     /// ATmega16 and 32 (Atmel 2466 and 2503, watchdog timer), which have no fuse WDTON: WDP needs no sequence. So it is on
     /// ATmega64, 128 and 162 in safety level 0, with the fuse M103C or M161C.
     pub const MEGA16: Kind = Kind { free_wdp: true, ..Kind::MEGA8 };
+
+    /// Picoseconds of the time-out `wdp`.
+    fn period(self, wdp: u8) -> u128 {
+        (u128::from(self.clock_ps) * u128::from(self.shortest)) << wdp
+    }
 }
 
 /// The watchdog.
@@ -139,8 +144,7 @@ impl Watchdog {
     /// Picoseconds of the time-out that WDP says.
     fn period(&self) -> u128 {
         let wdp = self.wdtcsr & self.kind.wdp;
-        let wdp = (wdp & 7 | wdp >> 5 << 3).min(self.kind.longest);
-        u128::from(self.kind.clock_ps) * u128::from(self.kind.shortest) << wdp
+        self.kind.period((wdp & 7 | wdp >> 5 << 3).min(self.kind.longest))
     }
 
     /// Picoseconds that the divider has counted at the edge `t`.
@@ -278,8 +282,7 @@ impl Device for Watchdog {
     fn rate(&mut self, hz: u64, t: u64) {
         self.run(t, &mut Outbox::new());
         // The divider counts modulo its longest time-out, of which all others are parts.
-        let longest = (u128::from(self.kind.clock_ps) * u128::from(self.kind.shortest)) << self.kind.longest;
-        self.counted = u64::try_from(self.elapsed(t) % longest).unwrap_or(0);
+        self.counted = u64::try_from(self.elapsed(t) % self.kind.period(self.kind.longest)).unwrap_or(0);
         (self.from, self.served, self.hz) = (t, t, hz.max(1));
     }
 

@@ -232,7 +232,8 @@ impl Soc {
     /// Pins whose digital input is switched off read 0 (24.9.5, 23.3.3).
     pub(super) fn analog_only(&self, port: usize) -> u8 {
         let off = |channels: u8, pins: &[PinId]| {
-            let of = |(i, pin): (usize, &PinId)| (usize::from(pin / 8) == port && channels >> i & 1 == 1).then(|| pin % 8);
+            let of =
+                |(i, pin): (usize, &PinId)| (usize::from(pin / 8) == port && channels >> i & 1 == 1).then(|| pin % 8);
             pins.iter().enumerate().filter_map(of).fold(0, |bits, bit| bits | 1 << bit)
         };
         off(self.adc.digital_off(), self.part.analog) | off(self.comparator.digital_off(), &self.part.ain)

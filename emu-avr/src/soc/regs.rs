@@ -121,7 +121,9 @@ impl Soc {
             Site::Watchdog(reg) => self.watchdog.peek(reg, t),
             Site::External(reg) => self.external.peek(reg, t),
             Site::Kept(n) => self.kept[usize::from(n) % 3],
-            Site::Split(bits) => bits.iter().fold(0, |all, &(bit, site, its)| all | (self.show(site, t) >> its & 1) << bit),
+            Site::Split(bits) => {
+                bits.iter().fold(0, |all, &(bit, site, its)| all | (self.show(site, t) >> its & 1) << bit)
+            }
             Site::Own(own) => match own {
                 Own::MCUCR => self.mcucr | if self.power.ivce_open(t) { IVCE } else { 0 },
                 Own::MCUSR => self.mcusr,

@@ -1,8 +1,8 @@
 //! Timers stepped cycle by cycle, and random programs on which the chip must agree with them at every cycle.
 
+use crate::script::chip;
 use emu_avr::chips::ATMEGA328P as CHIP;
 use emu_avr::soc::Soc;
-use crate::script::chip;
 use emu_core::rng::Rng;
 use emu_core::{Bus, NEVER};
 

@@ -1,8 +1,8 @@
 //! Ports and watchdog stepped cycle by cycle, and the same program under any slicing.
 
+use crate::script::chip;
 use emu_avr::chips::ATMEGA328P as CHIP;
 use emu_avr::soc::Soc;
-use crate::script::chip;
 use emu_core::rng::Rng;
 use emu_core::{Bus, Event, Level, NEVER};
 

@@ -1,5 +1,6 @@
 //! Two ports, wired to each other.
 
+use emu_avr::periph::spi::{self, Spi};
 use emu_avr::periph::usart::{RXC, RXEN, Reg, TXB8, TXEN, U2X, UCSZ2, UDRE, Usart};
 use emu_avr::periph::{Device, Drive, Line, Signal};
 use emu_core::rng::Rng;
@@ -114,5 +115,40 @@ fn synchronous() {
                 all_arrive([(0, TXEN | UCSZ2, c, ubrr), (0, RXEN | UCSZ2, c, ubrr)], gives);
             }
         }
+    }
+}
+
+#[test]
+fn a_slave_of_spi_follows_the_master_spi_mode() {
+    // Mode by UCPHA and UCPOL; the slave's SPCR with CPHA and CPOL; both orders of bits.
+    for (c, spcr) in [(0xC0, 0x40), (0xC2, 0x44), (0xC1, 0x48), (0xC3, 0x4C), (0xC4, 0x60), (0xC7, 0x6C)] {
+        let (mut master, mut slave) = (Usart::new(0), Spi::new());
+        let (mut of_master, mut of_slave) = (Vec::new(), Vec::new());
+        master.direction(Line::Xck, true, 0, &mut of_master);
+        set_up(&mut master, (0, RXEN | TXEN, c, 1), &mut of_master);
+        slave.line(Line::Ss, true, 0, &mut of_slave);
+        slave.write(spi::Reg::SPCR, spcr, 0xFF, 0, &mut of_slave);
+        slave.write(spi::Reg::SPDR, 0x5C, 0xFF, 0, &mut of_slave);
+        for t in 0..80 {
+            master.run(t, &mut of_master);
+            slave.run(t, &mut of_slave);
+            for signal in of_master.drain(..) {
+                if let Signal::Drive { line, drive: Drive::Output(level) | Drive::Value(level), .. } = signal {
+                    slave.line(if line == Line::Txd { Line::Mosi } else { Line::Sck }, level, t, &mut of_slave);
+                }
+            }
+            match t {
+                5 => slave.line(Line::Ss, false, t, &mut of_slave),
+                10 => master.write(Reg::UDR, 0xB2, 0xFF, t, &mut of_master),
+                _ => {}
+            }
+            for signal in of_slave.drain(..) {
+                if let Signal::Drive { line: Line::Miso, drive: Drive::Value(level), .. } = signal {
+                    master.line(Line::Rxd, level, t, &mut of_master);
+                }
+            }
+        }
+        let got = (master.peek(Reg::UCSRA, 80) & RXC, master.peek(Reg::UDR, 80), slave.peek(spi::Reg::SPDR, 80));
+        assert_eq!(got, (RXC, 0x5C, 0xB2), "UCSRC {c:02X}");
     }
 }

@@ -262,5 +262,5 @@ fn agrees_with_the_model() {
     let lives = lives / 100;
     let Seen { sent, received, errors, spi, sync } = seen;
     assert!(sent > 20 * lives && received > 40 * lives && sync > 5 * lives && spi > 5 * lives, "{seen:?}");
-    assert!(errors.iter().all(|&n| n > lives), "{seen:?}");
+    assert!(errors.iter().all(|&n| n > lives / 2), "{seen:?}");
 }

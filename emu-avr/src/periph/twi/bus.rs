@@ -14,10 +14,12 @@ impl Twi {
         let bit = self.sda.seen();
         if self.busy {
             self.count = (self.count + 1).min(9);
-            if self.count < 9 {
-                self.data = self.data << 1 | u8::from(bit);
-            } else {
-                self.acknowledged = !bit;
+            match self.count {
+                9 => self.acknowledged = !bit,
+                _ => self.shift = self.shift << 1 | u8::from(bit),
+            }
+            if self.count == 8 {
+                self.data = self.shift;
             }
         }
         match self.master {
@@ -48,6 +50,8 @@ impl Twi {
             return;
         }
         if let Master::Start { again } = self.master {
+            // Noise may have hidden the edge of SDA from this part.
+            (self.busy, self.first, self.count) = (true, true, 0);
             self.pull_scl = true;
             self.master = Master::Hold(Next::Address);
             self.flag(if again { 0x10 } else { 0x08 }, t);
@@ -57,7 +61,7 @@ impl Twi {
             0 => {}
             1..8 => {
                 if matches!(self.master, Master::Send { .. }) || self.slave == Slave::Send {
-                    self.pull_sda = self.data & 0x80 == 0;
+                    self.put();
                 }
             }
             8 => self.pull_sda = self.acknowledges(),
@@ -136,8 +140,7 @@ impl Twi {
         let count = std::mem::replace(&mut self.count, 0);
         let lost = std::mem::take(&mut self.lost);
         let listens = self.first || lost || self.slave != Slave::Off;
-        let first = std::mem::replace(&mut self.first, start);
-        (self.busy, self.count) = (start, 0);
+        (self.first, self.busy) = (start, start);
         match self.master {
             Master::Start { .. } => return,
             Master::Again if start => return self.pull_start(t),
@@ -154,12 +157,9 @@ impl Twi {
             _ => {}
         }
         // The first clock after a byte is where conditions belong (section 22.8.3).
-        let illegal = self.moves_bits() || listens && count > 1;
-        let error = illegal && (self.moves_bits() || first || lost || self.slave != Slave::Off);
-        if error {
-            let first = self.first;
+        if self.moves_bits() || listens && count > 1 {
             self.leave();
-            self.first = first;
+            self.first = start;
             self.flag(0x00, t);
         } else if self.slave != Slave::Off {
             self.slave = Slave::Off;
@@ -173,12 +173,6 @@ impl Twi {
     /// SDA is pulled while SCL is high.
     pub(super) fn pull_start(&mut self, t: u64) {
         let again = self.master == Master::Again;
-        if again && !self.sda.seen() && self.count > 0 {
-            // Somebody else sends a bit here: the arbitration is lost.
-            self.leave();
-            self.flag(0x38, t);
-            return;
-        }
         self.pull_sda = true;
         self.master = Master::Start { again };
         self.after(self.half(), t, Act::PullScl);

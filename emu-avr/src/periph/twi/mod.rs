@@ -104,8 +104,9 @@ pub struct Twi {
     prescaler: u8,
     address: u8,
     mask: u8,
-    /// TWDR, which is the shift register.
+    /// TWDR: the last whole byte on the bus.
     data: u8,
+    shift: u8,
     control: u8,
     /// When TWINT was set last.
     flagged: u64,
@@ -143,6 +144,7 @@ impl Twi {
             address: 0xFE,
             mask: 0,
             data: 0xFF,
+            shift: 0xFF,
             control: 0,
             flagged: NEVER,
             master: Master::Off,
@@ -186,6 +188,11 @@ impl Twi {
             match self.act {
                 Act::PullScl => self.pull_scl = true,
                 Act::FreeScl => self.pull_scl = false,
+                // Somebody else sends a bit where a repeated START was to be: the arbitration is lost.
+                Act::Start if !self.sda.seen() => {
+                    self.leave();
+                    self.flag(0x38, t);
+                }
                 Act::Start => self.pull_start(t),
                 Act::Stop => self.pull_sda = false,
             }
@@ -245,7 +252,7 @@ impl Twi {
                 self.leave();
             } else if clear {
                 if self.slave == Slave::Send {
-                    self.pull_sda = self.data & 0x80 == 0;
+                    self.begin_sending();
                 }
                 if self.pull_scl {
                     self.after(SET_UP, t, Act::FreeScl);
@@ -263,12 +270,22 @@ impl Twi {
             Next::Send => Master::Send { address: false },
             Next::Receive => Master::Receive,
         };
-        self.pull_sda = match self.master {
-            Master::Stop => true,
-            Master::Send { .. } => self.data & 0x80 == 0,
-            _ => false,
-        };
+        self.pull_sda = self.master == Master::Stop;
+        if let Master::Send { .. } = self.master {
+            self.begin_sending();
+        }
         self.after(self.half(), t, Act::FreeScl);
+    }
+
+    /// The first bit of TWDR goes out.
+    fn begin_sending(&mut self) {
+        (self.shift, self.count) = (self.data, 0);
+        self.put();
+    }
+
+    /// The next bit goes out.
+    fn put(&mut self) {
+        self.pull_sda = self.shift & 0x80 == 0;
     }
 
     /// START is sent when the bus has been free for half a period.

@@ -1,0 +1,128 @@
+//! Two parts on one bus, each with its model beside it, and somebody who disturbs them.
+
+use emu_avr::periph::twi::{Reg, Twi};
+use emu_avr::periph::{Device, Drive, Line, Signal};
+
+use crate::model::Model;
+
+/// What a list of signals leaves a line driven with.
+fn apply(out: &[Signal], t: u64, drives: &mut [Drive; 2]) {
+    for signal in out {
+        let Signal::Drive { t: at, line, drive } = *signal else { panic!("{signal:?}") };
+        assert_eq!(at, t, "{signal:?} comes late");
+        drives[usize::from(line == Line::Sda)] = drive;
+    }
+}
+
+pub struct Node {
+    pub part: Twi,
+    pub model: Model,
+    out: Vec<Signal>,
+    drives: [Drive; 2],
+    ought: [Drive; 2],
+    /// What was promised of the registers: the value, and up to when.
+    steady: [(u8, u64); 6],
+    pub asleep: bool,
+}
+
+impl Node {
+    pub fn new() -> Node {
+        Node {
+            part: Twi::new(),
+            model: Model::new(),
+            out: Vec::new(),
+            drives: [Drive::Port; 2],
+            ought: [Drive::Port; 2],
+            steady: [(0, 0); 6],
+            asleep: false,
+        }
+    }
+
+    pub fn write(&mut self, reg: Reg, value: u8, t: u64) {
+        self.part.write(reg, value, 0xFF, t, &mut self.out);
+        self.model.write(reg, value, t);
+        self.steady = [(0, 0); 6];
+    }
+
+    pub fn sleep(&mut self, t: u64) {
+        self.asleep = true;
+        self.part.sleep(t, &mut self.out);
+        self.model.sleep(t);
+        self.steady = [(0, 0); 6];
+    }
+
+    pub fn wake(&mut self, t: u64) {
+        self.asleep = false;
+        self.part.wake(t, &mut self.out);
+        self.model.wake(t);
+        self.steady = [(0, 0); 6];
+    }
+
+    pub fn reset(&mut self, t: u64) {
+        self.part.reset(t, &mut self.out);
+        self.model.reset(t);
+        self.steady = [(0, 0); 6];
+    }
+
+    pub fn tick(&mut self, t: u64) {
+        self.model.tick(t);
+        if self.part.next() <= t {
+            self.part.run(t, &mut self.out);
+        }
+    }
+
+    fn line(&mut self, line: Line, high: bool, t: u64) {
+        self.part.line(line, high, t, &mut self.out);
+        self.model.line(line, high, t);
+        self.steady = [(0, 0); 6];
+    }
+
+    /// Compares the two; gives what they do to the wires.
+    pub fn compare(&mut self, t: u64, ctx: &str) {
+        apply(&self.out, t, &mut self.drives);
+        apply(&self.model.out, t, &mut self.ought);
+        self.out.clear();
+        self.model.out.clear();
+        assert_eq!(self.drives, self.ought, "{ctx}, clock {t}: SCL, SDA of part and model");
+        let regs = [Reg::TWBR, Reg::TWSR, Reg::TWAR, Reg::TWDR, Reg::TWCR, Reg::TWAMR];
+        for (reg, promise) in regs.into_iter().zip(&mut self.steady) {
+            let value = self.model.peek(reg);
+            assert_eq!(self.part.peek(reg, t), value, "{ctx}, clock {t}: {reg:?}");
+            if t < promise.1 {
+                assert_eq!(value, promise.0, "{ctx}, clock {t}: {reg:?} steady up to {}", promise.1);
+            } else {
+                *promise = (value, self.part.steady(reg, t));
+            }
+        }
+        assert_eq!(self.part.requests(), self.model.requests(), "{ctx}, clock {t}");
+    }
+}
+
+/// The wires.
+#[derive(Default)]
+pub struct Wires {
+    levels: [Option<bool>; 2],
+    /// Pulled low from outside.
+    pub pulled: [bool; 2],
+}
+
+impl Wires {
+    /// Compares all nodes and tells them what the wires are.
+    pub fn settle(&mut self, nodes: &mut [Node], t: u64, ctx: &str) {
+        for node in nodes.iter_mut() {
+            node.compare(t, ctx);
+        }
+        for (n, line) in [Line::Scl, Line::Sda].into_iter().enumerate() {
+            let low = self.pulled[n] || nodes.iter().any(|node| node.drives[n] == Drive::Output(false));
+            if self.levels[n] != Some(!low) {
+                self.levels[n] = Some(!low);
+                for node in nodes.iter_mut() {
+                    node.line(line, !low, t);
+                }
+            }
+        }
+        for node in nodes.iter_mut() {
+            node.compare(t, ctx);
+        }
+    }
+}
