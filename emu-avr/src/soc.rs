@@ -334,10 +334,15 @@ impl Soc {
     }
 
     /// Carries out what the unit `number` has put into the outbox.
+    #[inline(always)]
     fn carry_out(&mut self, number: usize) {
-        if self.out.is_empty() {
-            return;
+        if !self.out.is_empty() {
+            self.carry_all(number);
         }
+    }
+
+    #[inline(never)]
+    fn carry_all(&mut self, number: usize) {
         let mut signals = std::mem::take(&mut self.out);
         for signal in signals.drain(..) {
             self.carry(number, signal);
@@ -401,8 +406,13 @@ impl Bus for Soc {
         if due {
             self.run(now);
         }
-        let acts = self.load(self.site(reg), now);
-        (acts.0, if due || acts.1 { Wake::DEADLINE } else { Wake::NONE })
+        // What programs wait for goes the short way.
+        let (value, acts) = match self.site(reg) {
+            Site::Port(port, 0) => (self.show_pins(port, now), false),
+            Site::Timer(n, reg) if self.prr == 0 => (self.load_timer(n, reg, now), false),
+            site => self.load(site, now),
+        };
+        (value, if due || acts { Wake::DEADLINE } else { Wake::NONE })
     }
 
     fn peek(&self, reg: u16, now: u64) -> u8 {

@@ -230,7 +230,11 @@ impl Soc {
     }
 
     /// Pins whose digital input is switched off read 0 (24.9.5, 23.3.3).
+    #[inline]
     pub(super) fn analog_only(&self, port: usize) -> u8 {
+        if self.adc.digital_off() | self.comparator.digital_off() == 0 {
+            return 0;
+        }
         let off = |channels: u8, pins: &[PinId]| {
             let of =
                 |(i, pin): (usize, &PinId)| (usize::from(pin / 8) == port && channels >> i & 1 == 1).then(|| pin % 8);

@@ -65,10 +65,7 @@ impl Soc {
             return (0, false);
         }
         let acts = match site {
-            Site::Timer(n, reg) => {
-                let n = usize::from(n) % 4;
-                return (read!(self, unit::TIMER + n, self.timers[n], reg, t), false);
-            }
+            Site::Timer(n, reg) => return (self.load_timer(n, reg, t), false),
             Site::Usart(n, reg) => {
                 let n = usize::from(n) % 2;
                 (read!(self, unit::USART + n, self.usarts[n], reg, t), reg == UDR)
@@ -95,6 +92,22 @@ impl Soc {
         acts
     }
 
+    #[inline(always)]
+    pub(super) fn load_timer(&mut self, n: u8, reg: timers::Reg, t: u64) -> u8 {
+        let n = usize::from(n) % 4;
+        match self.timers[n].calm_flags(t) {
+            Some(flags) if reg == timers::Reg::TIFR => flags,
+            _ => read!(self, unit::TIMER + n, self.timers[n], reg, t),
+        }
+    }
+
+    /// PINx.
+    #[inline(always)]
+    pub(super) fn show_pins(&self, port: u8, t: u64) -> u8 {
+        let port = usize::from(port);
+        self.ports.input(port, t) & !self.analog_only(port)
+    }
+
     /// What a register reads in cycle `t`, without side effects.
     pub(super) fn show(&self, site: Site, t: u64) -> u8 {
         if self.shut(site) {
@@ -105,7 +118,7 @@ impl Soc {
             Site::Port(port, kind) => {
                 let port = usize::from(port);
                 match kind {
-                    0 => self.ports.input(port, t) & !self.analog_only(port),
+                    0 => self.show_pins(port as u8, t),
                     1 => self.ports.ddr(port),
                     _ => self.ports.port(port),
                 }

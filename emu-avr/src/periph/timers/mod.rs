@@ -189,6 +189,13 @@ impl Timer {
         self.tosc.set_stopped(!runs, t);
     }
 
+    /// TIFR as it reads in cycle `t`, where that needs no reckoning: what a polling program asks again and again.
+    #[inline(always)]
+    #[must_use]
+    pub fn calm_flags(&self, t: u64) -> Option<u8> {
+        (t < self.still()).then_some(self.tifr)
+    }
+
     /// The timer runs on TOSC (AS2): it goes on in sleep.
     #[must_use]
     pub const fn asynchronous(&self) -> bool {
@@ -201,7 +208,8 @@ impl Timer {
         (self.quiet, self.calm) = (0, 0);
     }
 
-    /// Before this cycle the flags stay as they are: what a polling program asks again and again.
+    /// Before this cycle the flags stay as they are.
+    #[inline(always)]
     fn still(&self) -> u64 {
         self.quiet.min(self.calm)
     }
