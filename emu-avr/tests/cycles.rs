@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 
 use emu_avr::isa::{KINDS, Kind, ROWS};
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Fault, Stop};
+use emu_core::{Cpu, Stop};
 
 const SEED: u64 = 0x5EED_0001;
 const STATES: usize = 600;

@@ -7,7 +7,7 @@ use emu_avr::chips::ATMEGA328P;
 use emu_avr::isa::{ROWS, assemble, row_of};
 use emu_core::image::Image;
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Fault, RamInit, Stop};
+use emu_core::{Cpu, RamInit, Stop};
 
 const CASES: &str = include_str!("avr.txt");
 

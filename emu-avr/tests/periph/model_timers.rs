@@ -2,7 +2,6 @@
 
 use crate::script::chip;
 use emu_avr::chips::ATMEGA328P as CHIP;
-use emu_avr::soc::Soc;
 use emu_core::rng::Rng;
 use emu_core::{Bus, NEVER};
 

@@ -3,8 +3,6 @@
 use std::collections::VecDeque;
 
 use crate::script::chip;
-use emu_avr::chips::ATMEGA328P as CHIP;
-use emu_avr::soc::Soc;
 use emu_core::parts::uart::frame_edges;
 use emu_core::rng::Rng;
 use emu_core::{Bus, Event, Level};

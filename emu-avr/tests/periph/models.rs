@@ -1,7 +1,6 @@
 //! Ports and watchdog stepped cycle by cycle, and the same program under any slicing.
 
 use crate::script::chip;
-use emu_avr::chips::ATMEGA328P as CHIP;
 use emu_avr::soc::Soc;
 use emu_core::rng::Rng;
 use emu_core::{Bus, Event, Level, NEVER};
@@ -101,77 +100,6 @@ fn ports_agree_with_wires_stepped_at_every_cycle() {
             }
         }
     }
-}
-
-#[test]
-fn watchdog_agrees_with_a_counter_stepped_at_every_cycle() {
-    for seed in 0..60 {
-        let mut rng = Rng::new(seed);
-        let hz = [1000, 777, 3333, 128_000 / 64][rng.below(4) as usize];
-        let mut soc = chip();
-        soc.set_clock_hz(hz, 0);
-        // WDIF, WDIE, WDE; WDP; cycles since the count was zero.
-        let (mut wdif, mut wdie, mut wde, mut wdp, mut cycles) = (false, false, false, 0u32, 0u64);
-        let (mut open, mut wdrf) = (0, false);
-        let mut deadline = soc.fire(0);
-        for now in 0..4000 {
-            let place = format!("seed {seed}, cycle {now}");
-            let timeouts = |cycles: u64| cycles * 128_000 / hz / (2048 << wdp.min(9));
-            if (wde || wdie) && cycles > 0 && timeouts(cycles) != timeouts(cycles - 1) {
-                if wdie && !(wde && wdif) {
-                    wdif = true;
-                } else {
-                    assert!(soc.reset_requested(now).is_some(), "reset, {place}");
-                    soc.reset(emu_core::Reset::Watchdog, now);
-                    (wdif, wdie, wde, wdp, cycles, open, wdrf) = (false, false, true, 0, 0, 0, true);
-                    deadline = soc.fire(now);
-                }
-            }
-            if deadline <= now {
-                deadline = soc.fire(now);
-            }
-            assert!(soc.reset_requested(now).is_none(), "no reset, {place}");
-            let bits = [(wdif, 0x80), (wdie, 0x40), (open > 0, 0x10), (wde, 0x08)];
-            let want = bits.iter().filter(|b| b.0).fold(0, |all, b| all | b.1) | (wdp & 7 | wdp << 2 & 0x20) as u8;
-            assert_eq!(soc.peek(0x60, now), want, "WDTCSR, {place}");
-            assert_eq!(soc.pending(now), (wdif && wdie).then_some(6), "{place}");
-            open = open.max(1) - 1;
-            let mut restart = false;
-            if rng.one_in(8) {
-                // Half the writes are the halves of the timed sequence.
-                let value = if rng.one_in(3) { 0x18 } else { rng.next_u64() as u8 & 0xEF };
-                soc.write(0x60, value, now);
-                let (was_running, may) = (wde || wdie, soc_window(&mut open, value, want & 0x10 != 0));
-                wdif &= value & 0x80 == 0;
-                wdie = value & 0x40 != 0;
-                wde |= value & 8 != 0;
-                if may {
-                    (wde, wdp) = (value & 8 != 0, u32::from(value & 7 | (value & 0x20) >> 2));
-                }
-                wde |= wdrf;
-                restart = !was_running;
-                deadline = 0;
-            } else if rng.one_in(40) {
-                soc.clear_watchdog(now);
-                restart = true;
-                deadline = 0;
-            } else if rng.one_in(60) {
-                soc.write(0x54, 0, now);
-                wdrf = false;
-            } else if wdif && wdie && rng.one_in(5) {
-                soc.take(6, now);
-                (wdif, wdie) = (false, !wde);
-                deadline = 0;
-            }
-            cycles = if restart { 0 } else { cycles + 1 };
-        }
-    }
-}
-
-/// The timed sequence: true when this write may change WDE and WDP.
-fn soc_window(open: &mut u64, value: u8, was_open: bool) -> bool {
-    *open = if value & 0x18 == 0x18 { 4 } else { 0 };
-    was_open && value & 0x10 == 0
 }
 
 /// Everything that can be seen of a chip.
