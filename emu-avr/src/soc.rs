@@ -24,7 +24,7 @@ use crate::periph::spm::{Bytes, Spm};
 use crate::periph::timers::{Shape, Timer};
 use crate::periph::twi::Twi;
 use crate::periph::usart::Usart;
-use crate::periph::{Device, Outbox, Signal, timers, usart};
+use crate::periph::{Device, Outbox, Signal, timers};
 
 /// Does something with the unit of a number.
 macro_rules! unit {
@@ -494,9 +494,6 @@ impl Soc {
         self.part.sites.get(usize::from(reg)).copied().unwrap_or(Site::Reserved)
     }
 }
-
-/// UDR of a USART, which does something when it is read.
-const UDR: usart::Reg = usart::Reg::UDR;
 
 /// WDE in WDTCSR.
 const WDE: u8 = 1 << 3;

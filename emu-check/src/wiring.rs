@@ -13,7 +13,9 @@ const RESERVED: [&str; 4] = ["XTAL1", "XTAL2", "RESET", "absent"];
 pub(crate) fn unnamed(chip: &Chip, named: &[PinId]) -> (Vec<PinId>, Vec<PinId>) {
     let free = |pin: &PinId| !named.contains(pin);
     let note = |pin: &PinId| chip.pins.get(usize::from(*pin)).map_or("absent", |p| p.note);
-    let all: Vec<PinId> = (0..chip.pins.len() as PinId).filter(free).filter(|pin| note(pin) != "absent").collect();
+    // The reset pin has a pull-up of its own.
+    let port = |pin: &PinId| !matches!(note(pin), "absent" | "RESET");
+    let all: Vec<PinId> = (0..chip.pins.len() as PinId).filter(free).filter(port).collect();
     let drivable = all.iter().copied().filter(|pin| !RESERVED.contains(&note(pin))).collect();
     (all, drivable)
 }

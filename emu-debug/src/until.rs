@@ -93,7 +93,7 @@ fn has_bare_quote(text: &str) -> bool {
 
 fn data(names: &Names<'_>, text: &str) -> Result<Range, String> {
     let range = names.range(text)?;
-    let watched = |space: &str| space != names.chip.code && space != "eeprom" && space != "config";
+    let watched = |space: &str| space != names.chip.code && !matches!(space, "eeprom" | "config" | "fuse" | "lock");
     if !watched(range.space) {
         let memories: Vec<&str> =
             names.chip.spaces.iter().map(|(name, ..)| *name).filter(|name| watched(name)).collect();

@@ -2,9 +2,9 @@
 
 use emu_core::cpu::NEVER;
 
-use super::{Soc, UDR};
+use super::Soc;
 use crate::chips::{Own, Site, unit};
-use crate::periph::{Device, adc, timers};
+use crate::periph::{Device, adc, timers, usart};
 
 /// GTCCR bits.
 const TSM: u8 = 1 << 7;
@@ -68,7 +68,7 @@ impl Soc {
             Site::Timer(n, reg) => return (self.load_timer(n, reg, t), false),
             Site::Usart(n, reg) => {
                 let n = usize::from(n) % 2;
-                (read!(self, unit::USART + n, self.usarts[n], reg, t), reg == UDR)
+                (read!(self, unit::USART + n, self.usarts[n], reg, t), reg == usart::Reg::UDR)
             }
             Site::Spi(reg) => (read!(self, unit::SPI, self.spi, reg, t), true),
             Site::Twi(reg) => (read!(self, unit::TWI, self.twi, reg, t), false),
