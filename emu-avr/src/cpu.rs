@@ -13,7 +13,7 @@ use crate::chips::{self, Part};
 use crate::flags::Flags;
 use crate::periph::spm::Bytes;
 use crate::predecode::Code;
-use crate::soc::{Put, Soc};
+use crate::soc::{LOW, Put, Soc};
 use crate::turn::{Data, Hot, MOST_RAM, RAM, SPH, SPL, SREG, Turn, ram};
 
 /// How a machine is wired.
@@ -63,11 +63,12 @@ impl Avr {
         if let RamInit::Random(seed) = init {
             let mut rng = Rng::new(seed);
             rng.fill(&mut bytes[..32]);
-            rng.fill(&mut bytes[RAM..][..usize::from(chip.ram_start + chip.ram_len) - RAM]);
+            rng.fill(&mut bytes[usize::from(chip.ram_start)..usize::from(chip.ram_start + chip.ram_len)]);
         }
         for (addr, byte) in image.bytes_in("data") {
             // What lies at the registers of the chip is theirs to say.
-            if let Some(i) = index(chip, addr) {
+            let i = addr as usize;
+            if i < 32 || (usize::from(chip.ram_start)..usize::from(chip.ram_start + chip.ram_len)).contains(&i) {
                 bytes[i] = byte;
             }
         }
@@ -81,12 +82,16 @@ impl Avr {
             signature: part.signature,
             calibration: CALIBRATION,
         };
+        let mut soc = Soc::new(part, options, beside, Arc::new(eeprom));
+        // RAM below 100h is the chip's to keep.
+        soc.fill_low(&bytes[LOW..RAM]);
+        bytes[32..RAM].fill(0);
         let mut avr = Avr {
             part,
             hot: Hot::START,
             data: Data { bytes, ram_len: chip.ram_start + chip.ram_len - RAM as u16 },
             code: Arc::new(Code::new(flash, part)),
-            soc: Soc::new(part, options, beside, Arc::new(eeprom)),
+            soc,
             looks: Looks::START,
         };
         avr.restart();

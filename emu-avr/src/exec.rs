@@ -51,6 +51,8 @@ pub trait AvrMachine: Machine {
     fn io_write_bit(&mut self, a: u8, b: u8, on: bool);
     /// Reads a byte of program memory.
     fn code_byte(&mut self, addr: Self::Wide) -> Self::Word;
+    /// Reads a byte of program memory at RAMPZ and this address; RAMPZ counts with the address if `inc`.
+    fn far_code_byte(&mut self, addr: Self::Wide, inc: bool) -> Self::Word;
     /// Does what SPMCSR says with program memory.
     fn store_program(&mut self);
     /// The stack pointer.
@@ -331,7 +333,14 @@ bodies! {
         }
         m.set_reg(d.0, s);
     }
-    /// Never runs: predecode makes a fault of it.
+    fn elpm(m, d: R, inc: bool) {
+        let z = pair(m, Z);
+        let s = m.far_code_byte(z, inc);
+        if inc {
+            set_pair(m, Z, z + M::Wide::from(1));
+        }
+        m.set_reg(d.0, s);
+    }
     fn spm(m) {
         m.store_program();
     }

@@ -243,6 +243,12 @@ macro_rules! avr_table {
     LpmZ   "lpm"    "d, Z"   "1001 000d dddd 0100" (d: R)                 "3"     ""         => lpm(d, false);
     /// Load program memory through Z, then count Z up.
     LpmZi  "lpm"    "d, Z+"  "1001 000d dddd 0101" (d: R)                 "3"     ""         => lpm(d, true);
+    /// Load program memory through RAMPZ and Z into r0.
+    Elpm   "elpm"   ""       "1001 0101 1101 1000" ()                     "3"     ""         => elpm(R(0), false);
+    /// Load program memory through RAMPZ and Z.
+    ElpmZ  "elpm"   "d, Z"   "1001 000d dddd 0110" (d: R)                 "3"     ""         => elpm(d, false);
+    /// Load program memory through RAMPZ and Z, then count both up as one.
+    ElpmZi "elpm"   "d, Z+"  "1001 000d dddd 0111" (d: R)                 "3"     ""         => elpm(d, true);
     /// Store program memory.
     Spm    "spm"    ""       "1001 0101 1110 1000" ()                     "1"     ""         => spm();
     /// In from I/O.
@@ -284,9 +290,20 @@ pub const ALIASES: &[Alias] = &[
     ("ldd",  "d, Z", "ld",   "d,Z"),
 ];
 
-/// The table as tools see it, on a chip whose program counter wraps under `MASK`.
-pub const fn isa<const MASK: u32>() -> Isa {
-    Isa { disassemble: disassemble_in::<MASK>, erased: 0xFFFF }
+/// The table as tools see it, on a chip with so many bytes of flash, a power of two.
+pub const fn isa<const FLASH: u32>() -> Isa {
+    Isa { disassemble: disassemble_in::<FLASH>, erased: 0xFFFF }
+}
+
+/// A chip with so many bytes of flash does not have an instruction: jumps of two words come with more than 8 KB, ELPM with more
+/// than 64 KB (instruction set manual, core descriptions).
+#[must_use]
+pub const fn lacks(flash: u32, kind: Kind) -> bool {
+    match kind {
+        Kind::Jmp | Kind::Call => flash <= 0x2000,
+        Kind::Elpm | Kind::ElpmZ | Kind::ElpmZi => flash <= 0x1_0000,
+        _ => false,
+    }
 }
 
 /// Bits of an AVR program word.
@@ -327,11 +344,13 @@ pub fn encode(kind: Kind, operands: &[i32], pc: u32) -> Result<Words, EncodeErro
 /// print as byte addresses.
 #[must_use]
 pub fn disassemble(words: &[u16], pc: u32) -> Line {
-    disassemble_in::<PC_MASK>(words, pc)
+    disassemble_in::<{ 2 * (PC_MASK + 1) }>(words, pc)
 }
 
-fn disassemble_in<const MASK: u32>(words: &[u16], pc: u32) -> Line {
-    disassemble_line(ROWS, WORD_BITS, words, &Site { pc, len: 1, next_len: 1, pc_mask: MASK })
+fn disassemble_in<const FLASH: u32>(words: &[u16], pc: u32) -> Line {
+    let lacking = words.first().and_then(|&word| row_of(word, 0)).is_some_and(|(_, kind, _)| lacks(FLASH, kind));
+    let rows = if lacking { &[] } else { ROWS };
+    disassemble_line(rows, WORD_BITS, words, &Site { pc, len: 1, next_len: 1, pc_mask: FLASH / 2 - 1 })
 }
 
 /// Assembles one line that will stand at the word address `pc`.

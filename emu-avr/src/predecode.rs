@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use emu_core::engine::Mark;
-use emu_core::table::{Op, Site};
+use emu_core::table::{Op, Row, Site};
 
 use crate::chips::Part;
-use crate::isa::{AvrOp, Kind, row_of};
+use crate::isa::{AvrOp, Kind, lacks, row_of};
 use crate::record::record;
 
 /// Program words that the op array holds: as many as a program counter of 16 bits reaches, so that it needs no check. What
@@ -129,14 +129,19 @@ impl Code {
         u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]])
     }
 
+    /// The row at `pc`, if the chip has the instruction.
+    fn row_at(&self, pc: u32) -> Option<(&'static Row, Kind, u32)> {
+        row_of(self.word(pc), self.word(pc + 1)).filter(|&(_, kind, _)| !lacks(self.bytes.len() as u32, kind))
+    }
+
     /// Length of the instruction at `pc` in words; a word without a row counts one.
     fn len_at(&self, pc: u32) -> u32 {
-        row_of(self.word(pc), 0).map_or(1, |(row, ..)| row.len())
+        self.row_at(pc).map_or(1, |(row, ..)| row.len())
     }
 
     /// Decodes the instruction at `pc`, without poll marks or traps. A word without a row comes as `Illegal`.
     fn decode(&self, pc: u32) -> AvrOp {
-        let Some((row, kind, bits)) = row_of(self.word(pc), self.word(pc + 1)) else {
+        let Some((row, kind, bits)) = self.row_at(pc) else {
             return Op { kind: Kind::Illegal, arg: [0; 3] };
         };
         let len = row.len();

@@ -150,6 +150,10 @@ impl AvrMachine for Recorder {
         self.record.reaches_out = true;
         Unit
     }
+    fn far_code_byte(&mut self, _: Wide, _: bool) -> Unit {
+        self.record.reaches_out = true;
+        Unit
+    }
     fn sp(&self) -> Wide {
         Wide(None)
     }

@@ -25,6 +25,7 @@ use crate::periph::timers::{Shape, Timer};
 use crate::periph::twi::Twi;
 use crate::periph::usart::Usart;
 use crate::periph::{Device, Outbox, Signal, timers};
+use crate::turn::RAM;
 
 /// Does something with the unit of a number.
 macro_rules! unit {
@@ -75,10 +76,12 @@ macro_rules! unit {
 }
 use unit as with_unit;
 
+mod memory;
 mod pins;
 mod power;
 mod regs;
 
+pub use memory::LOW;
 pub use pins::Put;
 use pins::Wiring;
 use power::Power;
@@ -132,8 +135,13 @@ pub struct Soc {
     smcr: u8,
     prr: u8,
     osccal: u8,
+    rampz: u8,
     /// Bytes that are only kept.
-    kept: [u8; 3],
+    kept: [u8; 4],
+    /// RAM below 100h, where a chip has it, from 60h on.
+    low: [u8; RAM - LOW],
+    /// When the register that URSEL shares out was read last.
+    ursel_read: [u64; 2],
     power: Power,
     /// Levels, voltages and supply that are to come.
     drives: Drives<Put>,
@@ -157,7 +165,7 @@ impl Soc {
         let timer = |n: usize| Timer::new(part.timers.get(n).copied().unwrap_or(Shape::narrow(0)));
         let hz = options.hz.max(1);
         let power = Power::new(part, options, &bytes);
-        let always_on = Fuses::programmed(bytes.fuses, Some(part.fuses.wdton));
+        let always_on = Fuses::programmed(bytes.fuses, part.fuses.wdton);
         let mut soc = Soc {
             part,
             wiring: Arc::new(Wiring::new(part)),
@@ -179,7 +187,10 @@ impl Soc {
             smcr: 0,
             prr: 0,
             osccal: bytes.calibration,
-            kept: [0; 3],
+            rampz: 0,
+            kept: [0; 4],
+            low: [0; RAM - LOW],
+            ursel_read: [NEVER; 2],
             power,
             drives: Drives::NONE,
             log: Log::OFF,
@@ -241,27 +252,6 @@ impl Soc {
     #[must_use]
     pub fn bytes(&self) -> &Bytes {
         self.spm.bytes()
-    }
-
-    /// The SPM at the byte address `pc`, with Z and R1:R0, that ends at the edge `t`.
-    pub fn store_program(&mut self, z: u16, data: u16, pc: u32, t: u64) {
-        self.run(t);
-        self.spm.spm(z.into(), data, pc, t, &mut self.out);
-        self.eeprom.block_until(self.spm.busy_until(), t);
-        self.touched |= 1 << unit::SPM | 1 << unit::EEPROM;
-        self.carry_out(unit::SPM);
-        self.plan();
-    }
-
-    /// What the LPM at the byte address `pc`, which begins in cycle `t`, reads in place of program memory, if it does.
-    pub fn program_byte(&mut self, addr: u16, pc: u32, t: u64) -> Option<u8> {
-        let byte = self.spm.lpm(addr.into(), pc, t);
-        if byte.is_some() {
-            self.eeprom.block_until(self.spm.busy_until(), t);
-            self.touched |= 1 << unit::SPM | 1 << unit::EEPROM;
-            self.plan();
-        }
-        byte
     }
 
     /// Boot lock bits bar interrupts while the instruction at the byte address `pc` runs.
@@ -410,6 +400,7 @@ impl Bus for Soc {
         let (value, acts) = match self.site(reg) {
             Site::Port(port, 0) => (self.show_pins(port, now), false),
             Site::Timer(n, reg) if self.prr == 0 => (self.load_timer(n, reg, now), false),
+            Site::Low(addr) => (self.low_byte(addr), false),
             site => self.load(site, now),
         };
         (value, if due || acts { Wake::DEADLINE } else { Wake::NONE })
@@ -425,11 +416,16 @@ impl Bus for Soc {
     }
 
     fn write(&mut self, reg: u16, value: u8, now: u64) -> Wake {
+        if let Site::Low(addr) = self.site(reg) {
+            self.set_low_byte(addr, value);
+            return Wake::NONE;
+        }
         self.write_bits(reg, 0xFF, value, now)
     }
 
     fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> Wake {
         let due = self.due <= now;
+        let (mask, value) = self.whole(reg, mask, value, now);
         self.run(now);
         let (logged, asks) = (self.log.len(), self.asks);
         self.store(self.site(reg), mask, value, now + 1);

@@ -162,9 +162,19 @@ pub const fn ram(i: u16) -> usize {
 
 /// A byte of program memory, or what SPMCSR has put in its place, for the LPM before the program word `next` that ends at `end`.
 #[inline(never)]
-fn code_byte(code: &Code, bus: &mut Soc, addr: u16, next: u32, end: u64) -> u8 {
+fn code_byte(code: &Code, bus: &mut Soc, addr: u32, next: u32, end: u64) -> u8 {
     let aside = bus.program_byte(addr, 2 * (next.wrapping_sub(1) & code.mask()), end.wrapping_sub(3));
-    aside.unwrap_or_else(|| code.byte(addr.into()))
+    aside.unwrap_or_else(|| code.byte(addr as usize))
+}
+
+/// The same at RAMPZ and `z` for an ELPM; RAMPZ counts with `z` if `inc`.
+#[inline(never)]
+fn far_code_byte(code: &Code, bus: &mut Soc, (z, inc): (u16, bool), next: u32, end: u64) -> u8 {
+    let byte = code_byte(code, bus, bus.far(z), next, end);
+    if inc && z == u16::MAX {
+        bus.count_rampz();
+    }
+    byte
 }
 
 /// A peripheral register is read; addresses behind RAM give 0.
@@ -310,7 +320,11 @@ impl<P: Probe> AvrMachine for Turn<'_, P> {
     }
     #[inline(always)]
     fn code_byte(&mut self, addr: Pair) -> Byte {
-        Byte(code_byte(self.code, self.bus, addr.0, self.hot.pc, self.hot.time.now()))
+        Byte(code_byte(self.code, self.bus, addr.0.into(), self.hot.pc, self.hot.time.now()))
+    }
+    #[inline(always)]
+    fn far_code_byte(&mut self, addr: Pair, inc: bool) -> Byte {
+        Byte(far_code_byte(self.code, self.bus, (addr.0, inc), self.hot.pc, self.hot.time.now()))
     }
     #[inline(always)]
     fn store_program(&mut self) {

@@ -42,7 +42,7 @@ fn cycles_and_flags_are_the_columns() {
         let mut cycles = BTreeSet::new();
         let mut changed = 0u8;
         let (flash, draws) = states::batch(row, kind, STATES, &mut rng);
-        let base = states::machine(flash);
+        let base = states::machine(kind, flash);
         for d in draws {
             let mut avr = states::put(&base, &d);
             let before = avr.cycle();

@@ -3,21 +3,58 @@
 //! Source: the data sheet that [`Chip::source`] names: register summary, interrupt vectors, memories, pin configuration,
 //! alternate port functions, fuses, boot loader parameters.
 
+mod fuses;
+mod m128;
+mod m16;
+mod m162;
+mod m8;
+mod old;
 mod x8;
 
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, Family};
+use emu_core::image::{Bits, Space};
 use emu_core::pins::PinId;
 
 use crate::periph::timers::Shape;
 use crate::periph::{Line, adc, comparator, eeprom, external, guard, spi, spm, timers, twi, usart};
 
+pub use fuses::{Fuse, Fuses, StartUp};
 pub use x8::{ATMEGA328, ATMEGA328P, PART_328P};
 
 /// All parts of this crate.
-pub const PARTS: &[&Part] = &[&x8::PART_328P, &x8::PART_328];
+pub const PARTS: &[&Part] = &[
+    &x8::PART_328P,
+    &x8::PART_328,
+    &x8::PART_168,
+    &x8::PART_168A,
+    &x8::PART_168P,
+    &x8::PART_168PA,
+    &x8::PART_88,
+    &x8::PART_88A,
+    &x8::PART_88P,
+    &x8::PART_88PA,
+    &x8::PART_48,
+    &x8::PART_48A,
+    &x8::PART_48P,
+    &x8::PART_48PA,
+    &m8::PART_8,
+    &m16::PART_16,
+    &m16::PART_32,
+    &m128::PART_64,
+    &m128::PART_128,
+    &m162::PART_162,
+];
 
 /// All chips of this crate.
-pub const CHIPS: &[&Chip] = &[&ATMEGA328P, &ATMEGA328];
+pub const CHIPS: &[&Chip] = &{
+    let mut chips = [PARTS[0].chip; PARTS.len()];
+    let mut i = 0;
+    while i < PARTS.len() {
+        chips[i] = PARTS[i].chip;
+        i += 1;
+    }
+    chips
+};
 
 /// The chip `name` (case aside).
 #[must_use]
@@ -48,6 +85,10 @@ pub struct Part {
     pub stack_at_end: bool,
     /// Writing ones to PINx toggles PORTx.
     pub toggles: bool,
+    /// SBI and CBI read a register and write all of it, flags that read as one included; else they touch the one bit.
+    pub whole_registers: bool,
+    /// The bits of MCUCR that there are, by the layout of the ATmega328P: BODS, BODSE, PUD, IVSEL, IVCE.
+    pub mcucr: u8,
     /// What asks for each interrupt: unit, and its number there; from vector 1 on.
     pub vectors: &'static [(usize, u8)],
     /// Timer/counters.
@@ -76,36 +117,6 @@ pub struct Part {
     pub fuses: Fuses,
     /// The reset pin.
     pub reset: PinId,
-}
-
-/// A fuse: byte (low 0, high 1, extended 2), lowest bit, number of bits. 0 is programmed.
-pub type Fuse = (u8, u8, u8);
-
-/// Where the fuses stand, and what they mean.
-#[derive(Debug, Clone, Copy)]
-pub struct Fuses {
-    /// What the model assumes where none are given: as delivered, but for a clock from outside that is not divided.
-    pub assumed: [u8; 3],
-    /// Divide the clock by 8 after reset, where there is the fuse.
-    pub ckdiv8: Option<Fuse>,
-    /// Clock source.
-    pub cksel: Fuse,
-    /// Start-up time.
-    pub sut: Fuse,
-    /// The watchdog is always on.
-    pub wdton: Fuse,
-    /// The EEPROM outlives a chip erase.
-    pub eesave: Fuse,
-    /// Size of the boot section, where there is one.
-    pub bootsz: Option<Fuse>,
-    /// Reset goes to the boot section.
-    pub bootrst: Option<Fuse>,
-    /// The reset pin is a port pin.
-    pub rstdisbl: Option<Fuse>,
-    /// Brown-out detector, by [`Fuses::bod_mv`].
-    pub bodlevel: Fuse,
-    /// Level of the detector by the value of BODLEVEL in millivolts (table 29-8, typical); 0 is off.
-    pub bod_mv: &'static [u32],
 }
 
 /// The units of a chip, by number.
@@ -138,7 +149,7 @@ impl Part {
     pub fn restless(&self, reg: u16) -> bool {
         use timers::Reg::{ICRL, TCNTL};
         let site = self.sites.get(usize::from(reg)).copied().unwrap_or(Site::Reserved);
-        matches!(site, Site::Timer(_, TCNTL | ICRL) | Site::Usart(_, usart::Reg::UDR) | Site::Spi(_))
+        matches!(site, Site::Timer(_, TCNTL | ICRL) | Site::Usart(_, usart::Reg::UDR) | Site::Spi(_) | Site::Ursel(_))
     }
 }
 
@@ -149,12 +160,16 @@ pub enum Site {
     Reserved,
     /// A register of the core.
     Core,
+    /// RAM, by its data address.
+    Low(u8),
     /// PINx, DDRx and PORTx of a port, 0 to 2.
     Port(u8, u8),
     /// A register of a timer.
     Timer(u8, timers::Reg),
     /// A register of a USART.
     Usart(u8, usart::Reg),
+    /// UBRRH and UCSRC of a USART, told apart by bit 7, URSEL.
+    Ursel(u8),
     /// A register of the serial peripheral interface.
     Spi(spi::Reg),
     /// A register of the two-wire interface.
@@ -190,30 +205,97 @@ pub enum Own {
     PRR,
     OSCCAL,
     GTCCR,
+    RAMPZ,
 }
 
-/// The table of addresses from rows.
-const fn sites(rows: &[(u16, Site)]) -> [Site; 0x100] {
+/// Registers of the core, as they are shown.
+const CPU_REGS: &[&str] = &[
+    "r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7", "r8", "r9", "r10", "r11", "r12", "r13", "r14", "r15", "r16", "r17",
+    "r18", "r19", "r20", "r21", "r22", "r23", "r24", "r25", "r26", "r27", "r28", "r29", "r30", "r31", "SREG", "SP",
+    "PC",
+];
+
+/// A chip's memories: bytes of flash, first address of RAM and the one behind it, bytes of EEPROM, fuse bytes.
+struct Memories<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const FUSES: u32>;
+
+impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const FUSES: u32>
+    Memories<FLASH, RAM, END, EEPROM, FUSES>
+{
+    /// What follows from them; the rest is for the row to say.
+    const CHIP: Chip = Chip {
+        name: "",
+        family: Family::Avr,
+        isa: &crate::isa::isa::<FLASH>(),
+        title: "",
+        source: "",
+        code: "flash",
+        flash: FLASH,
+        on_chip: FLASH,
+        ram: "data",
+        ram_start: RAM,
+        ram_len: END - RAM,
+        eeprom: EEPROM,
+        word_bytes: 2,
+        max_hz: 16_000_000,
+        default_hz: 16_000_000,
+        hex: &[Space { name: "flash", start: 0, len: FLASH, word: 2, bits: Bits::All }],
+        elf: &[
+            Space { name: "flash", start: 0, len: FLASH, word: 2, bits: Bits::All },
+            Space { name: "data", start: 0x80_0000, len: END as u32, word: 1, bits: Bits::All },
+            Space { name: "eeprom", start: 0x81_0000, len: EEPROM as u32, word: 1, bits: Bits::All },
+            Space { name: "fuse", start: 0x82_0000, len: FUSES, word: 1, bits: Bits::All },
+            Space { name: "lock", start: 0x83_0000, len: 1, word: 1, bits: Bits::All },
+            Space { name: "signature", start: 0x84_0000, len: 3, word: 1, bits: Bits::All },
+        ],
+        elf_machine: 83,
+        cpu_regs: CPU_REGS,
+        reg_space: "data",
+        bits: &[],
+        regs: &[],
+        pins: &[],
+        vectors: &[],
+        vector_words: if FLASH > 0x2000 { 2 } else { 1 },
+        spaces: &[
+            ("data", END as u32, 1),
+            ("flash", FLASH, 1),
+            ("eeprom", EEPROM as u32, 1),
+            ("fuse", FUSES, 1),
+            ("lock", 1, 1),
+        ],
+    };
+}
+
+/// A list of registers: address, name, and what stands there.
+macro_rules! registers {
+    ($($addr:literal $name:literal $site:expr;)*) => {
+        /// Register summary, data addresses.
+        const REGS: &[Reg] = &[ $( Reg { name: $name, addr: $addr } ),* ];
+        /// What stands there.
+        const SITES: &[(u16, Site)] = &[ $( ($addr, $site) ),* ];
+    };
+}
+use registers;
+
+/// A list of pins: name, pin of the package, note.
+macro_rules! pins {
+    ($($name:literal $dip:literal $note:literal)*) => {
+        &[ $( emu_core::chip::PinDef { name: $name, dip: $dip, note: $note } ),* ]
+    };
+}
+use pins;
+
+/// The table of addresses from rows; below 100h RAM begins at `ram`.
+const fn sites(rows: &[(u16, Site)], ram: u16) -> [Site; 0x100] {
     let mut all = [Site::Reserved; 0x100];
-    let mut i = 0;
+    let mut i = ram as usize;
+    while i < all.len() {
+        all[i] = Site::Low(i as u8);
+        i += 1;
+    }
+    i = 0;
     while i < rows.len() {
         all[rows[i].0 as usize] = rows[i].1;
         i += 1;
     }
     all
-}
-
-impl Fuses {
-    /// The value of a fuse in these bytes: 0 is programmed.
-    #[must_use]
-    pub const fn value(bytes: [u8; 3], fuse: Fuse) -> u8 {
-        let (byte, bit, bits) = fuse;
-        bytes[byte as usize % 3] >> bit & ((1 << bits) - 1)
-    }
-
-    /// A single fuse is programmed; false where there is none.
-    #[must_use]
-    pub fn programmed(bytes: [u8; 3], fuse: Option<Fuse>) -> bool {
-        fuse.is_some_and(|fuse| Fuses::value(bytes, fuse) == 0)
-    }
 }

@@ -1,11 +1,11 @@
 //! ATmega48, 88, 168 and 328 with their variants (DS40002061).
 
-use emu_core::chip::{Chip, Family, PinDef, Reg};
-use emu_core::image::{Bits, Space};
+use emu_core::chip::{Chip, PinDef, Reg};
 
 use super::Own::*;
 use super::Site::{self, *};
-use super::{Fuses, Part, sites, unit};
+use super::fuses::{Fuses, start_up};
+use super::{Memories, Part, pins, registers, sites, unit};
 use crate::periph::Line;
 use crate::periph::adc::Reg::*;
 use crate::periph::comparator::Reg::*;
@@ -20,59 +20,48 @@ use crate::periph::twi::Reg::*;
 use crate::periph::usart::Reg::*;
 use crate::periph::{adc, eeprom, external, guard, spm};
 
-/// ATmega328P.
-pub const ATMEGA328P: Chip = Chip {
-    name: "atmega328p",
-    family: Family::Avr,
-    isa: &crate::isa::isa::<0x3FFF>(),
-    title: "ATmega328P: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 28 pins",
-    source: "DS40002061",
-    code: "flash",
-    flash: 0x8000,
-    on_chip: 0x8000,
-    ram: "data",
-    ram_start: 0x100,
-    ram_len: 0x800,
-    eeprom: 0x400,
-    word_bytes: 2,
-    max_hz: 20_000_000,
-    default_hz: 16_000_000,
-    hex: &[Space { name: "flash", start: 0, len: 0x8000, word: 2, bits: Bits::All }],
-    elf: &[
-        Space { name: "flash", start: 0, len: 0x8000, word: 2, bits: Bits::All },
-        Space { name: "data", start: 0x80_0000, len: 0x900, word: 1, bits: Bits::All },
-        Space { name: "eeprom", start: 0x81_0000, len: 0x400, word: 1, bits: Bits::All },
-        Space { name: "fuse", start: 0x82_0000, len: 3, word: 1, bits: Bits::All },
-        Space { name: "lock", start: 0x83_0000, len: 1, word: 1, bits: Bits::All },
-        Space { name: "signature", start: 0x84_0000, len: 3, word: 1, bits: Bits::All },
-    ],
-    elf_machine: 83,
-    cpu_regs: &[
-        "r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7", "r8", "r9", "r10", "r11", "r12", "r13", "r14", "r15", "r16",
-        "r17", "r18", "r19", "r20", "r21", "r22", "r23", "r24", "r25", "r26", "r27", "r28", "r29", "r30", "r31",
-        "SREG", "SP", "PC",
-    ],
-    reg_space: "data",
-    bits: &[],
-    regs: REGS,
-    pins: PINS,
-    vectors: VECTORS,
-    vector_words: 2,
-    spaces: &[("data", 0x900, 1), ("flash", 0x8000, 1), ("eeprom", 0x400, 1), ("fuse", 3, 1), ("lock", 1, 1)],
-};
+/// What the rows have in common, for these memories.
+macro_rules! chip {
+    ($name:literal, $title:literal, $flash:literal, $end:literal, $eeprom:literal) => {
+        Chip {
+            name: $name,
+            title: $title,
+            source: "DS40002061",
+            max_hz: 20_000_000,
+            regs: REGS,
+            pins: PINS,
+            vectors: VECTORS,
+            ..Memories::<$flash, 0x100, $end, $eeprom, 3>::CHIP
+        }
+    };
+}
 
-/// ATmega328: the 328P without the low-power process; the same to a program.
+/// ATmega328P.
+pub const ATMEGA328P: Chip =
+    chip!("atmega328p", "ATmega328P: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 28 pins", 0x8000, 0x900, 0x400);
+
+/// ATmega328: the 328P without the low-power process.
 pub const ATMEGA328: Chip = Chip { name: "atmega328", title: "ATmega328: as ATmega328P, other process", ..ATMEGA328P };
+
+/// ATmega168, 88 and 48.
+const ATMEGA168: Chip =
+    chip!("atmega168", "ATmega168: 16 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 pins", 0x4000, 0x500, 0x200);
+const ATMEGA88: Chip =
+    chip!("atmega88", "ATmega88: 8 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 pins", 0x2000, 0x500, 0x200);
+const ATMEGA48: Chip =
+    chip!("atmega48", "ATmega48: 4 KB flash, 512 bytes RAM, 256 bytes EEPROM, 28 pins", 0x1000, 0x300, 0x100);
 
 /// The row of the ATmega328P.
 pub const PART_328P: Part = Part {
     chip: &ATMEGA328P,
     ports: &[0xFF, 0x7F, 0xFF],
-    sites: &sites(SITES),
+    sites: &sites(SITES, 0x100),
     lines: LINES,
     pin_changes: PIN_CHANGES,
     stack_at_end: true,
     toggles: true,
+    whole_registers: false,
+    mcucr: 0x73,
     vectors: SOURCES,
     timers: &[Shape::narrow(2), Shape::wide(2), Shape::crystal(2)],
     adc: adc::Kind::MEGA48,
@@ -98,7 +87,9 @@ pub const PART_328P: Part = Part {
         ckdiv8: Some((0, 7, 1)),
         cksel: (0, 0, 4),
         sut: (0, 4, 2),
-        wdton: (1, 4, 1),
+        start_up,
+        reset_clocks: 14,
+        wdton: Some((1, 4, 1)),
         eesave: (1, 3, 1),
         bootsz: Some((1, 1, 2)),
         bootrst: Some((1, 0, 1)),
@@ -109,17 +100,99 @@ pub const PART_328P: Part = Part {
     reset: 14,
 };
 
-/// The row of the ATmega328.
-pub(super) const PART_328: Part = Part { chip: &ATMEGA328, signature: [0x1E, 0x95, 0x14], ..PART_328P };
+/// MCUCR without BODS and BODSE, which only the P and PA variants have (10.11.2).
+const NO_BODS: u8 = 0x13;
 
-macro_rules! registers {
-    ($($addr:literal $name:literal $site:expr;)*) => {
-        /// Register summary (section 36), data addresses.
-        const REGS: &[Reg] = &[ $( Reg { name: $name, addr: $addr } ),* ];
-        /// What stands there.
-        const SITES: &[(u16, Site)] = &[ $( ($addr, $site) ),* ];
-    };
-}
+/// The converter of the first ATmega48, 88 and 168 has no temperature sensor (Atmel 2545, ADC).
+const COLD: adc::Kind = adc::Kind { temperature: None, ..adc::Kind::MEGA48 };
+
+/// The row of the ATmega328.
+pub(super) const PART_328: Part = Part { chip: &ATMEGA328, mcucr: NO_BODS, signature: [0x1E, 0x95, 0x14], ..PART_328P };
+
+/// The row of the ATmega168PA. The fuses for the boot section stand in the extended byte of ATmega88 and 168, BODLEVEL in the
+/// high one (tables 28-5 to 28-8).
+pub(super) const PART_168PA: Part = Part {
+    chip: &Chip { name: "atmega168pa", title: "ATmega168PA: as ATmega168P, newer process", ..ATMEGA168 },
+    spm: spm::Kind::MEGA168,
+    signature: [0x1E, 0x94, 0x0B],
+    fuses: Fuses {
+        assumed: [0xFF, 0xDF, 0xF9],
+        bootsz: Some((2, 1, 2)),
+        bootrst: Some((2, 0, 1)),
+        bodlevel: (1, 0, 3),
+        ..PART_328P.fuses
+    },
+    ..PART_328P
+};
+
+/// The row of the ATmega168P.
+pub(super) const PART_168P: Part = Part {
+    chip: &Chip { name: "atmega168p", title: "ATmega168P: as ATmega168, brown-out detector off in sleep", ..ATMEGA168 },
+    ..PART_168PA
+};
+
+/// The row of the ATmega168A.
+pub(super) const PART_168A: Part = Part {
+    chip: &Chip { name: "atmega168a", title: "ATmega168A: as ATmega168, newer process", ..ATMEGA168 },
+    mcucr: NO_BODS,
+    signature: [0x1E, 0x94, 0x06],
+    ..PART_168PA
+};
+
+/// The row of the ATmega168.
+pub(super) const PART_168: Part = Part { chip: &ATMEGA168, adc: COLD, ..PART_168A };
+
+/// The row of the ATmega88PA.
+pub(super) const PART_88PA: Part = Part {
+    chip: &Chip { name: "atmega88pa", title: "ATmega88PA: as ATmega88P, newer process", ..ATMEGA88 },
+    spm: spm::Kind::MEGA88,
+    signature: [0x1E, 0x93, 0x0F],
+    ..PART_168PA
+};
+
+/// The row of the ATmega88P.
+pub(super) const PART_88P: Part = Part {
+    chip: &Chip { name: "atmega88p", title: "ATmega88P: as ATmega88, brown-out detector off in sleep", ..ATMEGA88 },
+    ..PART_88PA
+};
+
+/// The row of the ATmega88A.
+pub(super) const PART_88A: Part = Part {
+    chip: &Chip { name: "atmega88a", title: "ATmega88A: as ATmega88, newer process", ..ATMEGA88 },
+    mcucr: NO_BODS,
+    signature: [0x1E, 0x93, 0x0A],
+    ..PART_88PA
+};
+
+/// The row of the ATmega88.
+pub(super) const PART_88: Part = Part { chip: &ATMEGA88, adc: COLD, ..PART_88A };
+
+/// The row of the ATmega48PA, which has no boot section, so no IVSEL either (12.5).
+pub(super) const PART_48PA: Part = Part {
+    chip: &Chip { name: "atmega48pa", title: "ATmega48PA: as ATmega48P, newer process", ..ATMEGA48 },
+    mcucr: 0x70,
+    spm: spm::Kind::MEGA48,
+    signature: [0x1E, 0x92, 0x0A],
+    fuses: Fuses { assumed: [0xFF, 0xDF, 0xFF], bootsz: None, bootrst: None, ..PART_168PA.fuses },
+    ..PART_168PA
+};
+
+/// The row of the ATmega48P.
+pub(super) const PART_48P: Part = Part {
+    chip: &Chip { name: "atmega48p", title: "ATmega48P: as ATmega48, brown-out detector off in sleep", ..ATMEGA48 },
+    ..PART_48PA
+};
+
+/// The row of the ATmega48A.
+pub(super) const PART_48A: Part = Part {
+    chip: &Chip { name: "atmega48a", title: "ATmega48A: as ATmega48, newer process", ..ATMEGA48 },
+    mcucr: 0x10,
+    signature: [0x1E, 0x92, 0x05],
+    ..PART_48PA
+};
+
+/// The row of the ATmega48.
+pub(super) const PART_48: Part = Part { chip: &ATMEGA48, adc: COLD, ..PART_48A };
 
 #[rustfmt::skip]
 registers! {
@@ -152,10 +225,6 @@ registers! {
     0xBB "TWDR" Twi(TWDR);           0xBC "TWCR" Twi(TWCR);           0xBD "TWAMR" Twi(TWAMR);
     0xC0 "UCSR0A" Usart(0, UCSRA);   0xC1 "UCSR0B" Usart(0, UCSRB);   0xC2 "UCSR0C" Usart(0, UCSRC);
     0xC4 "UBRR0L" Usart(0, UBRRL);   0xC5 "UBRR0H" Usart(0, UBRRH);   0xC6 "UDR0" Usart(0, UDR);
-}
-
-macro_rules! pins {
-    ($($name:literal $dip:literal $note:literal)*) => { &[ $( PinDef { name: $name, dip: $dip, note: $note } ),* ] };
 }
 
 /// Pins (section 1), 8 to a port: pin identity is port (B, C, D) times 8 plus bit.

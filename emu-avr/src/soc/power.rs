@@ -115,7 +115,7 @@ impl Power {
         let rows = &part.fuses;
         let value = |fuse| Fuses::value(bytes.fuses, fuse);
         let (cksel, sut) = (value(rows.cksel), value(rows.sut));
-        let (clocks, us) = start_up(cksel, sut);
+        let (clocks, us) = (rows.start_up)(cksel, sut);
         Power {
             source_hz: options.hz.max(1),
             clkps: 0,
@@ -128,7 +128,7 @@ impl Power {
             brown: false,
             supply: 5_000,
             starts: 0,
-            start_up: options.start_up.then_some((clocks + 14, us)),
+            start_up: options.start_up.then_some((clocks + rows.reset_clocks, us)),
             wake_up: clocks,
             asleep: None,
             stopped: 0,
@@ -232,24 +232,6 @@ impl Power {
     }
 }
 
-/// Clocks until the oscillator counts as stable, and microseconds more after a reset (tables 9-3 to 9-13).
-fn start_up(cksel: u8, sut: u8) -> (u64, u64) {
-    const SHORT: u64 = 4_100;
-    const LONG: u64 = 65_000;
-    match (cksel, cksel & 1, sut) {
-        (6.., 0, 0) => (258, SHORT),
-        (6.., 0, 1) => (258, LONG),
-        (6.., 0, 2) => (1_024, 0),
-        (6.., 0, _) => (1_024, SHORT),
-        (6.., _, 0) => (1_024, LONG),
-        (6.., _, 1) => (16_384, 0),
-        (6.., _, 2) => (16_384, SHORT),
-        (6.., ..) => (16_384, LONG),
-        (4 | 5, low, sut) => (if low == 0 { 1_024 } else { 32_768 }, [0, SHORT, LONG, LONG][usize::from(sut % 4)]),
-        (.., sut) => (6, [0, SHORT, LONG, LONG][usize::from(sut % 4)]),
-    }
-}
-
 /// The first byte of the boot section, by BOOTSZ: the largest one is four times the next but one.
 pub fn boot_start(part: &Part, bytes: &Bytes) -> u32 {
     let flash = part.spm.flash;
@@ -267,7 +249,7 @@ impl Soc {
             Reset::BrownOut => self.mcusr | 1 << 2,
             Reset::Watchdog => self.mcusr | WDRF,
         };
-        (self.mcucr, self.smcr, self.prr, self.gtccr, self.kept) = (0, 0, 0, 0, [0; 3]);
+        (self.mcucr, self.smcr, self.prr, self.gtccr, self.rampz, self.kept) = (0, 0, 0, 0, 0, [0; 4]);
         self.osccal = self.spm.bytes().calibration;
         self.stall = 0;
         self.watchdog.forced(self.mcusr & WDRF != 0, now, &mut self.out);

@@ -4,6 +4,7 @@ use emu_core::cpu::NEVER;
 
 use super::Soc;
 use crate::chips::{Own, Site, unit};
+use crate::periph::usart::Reg::{UBRRH, UCSRC};
 use crate::periph::{Device, adc, timers, usart};
 
 /// GTCCR bits.
@@ -17,6 +18,12 @@ const BODSE: u8 = 1 << 5;
 const PUD: u8 = 1 << 4;
 pub const IVSEL: u8 = 1 << 1;
 const IVCE: u8 = 1 << 0;
+
+/// RAMPZ0, the one bit of RAMPZ.
+pub const RAMPZ: u8 = 1;
+
+/// URSEL in UCSRC and UBRRH.
+const URSEL: u8 = 1 << 7;
 
 /// A read of one register of a unit; what it does besides is carried out.
 macro_rules! read {
@@ -41,7 +48,7 @@ impl Soc {
     const fn unit_of(site: Site) -> Option<usize> {
         Some(match site {
             Site::Timer(n, _) => unit::TIMER + n as usize % 4,
-            Site::Usart(n, _) => unit::USART + n as usize % 2,
+            Site::Usart(n, _) | Site::Ursel(n) => unit::USART + n as usize % 2,
             Site::Spi(_) => unit::SPI,
             Site::Twi(_) => unit::TWI,
             Site::Adc(_) => unit::ADC,
@@ -74,6 +81,11 @@ impl Soc {
             Site::Twi(reg) => (read!(self, unit::TWI, self.twi, reg, t), false),
             Site::Adc(reg) => {
                 (read!(self, unit::ADC, self.adc, reg, t), matches!(reg, adc::Reg::ADCL | adc::Reg::ADCH))
+            }
+            Site::Ursel(n) => {
+                let value = self.show(site, t);
+                self.ursel_read[usize::from(n) % 2] = t;
+                return (value, false);
             }
             Site::Split(bits) => {
                 let mut all = (0, false);
@@ -115,6 +127,7 @@ impl Soc {
         }
         match site {
             Site::Reserved | Site::Core => 0,
+            Site::Low(addr) => self.low_byte(addr),
             Site::Port(port, kind) => {
                 let port = usize::from(port);
                 match kind {
@@ -125,6 +138,15 @@ impl Soc {
             }
             Site::Timer(n, reg) => self.timers[usize::from(n) % 4].peek(reg, t),
             Site::Usart(n, reg) => self.usarts[usize::from(n) % 2].peek(reg, t),
+            // The first read gives UBRRH, one in the cycle that follows UCSRC.
+            Site::Ursel(n) => {
+                let n = usize::from(n) % 2;
+                if self.ursel_read[n].checked_add(1) == Some(t) {
+                    URSEL | self.usarts[n].peek(UCSRC, t)
+                } else {
+                    self.usarts[n].peek(UBRRH, t)
+                }
+            }
             Site::Spi(reg) => self.spi.peek(reg, t),
             Site::Twi(reg) => self.twi.peek(reg, t),
             Site::Adc(reg) => self.adc.peek(reg, t),
@@ -133,7 +155,7 @@ impl Soc {
             Site::Spm(reg) => self.spm.peek(reg, t),
             Site::Watchdog(reg) => self.watchdog.peek(reg, t),
             Site::External(reg) => self.external.peek(reg, t),
-            Site::Kept(n) => self.kept[usize::from(n) % 3],
+            Site::Kept(n) => self.kept[usize::from(n) % 4],
             Site::Split(bits) => {
                 bits.iter().fold(0, |all, &(bit, site, its)| all | (self.show(site, t) >> its & 1) << bit)
             }
@@ -145,6 +167,7 @@ impl Soc {
                 Own::PRR => self.prr,
                 Own::OSCCAL => self.osccal,
                 Own::GTCCR => self.gtccr,
+                Own::RAMPZ => self.rampz,
             },
         }
     }
@@ -156,6 +179,7 @@ impl Soc {
         }
         match site {
             Site::Reserved | Site::Core => {}
+            Site::Low(addr) => self.set_low_byte(addr, self.low_byte(addr) & !mask | value & mask),
             Site::Port(port, kind) => self.store_port(usize::from(port), kind, mask, value, t),
             Site::Timer(n, reg) => {
                 let n = usize::from(n) % 4;
@@ -167,6 +191,10 @@ impl Soc {
             Site::Usart(n, reg) => {
                 let n = usize::from(n) % 2;
                 write!(self, unit::USART + n, self.usarts[n], reg, value, mask, t);
+            }
+            Site::Ursel(n) => {
+                let (reg, bits) = if value & URSEL != 0 { (UCSRC, !URSEL) } else { (UBRRH, 0xFF) };
+                self.store(Site::Usart(n, reg), mask & bits, value & bits, t);
             }
             Site::Spi(reg) => write!(self, unit::SPI, self.spi, reg, value, mask, t),
             Site::Twi(reg) => write!(self, unit::TWI, self.twi, reg, value, mask, t),
@@ -195,7 +223,7 @@ impl Soc {
                 self.tell_trigger(unit::EXTERNAL, t);
             }
             Site::Kept(n) => {
-                let kept = &mut self.kept[usize::from(n) % 3];
+                let kept = &mut self.kept[usize::from(n) % 4];
                 *kept = *kept & !mask | value & mask;
             }
             Site::Split(bits) => self.store_split(bits, mask, value, t),
@@ -227,7 +255,7 @@ impl Soc {
     fn store_own(&mut self, own: Own, mask: u8, value: u8, t: u64) {
         let kept = |old: u8, bits: u8| old & !(mask & bits) | value & mask & bits;
         match own {
-            Own::MCUCR => self.store_mcucr(value, mask, t),
+            Own::MCUCR => self.store_mcucr(value, mask & self.part.mcucr, t),
             // Flags are cleared by a zero (11.9.1).
             Own::MCUSR => {
                 self.mcusr &= kept(self.mcusr, 0xFF);
@@ -242,6 +270,7 @@ impl Soc {
             }
             Own::OSCCAL => self.osccal = kept(self.osccal, 0xFF),
             Own::GTCCR => self.store_gtccr(value, mask, t),
+            Own::RAMPZ => self.rampz = kept(self.rampz, RAMPZ),
         }
     }
 
@@ -309,7 +338,7 @@ impl Soc {
             Site::Spm(reg) => self.spm.steady(reg, t),
             Site::Watchdog(reg) => self.watchdog.steady(reg, t),
             Site::External(reg) => self.external.steady(reg, t),
-            Site::Own(Own::MCUCR | Own::CLKPR) => t,
+            Site::Own(Own::MCUCR | Own::CLKPR) | Site::Ursel(_) => t,
             Site::Split(bits) => bits.iter().map(|&(_, site, _)| self.steady(site, t)).min().unwrap_or(NEVER),
             _ => NEVER,
         }

@@ -4,8 +4,8 @@
 //! far enough from the ends that no relative target wraps. Wraps have their own lines in `avr.txt`.
 
 use emu_avr::Avr;
-use emu_avr::chips::ATMEGA328P;
-use emu_avr::isa::{Kind, row_of};
+use emu_avr::chips::{ATMEGA328P, chip};
+use emu_avr::isa::{Kind, lacks, row_of};
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
 use emu_core::table::Row;
@@ -187,10 +187,12 @@ pub fn batch(row: &Row, kind: Kind, count: usize, rng: &mut Rng) -> (Vec<u8>, Ve
     (flash, draws)
 }
 
-/// A machine with this flash and the background in RAM.
-pub fn machine(flash: Vec<u8>) -> Avr {
+/// A chip with the instruction, with this flash and the background in RAM.
+pub fn machine(kind: Kind, flash: Vec<u8>) -> Avr {
+    let larger = chip("atmega128").expect("a chip");
+    let chip = if lacks(ATMEGA328P.flash, kind) { larger } else { &ATMEGA328P };
     let image = Image { segments: vec![Segment { space: "flash", addr: 0, bytes: flash }], ..Image::default() };
-    let mut avr = Avr::new(&ATMEGA328P, &image, RamInit::Zero);
+    let mut avr = Avr::new(chip, &image, RamInit::Zero);
     for addr in 0x100..0x900 {
         assert!(avr.poke("data", addr, background(addr)));
     }

@@ -1,0 +1,113 @@
+//! Fuses: where they stand, and what they mean.
+
+/// A fuse: byte (low 0, high 1, extended 2), lowest bit, number of bits. 0 is programmed.
+pub type Fuse = (u8, u8, u8);
+
+/// Clocks until the oscillator counts as stable, and microseconds more after a reset, by CKSEL and SUT.
+pub type StartUp = fn(u8, u8) -> (u64, u64);
+
+/// Where the fuses stand, and what they mean.
+#[derive(Debug, Clone, Copy)]
+pub struct Fuses {
+    /// What the model assumes where none are given: as delivered, but for a clock from outside that is not divided.
+    pub assumed: [u8; 3],
+    /// Divide the clock by 8 after reset, where there is the fuse.
+    pub ckdiv8: Option<Fuse>,
+    /// Clock source.
+    pub cksel: Fuse,
+    /// Start-up time.
+    pub sut: Fuse,
+    /// What these two mean.
+    pub start_up: StartUp,
+    /// Clocks that every reset takes besides.
+    pub reset_clocks: u64,
+    /// The watchdog is always on, where there is the fuse.
+    pub wdton: Option<Fuse>,
+    /// The EEPROM outlives a chip erase.
+    pub eesave: Fuse,
+    /// Size of the boot section, where there is one.
+    pub bootsz: Option<Fuse>,
+    /// Reset goes to the boot section.
+    pub bootrst: Option<Fuse>,
+    /// The reset pin is a port pin.
+    pub rstdisbl: Option<Fuse>,
+    /// Brown-out detector, by [`Fuses::bod_mv`]; with BODEN as its lowest bit where that is a fuse of its own.
+    pub bodlevel: Fuse,
+    /// Level of the detector by the value of BODLEVEL in millivolts (typical); 0 is off.
+    pub bod_mv: &'static [u32],
+}
+
+impl Fuses {
+    /// The value of a fuse in these bytes: 0 is programmed.
+    #[must_use]
+    pub const fn value(bytes: [u8; 3], fuse: Fuse) -> u8 {
+        let (byte, bit, bits) = fuse;
+        bytes[byte as usize % 3] >> bit & ((1 << bits) - 1)
+    }
+
+    /// A single fuse is programmed; false where there is none.
+    #[must_use]
+    pub fn programmed(bytes: [u8; 3], fuse: Option<Fuse>) -> bool {
+        fuse.is_some_and(|fuse| Fuses::value(bytes, fuse) == 0)
+    }
+}
+
+/// The two delays, in microseconds.
+const SHORT: u64 = 4_100;
+const LONG: u64 = 65_000;
+
+/// Crystals and resonators: by the lowest bit of CKSEL and SUT.
+const fn crystal(cksel: u8, sut: u8) -> (u64, u64) {
+    match (cksel & 1, sut) {
+        (0, 0) => (258, SHORT),
+        (0, 1) => (258, LONG),
+        (0, 2) => (1_024, 0),
+        (0, _) => (1_024, SHORT),
+        (_, 0) => (1_024, LONG),
+        (_, 1) => (16_384, 0),
+        (_, 2) => (16_384, SHORT),
+        (..) => (16_384, LONG),
+    }
+}
+
+/// The delay by SUT alone; reserved settings count as the longest.
+const fn delay(sut: u8) -> u64 {
+    match sut {
+        0 => 0,
+        1 => SHORT,
+        _ => LONG,
+    }
+}
+
+/// ATmega48 to 328 (DS40002061, tables 9-3 to 9-13): 0 and 2 oscillators that start at once, 4 and 5 a watch crystal, then
+/// crystals.
+#[must_use]
+pub const fn start_up(cksel: u8, sut: u8) -> (u64, u64) {
+    match cksel {
+        6.. => crystal(cksel, sut),
+        4 => (1_024, delay(sut)),
+        5 => (32_768, delay(sut)),
+        _ => (6, delay(sut)),
+    }
+}
+
+/// ATmega162 (Atmel 2513, clock sources): as ATmega328, with a watch crystal at 4 to 7.
+#[must_use]
+pub const fn start_up_162(cksel: u8, sut: u8) -> (u64, u64) {
+    start_up(if cksel & 0x0C == 4 { cksel & 5 } else { cksel }, sut)
+}
+
+/// ATmega8, 16, 32, 64 and 128 (Atmel 2486, 2466, 2503, 2490, 2467, clock sources): 0 a clock from outside, 1 to 4 the internal
+/// oscillator, 5 to 8 one of resistor and capacitor, 9 a watch crystal, then crystals.
+#[must_use]
+pub const fn start_up_old(cksel: u8, sut: u8) -> (u64, u64) {
+    match (cksel, sut) {
+        (0..=4, _) => (6, delay(sut)),
+        (5..=8, 3) => (6, SHORT),
+        (5..=8, _) => (18, delay(sut)),
+        (9, 0) => (1_024, SHORT),
+        (9, 1) => (1_024, LONG),
+        (9, _) => (32_768, LONG),
+        _ => crystal(cksel, sut),
+    }
+}

@@ -1,0 +1,250 @@
+//! ATmega64 and ATmega128 (Atmel 2490 and 2467), without the compatibility mode of the fuse M103C.
+
+use emu_core::chip::{Chip, PinDef, Reg};
+
+use super::Own::*;
+use super::Site::{self, *};
+use super::old::{self, assr, mcucsr, tccr, timers};
+use super::{Fuses, Memories, Part, pins, registers, sites, unit};
+use crate::periph::Line;
+use crate::periph::adc::Reg::*;
+use crate::periph::comparator::Reg::*;
+use crate::periph::eeprom::Reg::*;
+use crate::periph::external::Reg::*;
+use crate::periph::guard::Reg::*;
+use crate::periph::spi::Reg::*;
+use crate::periph::spm::Reg::*;
+use crate::periph::timers::Reg::*;
+use crate::periph::timers::Shape;
+use crate::periph::twi::Reg::*;
+use crate::periph::usart::Reg::*;
+use crate::periph::{adc, eeprom, external, guard, spm};
+
+/// ATmega64.
+const ATMEGA64: Chip = Chip {
+    name: "atmega64",
+    title: "ATmega64: 64 KB flash, 4 KB RAM, 2 KB EEPROM, 64 pins",
+    source: "Atmel 2490",
+    regs: REGS_64,
+    pins: PINS,
+    vectors: VECTORS,
+    ..Memories::<0x1_0000, 0x100, 0x1100, 0x800, 3>::CHIP
+};
+
+/// ATmega128.
+const ATMEGA128: Chip = Chip {
+    name: "atmega128",
+    title: "ATmega128: 128 KB flash, 4 KB RAM, 4 KB EEPROM, 64 pins",
+    source: "Atmel 2467",
+    regs: REGS_128,
+    pins: PINS,
+    vectors: VECTORS,
+    ..Memories::<0x2_0000, 0x100, 0x1100, 0x1000, 3>::CHIP
+};
+
+/// The row of the ATmega128.
+pub(super) const PART_128: Part = Part {
+    chip: &ATMEGA128,
+    // The reset pin stands in the place of PG5.
+    ports: &[0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x1F],
+    sites: &sites_and(RAMPZ_AT, Own(RAMPZ)),
+    lines: LINES,
+    pin_changes: &[],
+    stack_at_end: false,
+    toggles: false,
+    whole_registers: true,
+    mcucr: 0x13,
+    vectors: SOURCES,
+    timers: &[
+        Shape { asynchronous: true, taps: Shape::OWN_TAPS, ..Shape::narrow(1) },
+        Shape::wide(3),
+        Shape::narrow(1),
+        Shape::wide(3),
+    ],
+    adc: adc::Kind::MEGA128,
+    analog: &[40, 41, 42, 43, 44, 45, 46, 47],
+    ain: [34, 35],
+    triggers: &[],
+    eeprom: eeprom::Kind::MEGA8,
+    spm: spm::Kind::MEGA128,
+    external: external::Kind::MEGA128,
+    watchdog: guard::Kind::MEGA8,
+    prr: &[],
+    signature: [0x1E, 0x97, 0x02],
+    fuses: Fuses { wdton: Some((2, 0, 1)), ..old::FUSES },
+    reset: 53,
+};
+
+/// The row of the ATmega64.
+pub(super) const PART_64: Part = Part {
+    chip: &ATMEGA64,
+    sites: &sites_and(ADCSRB_AT, Split(&[(2, Adc(ADCSRB), 2), (1, Adc(ADCSRB), 1), (0, Adc(ADCSRB), 0)])),
+    adc: adc::Kind::MEGA16,
+    triggers: TRIGGERS,
+    spm: spm::Kind::MEGA64,
+    signature: [0x1E, 0x96, 0x02],
+    ..PART_128
+};
+
+/// Where the one register stands that only one of the two has.
+const RAMPZ_AT: u16 = 0x5B;
+const ADCSRB_AT: u16 = 0x8E;
+
+/// The table of addresses with that register.
+const fn sites_and(at: u16, site: Site) -> [Site; 0x100] {
+    let mut all = sites(SITES, 0x100);
+    all[at as usize] = site;
+    all
+}
+
+/// The list of registers with that one.
+const fn regs_and(name: &'static str, addr: u16) -> [Reg; REGS.len() + 1] {
+    let mut all = [Reg { name, addr }; REGS.len() + 1];
+    let mut i = 0;
+    while i < REGS.len() {
+        all[i] = REGS[i];
+        i += 1;
+    }
+    all
+}
+const REGS_64: &[Reg] = &regs_and("ADCSRB", ADCSRB_AT);
+const REGS_128: &[Reg] = &regs_and("RAMPZ", RAMPZ_AT);
+
+/// UCSRnC, which has one bit of UMSEL.
+macro_rules! ucsrc {
+    ($n:literal) => {
+        Split(&[
+            (6, Usart($n, UCSRC), 6),
+            (5, Usart($n, UCSRC), 5),
+            (4, Usart($n, UCSRC), 4),
+            (3, Usart($n, UCSRC), 3),
+            (2, Usart($n, UCSRC), 2),
+            (1, Usart($n, UCSRC), 1),
+            (0, Usart($n, UCSRC), 0),
+        ])
+    };
+}
+
+/// ETIMSK or ETIFR.
+macro_rules! more_timers {
+    ($reg:ident) => {
+        Split(&[
+            (5, Timer(3, $reg), 5),
+            (4, Timer(3, $reg), 1),
+            (3, Timer(3, $reg), 2),
+            (2, Timer(3, $reg), 0),
+            (1, Timer(3, $reg), 3),
+            (0, Timer(1, $reg), 3),
+        ])
+    };
+}
+
+/// SRE and SRW10 are only kept.
+const MCUCR_BITS: Site = Split(&[
+    (7, Kept(0), 7),
+    (6, Kept(0), 6),
+    (5, Own(SMCR), 0),
+    (4, Own(SMCR), 2),
+    (3, Own(SMCR), 1),
+    (2, Own(SMCR), 3),
+    (1, Own(MCUCR), 1),
+    (0, Own(MCUCR), 0),
+]);
+
+const SFIOR: Site =
+    Split(&[(7, Own(GTCCR), 7), (3, Adc(ADCSRB), 6), (2, Own(MCUCR), 4), (1, Own(GTCCR), 1), (0, Own(GTCCR), 0)]);
+
+#[rustfmt::skip]
+registers! {
+    0x20 "PINF" Port(5, 0);          0x21 "PINE" Port(4, 0);          0x22 "DDRE" Port(4, 1);
+    0x23 "PORTE" Port(4, 2);         0x24 "ADCL" Adc(ADCL);           0x25 "ADCH" Adc(ADCH);
+    0x26 "ADCSRA" Adc(ADCSRA);       0x27 "ADMUX" Adc(ADMUX);         0x28 "ACSR" Comparator(ACSR);
+    0x29 "UBRR0L" Usart(0, UBRRL);   0x2A "UCSR0B" Usart(0, UCSRB);   0x2B "UCSR0A" Usart(0, UCSRA);
+    0x2C "UDR0" Usart(0, UDR);       0x2D "SPCR" Spi(SPCR);           0x2E "SPSR" Spi(SPSR);
+    0x2F "SPDR" Spi(SPDR);           0x30 "PIND" Port(3, 0);          0x31 "DDRD" Port(3, 1);
+    0x32 "PORTD" Port(3, 2);         0x33 "PINC" Port(2, 0);          0x34 "DDRC" Port(2, 1);
+    0x35 "PORTC" Port(2, 2);         0x36 "PINB" Port(1, 0);          0x37 "DDRB" Port(1, 1);
+    0x38 "PORTB" Port(1, 2);         0x39 "PINA" Port(0, 0);          0x3A "DDRA" Port(0, 1);
+    0x3B "PORTA" Port(0, 2);         0x3C "EECR" Eeprom(EECR);        0x3D "EEDR" Eeprom(EEDR);
+    0x3E "EEARL" Eeprom(EEARL);      0x3F "EEARH" Eeprom(EEARH);      0x40 "SFIOR" SFIOR;
+    0x41 "WDTCR" Watchdog(WDTCSR);   0x42 "OCDR" Reserved;            0x43 "OCR2" Timer(2, OCRAL);
+    0x44 "TCNT2" Timer(2, TCNTL);    0x45 "TCCR2" tccr!(2);           0x46 "ICR1L" Timer(1, ICRL);
+    0x47 "ICR1H" Timer(1, ICRH);     0x48 "OCR1BL" Timer(1, OCRBL);   0x49 "OCR1BH" Timer(1, OCRBH);
+    0x4A "OCR1AL" Timer(1, OCRAL);   0x4B "OCR1AH" Timer(1, OCRAH);   0x4C "TCNT1L" Timer(1, TCNTL);
+    0x4D "TCNT1H" Timer(1, TCNTH);   0x4E "TCCR1B" Timer(1, TCCRB);   0x4F "TCCR1A" Timer(1, TCCRA);
+    0x50 "ASSR" assr!(0);            0x51 "OCR0" Timer(0, OCRAL);     0x52 "TCNT0" Timer(0, TCNTL);
+    0x53 "TCCR0" tccr!(0);           0x54 "MCUCSR" mcucsr!((7, Kept(0), 0));
+    0x55 "MCUCR" MCUCR_BITS;         0x56 "TIFR" timers!(TIFR);       0x57 "TIMSK" timers!(TIMSK);
+    0x58 "EIFR" External(EIFR);      0x59 "EIMSK" External(EIMSK);    0x5A "EICRB" External(EICRB);
+    0x5C "XDIV" Kept(1);             0x5D "SPL" Core;                 0x5E "SPH" Core;
+    0x5F "SREG" Core;                0x61 "DDRF" Port(5, 1);          0x62 "PORTF" Port(5, 2);
+    0x63 "PING" Port(6, 0);          0x64 "DDRG" Port(6, 1);          0x65 "PORTG" Port(6, 2);
+    0x68 "SPMCSR" Spm(SPMCSR);       0x6A "EICRA" External(EICRA);    0x6C "XMCRB" Kept(2);
+    0x6D "XMCRA" Kept(3);            0x6F "OSCCAL" Own(OSCCAL);       0x70 "TWBR" Twi(TWBR);
+    0x71 "TWSR" Twi(TWSR);           0x72 "TWAR" Twi(TWAR);           0x73 "TWDR" Twi(TWDR);
+    0x74 "TWCR" Twi(TWCR);           0x78 "OCR1CL" Timer(1, OCRCL);   0x79 "OCR1CH" Timer(1, OCRCH);
+    0x7A "TCCR1C" Timer(1, TCCRC);   0x7C "ETIFR" more_timers!(TIFR); 0x7D "ETIMSK" more_timers!(TIMSK);
+    0x80 "ICR3L" Timer(3, ICRL);     0x81 "ICR3H" Timer(3, ICRH);     0x82 "OCR3CL" Timer(3, OCRCL);
+    0x83 "OCR3CH" Timer(3, OCRCH);   0x84 "OCR3BL" Timer(3, OCRBL);   0x85 "OCR3BH" Timer(3, OCRBH);
+    0x86 "OCR3AL" Timer(3, OCRAL);   0x87 "OCR3AH" Timer(3, OCRAH);   0x88 "TCNT3L" Timer(3, TCNTL);
+    0x89 "TCNT3H" Timer(3, TCNTH);   0x8A "TCCR3B" Timer(3, TCCRB);   0x8B "TCCR3A" Timer(3, TCCRA);
+    0x8C "TCCR3C" Timer(3, TCCRC);   0x90 "UBRR0H" Usart(0, UBRRH);   0x95 "UCSR0C" ucsrc!(0);
+    0x98 "UBRR1H" Usart(1, UBRRH);   0x99 "UBRR1L" Usart(1, UBRRL);   0x9A "UCSR1B" Usart(1, UCSRB);
+    0x9B "UCSR1A" Usart(1, UCSRA);   0x9C "UDR1" Usart(1, UDR);       0x9D "UCSR1C" ucsrc!(1);
+}
+
+/// Pins, 8 to a port: pin identity is port (A to G) times 8 plus bit. The package has pins on four sides.
+#[rustfmt::skip]
+const PINS: &[PinDef] = pins! {
+    "PA0" 0 ""  "PA1" 0 ""  "PA2" 0 ""  "PA3" 0 ""  "PA4" 0 ""  "PA5" 0 ""  "PA6" 0 ""  "PA7" 0 ""
+    "PB0" 0 ""  "PB1" 0 ""  "PB2" 0 ""  "PB3" 0 ""  "PB4" 0 ""  "PB5" 0 ""  "PB6" 0 ""  "PB7" 0 ""
+    "PC0" 0 ""  "PC1" 0 ""  "PC2" 0 ""  "PC3" 0 ""  "PC4" 0 ""  "PC5" 0 ""  "PC6" 0 ""  "PC7" 0 ""
+    "PD0" 0 ""  "PD1" 0 ""  "PD2" 0 "RXD1"  "PD3" 0 "TXD1"  "PD4" 0 ""  "PD5" 0 ""  "PD6" 0 ""  "PD7" 0 ""
+    "PE0" 0 "RXD0"  "PE1" 0 "TXD0"  "PE2" 0 ""  "PE3" 0 ""  "PE4" 0 ""  "PE5" 0 ""  "PE6" 0 ""  "PE7" 0 ""
+    "PF0" 0 ""  "PF1" 0 ""  "PF2" 0 ""  "PF3" 0 ""  "PF4" 0 ""  "PF5" 0 ""  "PF6" 0 ""  "PF7" 0 ""
+    "PG0" 0 ""  "PG1" 0 ""  "PG2" 0 ""  "PG3" 0 ""  "PG4" 0 ""  "RESET" 0 "RESET"
+};
+
+/// Alternate functions (alternate port functions).
+#[rustfmt::skip]
+const LINES: &[(usize, Line, u8)] = &[
+    (unit::TIMER,     Line::OcA, 12), (unit::TIMER + 1, Line::T,   30), (unit::TIMER + 1, Line::Icp, 28),
+    (unit::TIMER + 1, Line::OcA, 13), (unit::TIMER + 1, Line::OcB, 14), (unit::TIMER + 1, Line::OcC, 15),
+    (unit::TIMER + 2, Line::T,   31), (unit::TIMER + 2, Line::OcA, 15), (unit::TIMER + 3, Line::T,   38),
+    (unit::TIMER + 3, Line::Icp, 39), (unit::TIMER + 3, Line::OcA, 35), (unit::TIMER + 3, Line::OcB, 36),
+    (unit::TIMER + 3, Line::OcC, 37), (unit::USART,     Line::Rxd, 32), (unit::USART,     Line::Txd, 33),
+    (unit::USART,     Line::Xck, 34), (unit::USART + 1, Line::Rxd, 26), (unit::USART + 1, Line::Txd, 27),
+    (unit::USART + 1, Line::Xck, 29), (unit::SPI,       Line::Ss,   8), (unit::SPI,       Line::Sck,  9),
+    (unit::SPI,       Line::Mosi, 10), (unit::SPI,      Line::Miso, 11), (unit::TWI,      Line::Scl, 24),
+    (unit::TWI,       Line::Sda, 25), (unit::EXTERNAL,  Line::Int(0), 24), (unit::EXTERNAL, Line::Int(1), 25),
+    (unit::EXTERNAL,  Line::Int(2), 26), (unit::EXTERNAL, Line::Int(3), 27), (unit::EXTERNAL, Line::Int(4), 36),
+    (unit::EXTERNAL,  Line::Int(5), 37), (unit::EXTERNAL, Line::Int(6), 38), (unit::EXTERNAL, Line::Int(7), 39),
+];
+
+/// Interrupt vectors, number = position, RESET is 0.
+#[rustfmt::skip]
+const VECTORS: &[&str] = &[
+    "RESET", "INT0", "INT1", "INT2", "INT3", "INT4", "INT5", "INT6", "INT7", "TIMER2_COMP", "TIMER2_OVF", "TIMER1_CAPT",
+    "TIMER1_COMPA", "TIMER1_COMPB", "TIMER1_OVF", "TIMER0_COMP", "TIMER0_OVF", "SPI_STC", "USART0_RX", "USART0_UDRE", "USART0_TX",
+    "ADC", "EE_READY", "ANALOG_COMP", "TIMER1_COMPC", "TIMER3_CAPT", "TIMER3_COMPA", "TIMER3_COMPB", "TIMER3_COMPC", "TIMER3_OVF",
+    "USART1_RX", "USART1_UDRE", "USART1_TX", "TWI", "SPM_READY",
+];
+
+/// What asks for them.
+#[rustfmt::skip]
+const SOURCES: &[(usize, u8)] = &[
+    (unit::EXTERNAL, 0), (unit::EXTERNAL, 1), (unit::EXTERNAL, 2), (unit::EXTERNAL, 3),
+    (unit::EXTERNAL, 4), (unit::EXTERNAL, 5), (unit::EXTERNAL, 6), (unit::EXTERNAL, 7),
+    (unit::TIMER + 2, 0), (unit::TIMER + 2, 2), (unit::TIMER + 1, 0), (unit::TIMER + 1, 1), (unit::TIMER + 1, 2), (unit::TIMER + 1, 4),
+    (unit::TIMER, 0), (unit::TIMER, 2), (unit::SPI, 0), (unit::USART, 0), (unit::USART, 1), (unit::USART, 2),
+    (unit::ADC, 0), (unit::EEPROM, 0), (unit::COMPARATOR, 0), (unit::TIMER + 1, 3),
+    (unit::TIMER + 3, 0), (unit::TIMER + 3, 1), (unit::TIMER + 3, 2), (unit::TIMER + 3, 3), (unit::TIMER + 3, 4),
+    (unit::USART + 1, 0), (unit::USART + 1, 1), (unit::USART + 1, 2), (unit::TWI, 0), (unit::SPM, 0),
+];
+
+/// Trigger sources of the converter of the ATmega64, from ADTS 1 on.
+#[rustfmt::skip]
+const TRIGGERS: &[(usize, u8)] = &[
+    (unit::COMPARATOR, 0), (unit::EXTERNAL, 0), (unit::TIMER, 0), (unit::TIMER, 2), (unit::TIMER + 1, 2), (unit::TIMER + 1, 4),
+    (unit::TIMER + 1, 0),
+];

@@ -1,0 +1,206 @@
+//! ATmega16 and ATmega32 (Atmel 2466 and 2503).
+
+use emu_core::chip::{Chip, PinDef, Reg};
+
+use super::Own::*;
+use super::Site::{self, *};
+use super::old::{self, assr, general, mcucsr, tccr, tccra, timers};
+use super::{Memories, Part, pins, registers, sites, unit};
+use crate::periph::Line;
+use crate::periph::adc::Reg::*;
+use crate::periph::comparator::Reg::*;
+use crate::periph::eeprom::Reg::*;
+use crate::periph::external::Reg::*;
+use crate::periph::guard::Reg::*;
+use crate::periph::spi::Reg::*;
+use crate::periph::spm::Reg::*;
+use crate::periph::timers::Reg::*;
+use crate::periph::timers::Shape;
+use crate::periph::twi::Reg::*;
+use crate::periph::usart::Reg::*;
+use crate::periph::{adc, eeprom, external, guard, spm};
+
+/// ATmega16.
+const ATMEGA16: Chip = Chip {
+    name: "atmega16",
+    title: "ATmega16: 16 KB flash, 1 KB RAM, 512 bytes EEPROM, 40 pins",
+    source: "Atmel 2466",
+    regs: REGS,
+    pins: PINS,
+    vectors: VECTORS_16,
+    ..Memories::<0x4000, 0x60, 0x460, 0x200, 2>::CHIP
+};
+
+/// ATmega32.
+const ATMEGA32: Chip = Chip {
+    name: "atmega32",
+    title: "ATmega32: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 40 pins",
+    source: "Atmel 2503",
+    regs: REGS,
+    pins: PINS,
+    vectors: VECTORS_32,
+    ..Memories::<0x8000, 0x60, 0x860, 0x400, 2>::CHIP
+};
+
+/// The row of the ATmega16.
+pub(super) const PART_16: Part = Part {
+    chip: &ATMEGA16,
+    // The reset pin stands behind the ports.
+    ports: &[0xFF, 0xFF, 0xFF, 0xFF, 0],
+    sites: &sites_with(SE_16),
+    lines: LINES,
+    pin_changes: &[],
+    stack_at_end: false,
+    toggles: false,
+    whole_registers: true,
+    mcucr: 0x13,
+    vectors: SOURCES_16,
+    timers: &[Shape::narrow(1), Shape::wide(2), Shape::crystal(1)],
+    adc: adc::Kind::MEGA16,
+    analog: &[0, 1, 2, 3, 4, 5, 6, 7],
+    ain: [10, 11],
+    triggers: TRIGGERS,
+    eeprom: eeprom::Kind::MEGA8,
+    spm: spm::Kind::MEGA16,
+    external: external::Kind::MEGA16,
+    watchdog: guard::Kind::MEGA16,
+    prr: &[],
+    signature: [0x1E, 0x94, 0x03],
+    fuses: old::FUSES,
+    reset: 32,
+};
+
+/// The row of the ATmega32.
+pub(super) const PART_32: Part = Part {
+    chip: &ATMEGA32,
+    sites: &sites_with(SE_32),
+    vectors: SOURCES_32,
+    spm: spm::Kind::MEGA32,
+    signature: [0x1E, 0x95, 0x02],
+    ..PART_16
+};
+
+/// MCUCR: the bits of SMCR stand in another order on each of the two.
+macro_rules! mcucr {
+    ($se:literal $sm2:literal) => {
+        Split(&[
+            ($sm2, Own(SMCR), 3),
+            ($se, Own(SMCR), 0),
+            (5, Own(SMCR), 2),
+            (4, Own(SMCR), 1),
+            (3, External(EICRA), 3),
+            (2, External(EICRA), 2),
+            (1, External(EICRA), 1),
+            (0, External(EICRA), 0),
+        ])
+    };
+}
+const SE_16: Site = mcucr!(6 7);
+const SE_32: Site = mcucr!(7 6);
+
+/// The table of addresses with this MCUCR.
+const fn sites_with(mcucr: Site) -> [Site; 0x100] {
+    let mut all = sites(SITES, 0x60);
+    all[0x55] = mcucr;
+    all
+}
+
+const SFIOR: Site = Split(&[
+    (7, Adc(ADCSRB), 2),
+    (6, Adc(ADCSRB), 1),
+    (5, Adc(ADCSRB), 0),
+    (3, Adc(ADCSRB), 6),
+    (2, Own(MCUCR), 4),
+    (1, Own(GTCCR), 1),
+    (0, Own(GTCCR), 0),
+]);
+
+#[rustfmt::skip]
+registers! {
+    0x20 "TWBR" Twi(TWBR);           0x21 "TWSR" Twi(TWSR);           0x22 "TWAR" Twi(TWAR);
+    0x23 "TWDR" Twi(TWDR);           0x24 "ADCL" Adc(ADCL);           0x25 "ADCH" Adc(ADCH);
+    0x26 "ADCSRA" Adc(ADCSRA);       0x27 "ADMUX" Adc(ADMUX);         0x28 "ACSR" Comparator(ACSR);
+    0x29 "UBRRL" Usart(0, UBRRL);    0x2A "UCSRB" Usart(0, UCSRB);    0x2B "UCSRA" Usart(0, UCSRA);
+    0x2C "UDR" Usart(0, UDR);        0x2D "SPCR" Spi(SPCR);           0x2E "SPSR" Spi(SPSR);
+    0x2F "SPDR" Spi(SPDR);           0x30 "PIND" Port(3, 0);          0x31 "DDRD" Port(3, 1);
+    0x32 "PORTD" Port(3, 2);         0x33 "PINC" Port(2, 0);          0x34 "DDRC" Port(2, 1);
+    0x35 "PORTC" Port(2, 2);         0x36 "PINB" Port(1, 0);          0x37 "DDRB" Port(1, 1);
+    0x38 "PORTB" Port(1, 2);         0x39 "PINA" Port(0, 0);          0x3A "DDRA" Port(0, 1);
+    0x3B "PORTA" Port(0, 2);         0x3C "EECR" Eeprom(EECR);        0x3D "EEDR" Eeprom(EEDR);
+    0x3E "EEARL" Eeprom(EEARL);      0x3F "EEARH" Eeprom(EEARH);      0x40 "UBRRH" Ursel(0);
+    0x40 "UCSRC" Ursel(0);           0x41 "WDTCR" Watchdog(WDTCSR);   0x42 "ASSR" assr!(2);
+    0x43 "OCR2" Timer(2, OCRAL);     0x44 "TCNT2" Timer(2, TCNTL);    0x45 "TCCR2" tccr!(2);
+    0x46 "ICR1L" Timer(1, ICRL);     0x47 "ICR1H" Timer(1, ICRH);     0x48 "OCR1BL" Timer(1, OCRBL);
+    0x49 "OCR1BH" Timer(1, OCRBH);   0x4A "OCR1AL" Timer(1, OCRAL);   0x4B "OCR1AH" Timer(1, OCRAH);
+    0x4C "TCNT1L" Timer(1, TCNTL);   0x4D "TCNT1H" Timer(1, TCNTH);   0x4E "TCCR1B" Timer(1, TCCRB);
+    0x4F "TCCR1A" tccra!(1);         0x50 "SFIOR" SFIOR;              0x51 "OSCCAL" Own(OSCCAL);
+    0x51 "OCDR" Own(OSCCAL);         0x52 "TCNT0" Timer(0, TCNTL);    0x53 "TCCR0" tccr!(0);
+    0x54 "MCUCSR" mcucsr!((7, Kept(0), 7), (6, External(EICRA), 4));  0x55 "MCUCR" SE_16;
+    0x56 "TWCR" Twi(TWCR);           0x57 "SPMCR" Spm(SPMCSR);        0x58 "TIFR" timers!(TIFR);
+    0x59 "TIMSK" timers!(TIMSK);     0x5A "GIFR" general!(EIFR, (5, External(EIFR), 2));
+    0x5B "GICR" general!(EIMSK, (5, External(EIMSK), 2), (1, Own(MCUCR), 1), (0, Own(MCUCR), 0));
+    0x5C "OCR0" Timer(0, OCRAL);     0x5D "SPL" Core;                 0x5E "SPH" Core;
+    0x5F "SREG" Core;
+}
+
+/// Pins (pin configurations), 8 to a port: pin identity is port (A to D) times 8 plus bit.
+#[rustfmt::skip]
+const PINS: &[PinDef] = pins! {
+    "PA0" 40 ""  "PA1" 39 ""  "PA2" 38 ""  "PA3" 37 ""  "PA4" 36 ""  "PA5" 35 ""  "PA6" 34 ""  "PA7" 33 ""
+    "PB0" 1 ""  "PB1" 2 ""  "PB2" 3 ""  "PB3" 4 ""  "PB4" 5 ""  "PB5" 6 ""  "PB6" 7 ""  "PB7" 8 ""
+    "PC0" 22 ""  "PC1" 23 ""  "PC2" 24 ""  "PC3" 25 ""  "PC4" 26 ""  "PC5" 27 ""  "PC6" 28 ""  "PC7" 29 ""
+    "PD0" 14 "RXD"  "PD1" 15 "TXD"  "PD2" 16 ""  "PD3" 17 ""  "PD4" 18 ""  "PD5" 19 ""  "PD6" 20 ""  "PD7" 21 ""
+    "RESET" 9 "RESET"
+};
+
+/// Alternate functions (alternate port functions).
+#[rustfmt::skip]
+const LINES: &[(usize, Line, u8)] = &[
+    (unit::TIMER,     Line::T,    8), (unit::TIMER,     Line::OcA, 11), (unit::TIMER + 1, Line::T,    9),
+    (unit::TIMER + 1, Line::Icp, 30), (unit::TIMER + 1, Line::OcA, 29), (unit::TIMER + 1, Line::OcB, 28),
+    (unit::TIMER + 2, Line::OcA, 31), (unit::USART,     Line::Rxd, 24), (unit::USART,     Line::Txd, 25),
+    (unit::USART,     Line::Xck,  8), (unit::SPI,       Line::Ss,  12), (unit::SPI,       Line::Mosi, 13),
+    (unit::SPI,       Line::Miso, 14), (unit::SPI,      Line::Sck, 15), (unit::TWI,       Line::Scl, 16),
+    (unit::TWI,       Line::Sda, 17), (unit::EXTERNAL,  Line::Int(0), 26), (unit::EXTERNAL, Line::Int(1), 27),
+    (unit::EXTERNAL,  Line::Int(2), 10),
+];
+
+/// Interrupt vectors of the ATmega16, number = position, RESET is 0.
+#[rustfmt::skip]
+const VECTORS_16: &[&str] = &[
+    "RESET", "INT0", "INT1", "TIMER2_COMP", "TIMER2_OVF", "TIMER1_CAPT", "TIMER1_COMPA", "TIMER1_COMPB", "TIMER1_OVF",
+    "TIMER0_OVF", "SPI_STC", "USART_RXC", "USART_UDRE", "USART_TXC", "ADC", "EE_RDY", "ANA_COMP", "TWI", "INT2", "TIMER0_COMP",
+    "SPM_RDY",
+];
+
+/// What asks for them.
+#[rustfmt::skip]
+const SOURCES_16: &[(usize, u8)] = &[
+    (unit::EXTERNAL, 0), (unit::EXTERNAL, 1), (unit::TIMER + 2, 0), (unit::TIMER + 2, 2),
+    (unit::TIMER + 1, 0), (unit::TIMER + 1, 1), (unit::TIMER + 1, 2), (unit::TIMER + 1, 3), (unit::TIMER, 2), (unit::SPI, 0),
+    (unit::USART, 0), (unit::USART, 1), (unit::USART, 2), (unit::ADC, 0), (unit::EEPROM, 0), (unit::COMPARATOR, 0), (unit::TWI, 0),
+    (unit::EXTERNAL, 2), (unit::TIMER, 0), (unit::SPM, 0),
+];
+
+/// Interrupt vectors of the ATmega32.
+#[rustfmt::skip]
+const VECTORS_32: &[&str] = &[
+    "RESET", "INT0", "INT1", "INT2", "TIMER2_COMP", "TIMER2_OVF", "TIMER1_CAPT", "TIMER1_COMPA", "TIMER1_COMPB", "TIMER1_OVF",
+    "TIMER0_COMP", "TIMER0_OVF", "SPI_STC", "USART_RXC", "USART_UDRE", "USART_TXC", "ADC", "EE_RDY", "ANA_COMP", "TWI", "SPM_RDY",
+];
+
+/// What asks for them.
+#[rustfmt::skip]
+const SOURCES_32: &[(usize, u8)] = &[
+    (unit::EXTERNAL, 0), (unit::EXTERNAL, 1), (unit::EXTERNAL, 2), (unit::TIMER + 2, 0), (unit::TIMER + 2, 2),
+    (unit::TIMER + 1, 0), (unit::TIMER + 1, 1), (unit::TIMER + 1, 2), (unit::TIMER + 1, 3), (unit::TIMER, 0), (unit::TIMER, 2),
+    (unit::SPI, 0), (unit::USART, 0), (unit::USART, 1), (unit::USART, 2), (unit::ADC, 0), (unit::EEPROM, 0), (unit::COMPARATOR, 0),
+    (unit::TWI, 0), (unit::SPM, 0),
+];
+
+/// Trigger sources of the converter, from ADTS 1 on.
+#[rustfmt::skip]
+const TRIGGERS: &[(usize, u8)] = &[
+    (unit::COMPARATOR, 0), (unit::EXTERNAL, 0), (unit::TIMER, 0), (unit::TIMER, 2), (unit::TIMER + 1, 2), (unit::TIMER + 1, 3),
+    (unit::TIMER + 1, 0),
+];

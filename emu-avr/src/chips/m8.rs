@@ -1,0 +1,147 @@
+//! ATmega8 (Atmel 2486).
+
+use emu_core::chip::{Chip, PinDef, Reg};
+
+use super::Own::*;
+use super::Site::{self, *};
+use super::old::{self, assr, general, mcucsr, tccr, tccra};
+use super::{Fuses, Memories, Part, pins, registers, sites, unit};
+use crate::periph::Line;
+use crate::periph::adc::Reg::*;
+use crate::periph::comparator::Reg::*;
+use crate::periph::eeprom::Reg::*;
+use crate::periph::external::Reg::*;
+use crate::periph::guard::Reg::*;
+use crate::periph::spi::Reg::*;
+use crate::periph::spm::Reg::*;
+use crate::periph::timers::Reg::*;
+use crate::periph::timers::Shape;
+use crate::periph::twi::Reg::*;
+use crate::periph::usart::Reg::*;
+use crate::periph::{adc, eeprom, external, guard, spm};
+
+/// ATmega8.
+const ATMEGA8: Chip = Chip {
+    name: "atmega8",
+    title: "ATmega8: 8 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 pins",
+    source: "Atmel 2486",
+    regs: REGS,
+    pins: PINS,
+    vectors: VECTORS,
+    ..Memories::<0x2000, 0x60, 0x460, 0x200, 2>::CHIP
+};
+
+/// The row of the ATmega8.
+pub(super) const PART_8: Part = Part {
+    chip: &ATMEGA8,
+    ports: &[0xFF, 0x7F, 0xFF],
+    sites: &sites(SITES, 0x60),
+    lines: LINES,
+    pin_changes: &[],
+    stack_at_end: false,
+    toggles: false,
+    whole_registers: true,
+    mcucr: 0x13,
+    vectors: SOURCES,
+    timers: &[Shape::narrow(0), Shape::wide(2), Shape::crystal(1)],
+    adc: adc::Kind::MEGA8,
+    analog: &[8, 9, 10, 11, 12, 13],
+    ain: [22, 23],
+    triggers: &[],
+    eeprom: eeprom::Kind::MEGA8,
+    spm: spm::Kind::MEGA8,
+    external: external::Kind::MEGA8,
+    watchdog: guard::Kind::MEGA8,
+    prr: &[],
+    signature: [0x1E, 0x93, 0x07],
+    fuses: Fuses { wdton: Some((1, 6, 1)), rstdisbl: Some((1, 7, 1)), ..old::FUSES },
+    reset: 14,
+};
+
+/// TIMSK or TIFR.
+macro_rules! timers {
+    ($reg:ident) => {
+        Split(&[
+            (7, Timer(2, $reg), 1),
+            (6, Timer(2, $reg), 0),
+            (5, Timer(1, $reg), 5),
+            (4, Timer(1, $reg), 1),
+            (3, Timer(1, $reg), 2),
+            (2, Timer(1, $reg), 0),
+            (0, Timer(0, $reg), 0),
+        ])
+    };
+}
+
+const MCUCR_BITS: Site = Split(&[
+    (7, Own(SMCR), 0),
+    (6, Own(SMCR), 3),
+    (5, Own(SMCR), 2),
+    (4, Own(SMCR), 1),
+    (3, External(EICRA), 3),
+    (2, External(EICRA), 2),
+    (1, External(EICRA), 1),
+    (0, External(EICRA), 0),
+]);
+
+const SFIOR: Site = Split(&[(3, Adc(ADCSRB), 6), (2, Own(MCUCR), 4), (1, Own(GTCCR), 1), (0, Own(GTCCR), 0)]);
+
+#[rustfmt::skip]
+registers! {
+    0x20 "TWBR" Twi(TWBR);           0x21 "TWSR" Twi(TWSR);           0x22 "TWAR" Twi(TWAR);
+    0x23 "TWDR" Twi(TWDR);           0x24 "ADCL" Adc(ADCL);           0x25 "ADCH" Adc(ADCH);
+    0x26 "ADCSRA" Adc(ADCSRA);       0x27 "ADMUX" Adc(ADMUX);         0x28 "ACSR" Comparator(ACSR);
+    0x29 "UBRRL" Usart(0, UBRRL);    0x2A "UCSRB" Usart(0, UCSRB);    0x2B "UCSRA" Usart(0, UCSRA);
+    0x2C "UDR" Usart(0, UDR);        0x2D "SPCR" Spi(SPCR);           0x2E "SPSR" Spi(SPSR);
+    0x2F "SPDR" Spi(SPDR);           0x30 "PIND" Port(2, 0);          0x31 "DDRD" Port(2, 1);
+    0x32 "PORTD" Port(2, 2);         0x33 "PINC" Port(1, 0);          0x34 "DDRC" Port(1, 1);
+    0x35 "PORTC" Port(1, 2);         0x36 "PINB" Port(0, 0);          0x37 "DDRB" Port(0, 1);
+    0x38 "PORTB" Port(0, 2);         0x3C "EECR" Eeprom(EECR);        0x3D "EEDR" Eeprom(EEDR);
+    0x3E "EEARL" Eeprom(EEARL);      0x3F "EEARH" Eeprom(EEARH);      0x40 "UBRRH" Ursel(0);
+    0x40 "UCSRC" Ursel(0);           0x41 "WDTCR" Watchdog(WDTCSR);   0x42 "ASSR" assr!(2);
+    0x43 "OCR2" Timer(2, OCRAL);     0x44 "TCNT2" Timer(2, TCNTL);    0x45 "TCCR2" tccr!(2);
+    0x46 "ICR1L" Timer(1, ICRL);     0x47 "ICR1H" Timer(1, ICRH);     0x48 "OCR1BL" Timer(1, OCRBL);
+    0x49 "OCR1BH" Timer(1, OCRBH);   0x4A "OCR1AL" Timer(1, OCRAL);   0x4B "OCR1AH" Timer(1, OCRAH);
+    0x4C "TCNT1L" Timer(1, TCNTL);   0x4D "TCNT1H" Timer(1, TCNTH);   0x4E "TCCR1B" Timer(1, TCCRB);
+    0x4F "TCCR1A" tccra!(1);         0x50 "SFIOR" SFIOR;              0x51 "OSCCAL" Own(OSCCAL);
+    0x52 "TCNT0" Timer(0, TCNTL);    0x53 "TCCR0" Timer(0, TCCRB);    0x54 "MCUCSR" mcucsr!();
+    0x55 "MCUCR" MCUCR_BITS;         0x56 "TWCR" Twi(TWCR);           0x57 "SPMCR" Spm(SPMCSR);
+    0x58 "TIFR" timers!(TIFR);       0x59 "TIMSK" timers!(TIMSK);     0x5A "GIFR" general!(EIFR);
+    0x5B "GICR" general!(EIMSK, (1, Own(MCUCR), 1), (0, Own(MCUCR), 0));
+    0x5D "SPL" Core;                 0x5E "SPH" Core;                 0x5F "SREG" Core;
+}
+
+/// Pins (pin configurations), 8 to a port: pin identity is port (B, C, D) times 8 plus bit.
+#[rustfmt::skip]
+const PINS: &[PinDef] = pins! {
+    "PB0" 14 ""  "PB1" 15 ""  "PB2" 16 ""  "PB3" 17 ""  "PB4" 18 ""  "PB5" 19 ""  "PB6" 9 "XTAL1"  "PB7" 10 "XTAL2"
+    "PC0" 23 ""  "PC1" 24 ""  "PC2" 25 ""  "PC3" 26 ""  "PC4" 27 ""  "PC5" 28 ""  "PC6" 1 "RESET"  "PC7" 0 "absent"
+    "PD0" 2 "RXD"  "PD1" 3 "TXD"  "PD2" 4 ""  "PD3" 5 ""  "PD4" 6 ""  "PD5" 11 ""  "PD6" 12 ""  "PD7" 13 ""
+};
+
+/// Alternate functions (alternate port functions).
+#[rustfmt::skip]
+const LINES: &[(usize, Line, u8)] = &[
+    (unit::TIMER,     Line::T,   20), (unit::TIMER + 1, Line::T,   21), (unit::TIMER + 1, Line::Icp,  0),
+    (unit::TIMER + 1, Line::OcA,  1), (unit::TIMER + 1, Line::OcB,  2), (unit::TIMER + 2, Line::OcA,  3),
+    (unit::USART,     Line::Rxd, 16), (unit::USART,     Line::Txd, 17), (unit::USART,     Line::Xck, 20),
+    (unit::SPI,       Line::Ss,   2), (unit::SPI,       Line::Mosi, 3), (unit::SPI,       Line::Miso, 4),
+    (unit::SPI,       Line::Sck,  5), (unit::TWI,       Line::Sda, 12), (unit::TWI,       Line::Scl, 13),
+    (unit::EXTERNAL,  Line::Int(0), 18), (unit::EXTERNAL, Line::Int(1), 19),
+];
+
+/// Interrupt vectors, number = position, RESET is 0.
+#[rustfmt::skip]
+const VECTORS: &[&str] = &[
+    "RESET", "INT0", "INT1", "TIMER2_COMP", "TIMER2_OVF", "TIMER1_CAPT", "TIMER1_COMPA", "TIMER1_COMPB", "TIMER1_OVF",
+    "TIMER0_OVF", "SPI_STC", "USART_RXC", "USART_UDRE", "USART_TXC", "ADC", "EE_RDY", "ANA_COMP", "TWI", "SPM_RDY",
+];
+
+/// What asks for them.
+#[rustfmt::skip]
+const SOURCES: &[(usize, u8)] = &[
+    (unit::EXTERNAL, 0), (unit::EXTERNAL, 1), (unit::TIMER + 2, 0), (unit::TIMER + 2, 2),
+    (unit::TIMER + 1, 0), (unit::TIMER + 1, 1), (unit::TIMER + 1, 2), (unit::TIMER + 1, 3), (unit::TIMER, 2), (unit::SPI, 0),
+    (unit::USART, 0), (unit::USART, 1), (unit::USART, 2), (unit::ADC, 0), (unit::EEPROM, 0), (unit::COMPARATOR, 0), (unit::TWI, 0),
+    (unit::SPM, 0),
+];

@@ -1,0 +1,278 @@
+//! The rows of the chips against the headers of avr-libc. `cargo test -p emu-avr --test headers -- --ignored`, where avr-gcc and
+//! avr-libc are installed: the compiler itself works out what each name stands for.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Write;
+use std::process::{Command, Stdio};
+
+use emu_avr::chips::{PARTS, Part, Site, chip, part};
+
+/// Names of registers that the headers have besides ours, with the reason.
+const BESIDES: &str = "
+    ADCSR  old name of ADCSRA
+    MCUSR  old name of MCUCSR
+    MCUCSR the same, where the header has only the old one
+    GIMSK  old name of GICR
+    GICR   the same, where the header has only the old one
+    SPMCR  old name of SPMCSR
+    UCSRC  shares an address with UBRRH, and the header of the ATmega32 has only that
+    OCDR   of the on-chip debugger: shares an address with OSCCAL, and the header of the ATmega32 has only that
+    MONDR  of the on-chip debugger
+    EEARH  the header of the ATmega48P leaves it out: there is no use for it
+";
+
+/// Bits of registers that are put together of several of ours: chips, register, and each bit by its name in the header.
+const BITS: &str = "
+    8           | TIMSK  | OCIE2=Timer(2, TIMSK).1 TOIE2=Timer(2, TIMSK).0 TICIE1=Timer(1, TIMSK).5 OCIE1A=Timer(1, TIMSK).1 OCIE1B=Timer(1, TIMSK).2 TOIE1=Timer(1, TIMSK).0 TOIE0=Timer(0, TIMSK).0
+    8           | TIFR   | OCF2=Timer(2, TIFR).1 TOV2=Timer(2, TIFR).0 ICF1=Timer(1, TIFR).5 OCF1A=Timer(1, TIFR).1 OCF1B=Timer(1, TIFR).2 TOV1=Timer(1, TIFR).0 TOV0=Timer(0, TIFR).0
+    16 32 64 128 162 | TIMSK | OCIE2=Timer(2, TIMSK).1 TOIE2=Timer(2, TIMSK).0 TICIE1=Timer(1, TIMSK).5 OCIE1A=Timer(1, TIMSK).1 OCIE1B=Timer(1, TIMSK).2 TOIE1=Timer(1, TIMSK).0 TOIE0=Timer(0, TIMSK).0 OCIE0=Timer(0, TIMSK).1
+    16 32 64 128 162 | TIFR | OCF2=Timer(2, TIFR).1 TOV2=Timer(2, TIFR).0 ICF1=Timer(1, TIFR).5 OCF1A=Timer(1, TIFR).1 OCF1B=Timer(1, TIFR).2 TOV1=Timer(1, TIFR).0 TOV0=Timer(0, TIFR).0 OCF0=Timer(0, TIFR).1
+    64 128      | ETIMSK | TICIE3=Timer(3, TIMSK).5 OCIE3A=Timer(3, TIMSK).1 OCIE3B=Timer(3, TIMSK).2 TOIE3=Timer(3, TIMSK).0 OCIE3C=Timer(3, TIMSK).3 OCIE1C=Timer(1, TIMSK).3
+    64 128      | ETIFR  | ICF3=Timer(3, TIFR).5 OCF3A=Timer(3, TIFR).1 OCF3B=Timer(3, TIFR).2 TOV3=Timer(3, TIFR).0 OCF3C=Timer(3, TIFR).3 OCF1C=Timer(1, TIFR).3
+    162         | ETIMSK | TICIE3=Timer(3, TIMSK).5 OCIE3A=Timer(3, TIMSK).1 OCIE3B=Timer(3, TIMSK).2 TOIE3=Timer(3, TIMSK).0
+    162         | ETIFR  | ICF3=Timer(3, TIFR).5 OCF3A=Timer(3, TIFR).1 OCF3B=Timer(3, TIFR).2 TOV3=Timer(3, TIFR).0
+    16 32 64 128 162 | TCCR0 | FOC0=Timer(0, TCCRB).7 WGM00=Timer(0, TCCRA).0 COM01=Timer(0, TCCRA).7 COM00=Timer(0, TCCRA).6 WGM01=Timer(0, TCCRA).1 CS02=Timer(0, TCCRB).2 CS01=Timer(0, TCCRB).1 CS00=Timer(0, TCCRB).0
+    8 16 32 64 128 162 | TCCR2 | FOC2=Timer(2, TCCRB).7 WGM20=Timer(2, TCCRA).0 COM21=Timer(2, TCCRA).7 COM20=Timer(2, TCCRA).6 WGM21=Timer(2, TCCRA).1 CS22=Timer(2, TCCRB).2 CS21=Timer(2, TCCRB).1 CS20=Timer(2, TCCRB).0
+    8 16 32 162 | TCCR1A | COM1A1=Timer(1, TCCRA).7 COM1A0=Timer(1, TCCRA).6 COM1B1=Timer(1, TCCRA).5 COM1B0=Timer(1, TCCRA).4 FOC1A=Timer(1, TCCRC).7 FOC1B=Timer(1, TCCRC).6 WGM11=Timer(1, TCCRA).1 WGM10=Timer(1, TCCRA).0
+    162         | TCCR3A | COM3A1=Timer(3, TCCRA).7 COM3A0=Timer(3, TCCRA).6 COM3B1=Timer(3, TCCRA).5 COM3B0=Timer(3, TCCRA).4 FOC3A=Timer(3, TCCRC).7 FOC3B=Timer(3, TCCRC).6 WGM31=Timer(3, TCCRA).1 WGM30=Timer(3, TCCRA).0
+    8 16 32 162 | ASSR   | AS2=Timer(2, ASSR).5 TCN2UB=Timer(2, ASSR).4 OCR2UB=Timer(2, ASSR).3 TCR2UB=Timer(2, ASSR).1
+    64 128      | ASSR   | AS0=Timer(0, ASSR).5 TCN0UB=Timer(0, ASSR).4 OCR0UB=Timer(0, ASSR).3 TCR0UB=Timer(0, ASSR).1
+    8           | SFIOR  | ACME=Adc(ADCSRB).6 PUD=Own(MCUCR).4 PSR2=Own(GTCCR).1 PSR10=Own(GTCCR).0
+    16 32       | SFIOR  | ADTS2=Adc(ADCSRB).2 ADTS1=Adc(ADCSRB).1 ADTS0=Adc(ADCSRB).0 ACME=Adc(ADCSRB).6 PUD=Own(MCUCR).4 PSR2=Own(GTCCR).1 PSR10=Own(GTCCR).0
+    64 128      | SFIOR  | TSM=Own(GTCCR).7 ACME=Adc(ADCSRB).6 PUD=Own(MCUCR).4 PSR0=Own(GTCCR).1 PSR321=Own(GTCCR).0
+    162         | SFIOR  | TSM=Own(GTCCR).7 XMBK=Kept(2).6 XMM2=Kept(2).5 XMM1=Kept(2).4 XMM0=Kept(2).3 PUD=Own(MCUCR).4 PSR2=Own(GTCCR).1 PSR310=Own(GTCCR).0
+    64          | ADCSRB | ADTS2=Adc(ADCSRB).2 ADTS1=Adc(ADCSRB).1 ADTS0=Adc(ADCSRB).0
+    8 16 32     | MCUCR  | SE=Own(SMCR).0 SM2=Own(SMCR).3 SM1=Own(SMCR).2 SM0=Own(SMCR).1 ISC11=External(EICRA).3 ISC10=External(EICRA).2 ISC01=External(EICRA).1 ISC00=External(EICRA).0
+    64 128      | MCUCR  | SRE=Kept(0).7 SRW10=Kept(0).6 SE=Own(SMCR).0 SM1=Own(SMCR).2 SM0=Own(SMCR).1 SM2=Own(SMCR).3 IVSEL=Own(MCUCR).1 IVCE=Own(MCUCR).0
+    162         | MCUCR  | SRE=Kept(0).7 SRW10=Kept(0).6 SE=Own(SMCR).0 SM1=Own(SMCR).2 ISC11=External(EICRA).3 ISC10=External(EICRA).2 ISC01=External(EICRA).1 ISC00=External(EICRA).0
+    162         | EMCUCR | SM0=Own(SMCR).1 SRL2=Kept(1).6 SRL1=Kept(1).5 SRL0=Kept(1).4 SRW01=Kept(1).3 SRW00=Kept(1).2 SRW11=Kept(1).1 ISC2=External(EICRA).4
+    8           | MCUCSR | WDRF=Own(MCUSR).3 BORF=Own(MCUSR).2 EXTRF=Own(MCUSR).1 PORF=Own(MCUSR).0
+    16 32       | MCUCSR | JTD=Kept(0).7 ISC2=External(EICRA).4 WDRF=Own(MCUSR).3 BORF=Own(MCUSR).2 EXTRF=Own(MCUSR).1 PORF=Own(MCUSR).0
+    64 128      | MCUCSR | JTD=Kept(0).0 WDRF=Own(MCUSR).3 BORF=Own(MCUSR).2 EXTRF=Own(MCUSR).1 PORF=Own(MCUSR).0
+    162         | MCUCSR | JTD=Kept(0).0 SM2=Own(SMCR).3 WDRF=Own(MCUSR).3 BORF=Own(MCUSR).2 EXTRF=Own(MCUSR).1 PORF=Own(MCUSR).0
+    8           | GICR   | INT1=External(EIMSK).1 INT0=External(EIMSK).0 IVSEL=Own(MCUCR).1 IVCE=Own(MCUCR).0
+    16 32       | GICR   | INT1=External(EIMSK).1 INT0=External(EIMSK).0 INT2=External(EIMSK).2 IVSEL=Own(MCUCR).1 IVCE=Own(MCUCR).0
+    162         | GICR   | INT1=External(EIMSK).1 INT0=External(EIMSK).0 INT2=External(EIMSK).2 PCIE1=External(PCICR).1 PCIE0=External(PCICR).0 IVSEL=Own(MCUCR).1 IVCE=Own(MCUCR).0
+    8           | GIFR   | INTF1=External(EIFR).1 INTF0=External(EIFR).0
+    16 32       | GIFR   | INTF1=External(EIFR).1 INTF0=External(EIFR).0 INTF2=External(EIFR).2
+    162         | GIFR   | INTF1=External(EIFR).1 INTF0=External(EIFR).0 INTF2=External(EIFR).2 PCIF1=External(PCIFR).1 PCIF0=External(PCIFR).0
+    64 128      | UCSR0C | UMSEL0=Usart(0, UCSRC).6 UPM01=Usart(0, UCSRC).5 UPM00=Usart(0, UCSRC).4 USBS0=Usart(0, UCSRC).3 UCSZ01=Usart(0, UCSRC).2 UCSZ00=Usart(0, UCSRC).1 UCPOL0=Usart(0, UCSRC).0
+    64 128      | UCSR1C | UMSEL1=Usart(1, UCSRC).6 UPM11=Usart(1, UCSRC).5 UPM10=Usart(1, UCSRC).4 USBS1=Usart(1, UCSRC).3 UCSZ11=Usart(1, UCSRC).2 UCSZ10=Usart(1, UCSRC).1 UCPOL1=Usart(1, UCSRC).0
+";
+
+/// What the header of a chip says: the values of these names.
+struct Header {
+    registers: BTreeMap<String, u32>,
+    vectors: BTreeMap<String, u32>,
+    names: BTreeMap<String, u32>,
+}
+
+/// Names whose values are wanted besides registers and vectors.
+const CONSTANTS: &[&str] = &[
+    "RAMSTART",
+    "RAMEND",
+    "FLASHEND",
+    "E2END",
+    "SPM_PAGESIZE",
+    "SIGNATURE_0",
+    "SIGNATURE_1",
+    "SIGNATURE_2",
+    "FUSE_MEMORY_SIZE",
+];
+
+/// What the compiler says to this.
+fn gcc(mcu: &str, args: &[&str], source: &str) -> String {
+    let mut command = Command::new("avr-gcc");
+    command.arg(format!("-mmcu={mcu}")).args(args);
+    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("avr-gcc runs");
+    child.stdin.take().expect("a pipe").write_all(source.as_bytes()).expect("read");
+    let run = child.wait_with_output().expect("avr-gcc ends");
+    assert!(run.status.success(), "{mcu}: {}", String::from_utf8_lossy(&run.stderr));
+    String::from_utf8(run.stdout).expect("text")
+}
+
+impl Header {
+    /// Reads the header of `mcu`: the names by the preprocessor, their values by the compiler.
+    fn of(mcu: &str) -> Header {
+        let macros = gcc(mcu, &["-E", "-dM", "-x", "c", "-"], "#include <avr/io.h>\n");
+        let defined: BTreeMap<&str, &str> = macros
+            .lines()
+            .filter_map(|line| line.strip_prefix("#define ")?.split_once(' '))
+            .filter(|(name, _)| !name.contains('('))
+            .collect();
+        let bytes = |text: &str| text.starts_with("_SFR_IO8") || text.starts_with("_SFR_MEM8");
+        let names: BTreeSet<&str> = BITS
+            .lines()
+            .filter_map(|line| line.rsplit_once('|'))
+            .flat_map(|(_, bits)| bits.split(['=', ' ']))
+            .filter(|name| defined.contains_key(name))
+            .collect();
+        let mut source = "#include <avr/io.h>\nvoid f(void) {\n".to_owned();
+        let mut ask = |kind: &str, name: &str, value: &str| {
+            source += &format!("__asm__ volatile(\"@@ {kind} {name} %0\" :: \"i\"({value}));\n");
+        };
+        for (name, text) in &defined {
+            if bytes(text) {
+                ask("register", name, &format!("&{name}"));
+            } else if let Some(vector) = name.strip_suffix("_vect_num") {
+                ask("vector", vector, name);
+            } else if names.contains(name) || CONSTANTS.contains(name) {
+                ask("name", name, &format!("(long)({name})"));
+            }
+        }
+        source += "}\n";
+        let listing = gcc(mcu, &["-S", "-o", "-", "-x", "c", "-"], &source);
+        let mut header = Header { registers: BTreeMap::new(), vectors: BTreeMap::new(), names: BTreeMap::new() };
+        for line in listing.lines().filter_map(|line| line.trim().strip_prefix("@@ ")) {
+            let &[kind, name, value] = &line.split_whitespace().collect::<Vec<_>>()[..] else { panic!("{line}") };
+            let value: i64 = value.parse().unwrap_or_else(|_| panic!("{line}"));
+            let value = u32::try_from(value & 0xFFFF_FFFF).expect("32 bits");
+            match kind {
+                "register" => header.registers.insert(name.to_owned(), value),
+                "vector" => header.vectors.insert(name.to_owned(), value),
+                _ => header.names.insert(name.to_owned(), value),
+            };
+        }
+        header
+    }
+}
+
+fn besides(name: &str) -> bool {
+    BESIDES.lines().any(|line| line.split_whitespace().next() == Some(name))
+}
+
+fn check_registers(part: &Part, header: &Header, wrong: &mut Vec<String>) {
+    let chip = part.chip;
+    for (name, &addr) in &header.registers {
+        match chip.reg(name) {
+            Some(ours) if u32::from(ours) == addr => {}
+            None if besides(name) => {}
+            ours => wrong.push(format!("{}: {name} is {addr:#x} in the header, ours {ours:x?}", chip.name)),
+        }
+    }
+    for reg in chip.regs {
+        if !header.registers.contains_key(reg.name) && !besides(reg.name) {
+            wrong.push(format!("{}: the header has no {}", chip.name, reg.name));
+        }
+        let site = part.sites[usize::from(reg.addr)];
+        if site == Site::Reserved && reg.name != "OCDR" || matches!(site, Site::Low(_)) {
+            wrong.push(format!("{}: nothing stands at {}", chip.name, reg.name));
+        }
+    }
+    for (addr, site) in part.sites.iter().enumerate() {
+        let named = chip.regs.iter().any(|reg| usize::from(reg.addr) == addr);
+        if !named && !matches!(site, Site::Reserved | Site::Low(_)) {
+            wrong.push(format!("{}: {site:?} at {addr:#x} has no name", chip.name));
+        }
+    }
+}
+
+fn check_vectors(part: &Part, header: &Header, wrong: &mut Vec<String>) {
+    let chip = part.chip;
+    let ours: BTreeMap<String, u32> =
+        chip.vectors.iter().zip(0..).skip(1).map(|(name, number)| ((*name).to_owned(), number)).collect();
+    for (name, number) in &header.vectors {
+        // Names of the same vector that differ between headers.
+        let other = match name.as_str() {
+            "SPM_Ready" => "SPM_READY",
+            name => name,
+        };
+        if ours.get(other) != Some(number) {
+            wrong.push(format!("{}: vector {name} is {number} in the header, ours {:?}", chip.name, ours.get(other)));
+        }
+    }
+    let known: BTreeSet<u32> = header.vectors.values().copied().collect();
+    for (name, number) in &ours {
+        // The header of the ATmega128 leaves out 22, EE_READY.
+        if !known.contains(number) && (chip.name, *number) != ("atmega128", 22) {
+            wrong.push(format!("{}: the header has no vector {number}, ours is {name}", chip.name));
+        }
+    }
+    if part.vectors.len() + 1 != chip.vectors.len() {
+        wrong.push(format!("{}: {} sources of {} vectors", chip.name, part.vectors.len(), chip.vectors.len()));
+    }
+}
+
+fn check_sizes(part: &Part, header: &Header, wrong: &mut Vec<String>) {
+    let chip = part.chip;
+    let [a, b, c] = part.signature.map(u32::from);
+    let fuses = chip.spaces.iter().find(|space| space.0 == "fuse").map_or(0, |space| space.1);
+    let sizes = [
+        ("RAMSTART", u32::from(chip.ram_start)),
+        ("RAMEND", u32::from(chip.ram_start + chip.ram_len - 1)),
+        ("FLASHEND", chip.flash - 1),
+        ("E2END", u32::from(chip.eeprom - 1)),
+        ("SPM_PAGESIZE", part.spm.page),
+        ("SIGNATURE_0", a),
+        ("SIGNATURE_1", b),
+        ("SIGNATURE_2", c),
+        ("FUSE_MEMORY_SIZE", fuses),
+    ];
+    for (name, ours) in sizes {
+        let theirs = header.names.get(name);
+        if theirs != Some(&ours) && (theirs.is_some() || name != "FUSE_MEMORY_SIZE") {
+            wrong.push(format!("{}: {name} is {theirs:x?} in the header, ours {ours:#x}", chip.name));
+        }
+    }
+    if part.spm.flash != chip.flash {
+        wrong.push(format!("{}: {:#x} bytes for SPM", chip.name, part.spm.flash));
+    }
+}
+
+#[test]
+#[ignore = "needs avr-gcc and avr-libc"]
+fn rows_are_what_the_headers_say() {
+    let mut wrong = Vec::new();
+    for part in PARTS {
+        let header = Header::of(part.chip.name);
+        assert!(header.registers.len() > 50 && header.vectors.len() > 15, "{}", part.chip.name);
+        check_registers(part, &header, &mut wrong);
+        check_vectors(part, &header, &mut wrong);
+        check_sizes(part, &header, &mut wrong);
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Every bit of a register that is put together stands where the header has it and goes where the table says; and the table has
+/// every such register.
+#[test]
+#[ignore = "needs avr-gcc and avr-libc"]
+fn bits_land_where_they_belong() {
+    let mut wrong = Vec::new();
+    let mut walked = BTreeSet::new();
+    for name in ["8", "16", "32", "64", "128", "162"].map(|name| format!("atmega{name}")) {
+        let (part, header) = (part(&name).expect("a part"), Header::of(&name));
+        for line in BITS.lines().filter(|line| line.contains('|')) {
+            let &[chips, register, bits] = &line.split('|').map(str::trim).collect::<Vec<_>>()[..] else {
+                panic!("{line}")
+            };
+            if !chips.split(' ').any(|chip| name == format!("atmega{chip}")) {
+                continue;
+            }
+            let addr = chip(&name).and_then(|chip| chip.reg(register)).expect("a register");
+            let Site::Split(ours) = part.sites[usize::from(addr)] else { panic!("{name}: {register}") };
+            walked.insert((name.clone(), addr));
+            let ours: BTreeMap<u32, String> =
+                ours.iter().map(|&(bit, site, its)| (u32::from(bit), format!("{site:?}.{its}"))).collect();
+            let theirs: BTreeMap<u32, String> = bits
+                .replace(", ", ",")
+                .split(' ')
+                .map(|bit| {
+                    let (bit, place) = bit.split_once('=').expect("bit=place");
+                    let number = header.names.get(bit).unwrap_or_else(|| panic!("{name}: no {bit}"));
+                    (*number, place.replace(',', ", "))
+                })
+                .collect();
+            if ours != theirs {
+                wrong.push(format!("{name}: {register}: {ours:?}\n  by the header {theirs:?}"));
+            }
+        }
+        for (addr, site) in part.sites.iter().enumerate() {
+            if matches!(site, Site::Split(_)) && !walked.contains(&(name.clone(), addr as u16)) {
+                wrong.push(format!("{name}: the table has no bits for {addr:#x}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
