@@ -1,0 +1,434 @@
+//! The rows of the chips against tables typed from the data sheets, and what the chips do where they differ.
+
+use std::collections::BTreeSet;
+
+use emu_avr::chips::{ATMEGA328P, CHIPS, PARTS, Part, Site, chip, part, unit};
+use emu_avr::isa::assemble;
+use emu_avr::soc::Soc;
+use emu_avr::{Avr, Options};
+use emu_core::chip::Chip;
+use emu_core::cpu::{Bus, Reset};
+use emu_core::image::{Image, Segment};
+use emu_core::rng::Rng;
+use emu_core::{Cpu, Level, RamInit, Stop};
+
+/// Chip, document, KB of flash, bytes of page, bytes of the largest boot section, first address of RAM, bytes of RAM, of
+/// EEPROM, ports, vectors, signature.
+const SIZES: &str = "
+    atmega48    | DS40002061 |   4 |  64 |    0 | 100 |  512 |  256 | BCD     | 26 | 1E9205
+    atmega48a   | DS40002061 |   4 |  64 |    0 | 100 |  512 |  256 | BCD     | 26 | 1E9205
+    atmega48p   | DS40002061 |   4 |  64 |    0 | 100 |  512 |  256 | BCD     | 26 | 1E920A
+    atmega48pa  | DS40002061 |   4 |  64 |    0 | 100 |  512 |  256 | BCD     | 26 | 1E920A
+    atmega88    | DS40002061 |   8 |  64 | 2048 | 100 | 1024 |  512 | BCD     | 26 | 1E930A
+    atmega88a   | DS40002061 |   8 |  64 | 2048 | 100 | 1024 |  512 | BCD     | 26 | 1E930A
+    atmega88p   | DS40002061 |   8 |  64 | 2048 | 100 | 1024 |  512 | BCD     | 26 | 1E930F
+    atmega88pa  | DS40002061 |   8 |  64 | 2048 | 100 | 1024 |  512 | BCD     | 26 | 1E930F
+    atmega168   | DS40002061 |  16 | 128 | 2048 | 100 | 1024 |  512 | BCD     | 26 | 1E9406
+    atmega168a  | DS40002061 |  16 | 128 | 2048 | 100 | 1024 |  512 | BCD     | 26 | 1E9406
+    atmega168p  | DS40002061 |  16 | 128 | 2048 | 100 | 1024 |  512 | BCD     | 26 | 1E940B
+    atmega168pa | DS40002061 |  16 | 128 | 2048 | 100 | 1024 |  512 | BCD     | 26 | 1E940B
+    atmega328   | DS40002061 |  32 | 128 | 4096 | 100 | 2048 | 1024 | BCD     | 26 | 1E9514
+    atmega328p  | DS40002061 |  32 | 128 | 4096 | 100 | 2048 | 1024 | BCD     | 26 | 1E950F
+    atmega8     | Atmel 2486 |   8 |  64 | 2048 |  60 | 1024 |  512 | BCD     | 19 | 1E9307
+    atmega16    | Atmel 2466 |  16 | 128 | 2048 |  60 | 1024 |  512 | ABCD    | 21 | 1E9403
+    atmega32    | Atmel 2503 |  32 | 128 | 4096 |  60 | 2048 | 1024 | ABCD    | 21 | 1E9502
+    atmega64    | Atmel 2490 |  64 | 256 | 8192 | 100 | 4096 | 2048 | ABCDEFG | 35 | 1E9602
+    atmega128   | Atmel 2467 | 128 | 256 | 8192 | 100 | 4096 | 4096 | ABCDEFG | 35 | 1E9702
+    atmega162   | Atmel 2513 |  16 | 128 | 2048 | 100 | 1024 |  512 | ABCDE   | 28 | 1E9404
+";
+
+#[test]
+fn sizes_are_those_of_the_data_sheets() {
+    let mut named = BTreeSet::new();
+    for line in SIZES.lines().filter(|line| !line.trim().is_empty()) {
+        let part = part(line.split('|').next().unwrap_or_default().trim()).unwrap_or_else(|| panic!("{line}"));
+        let c = part.chip;
+        let boot = if part.spm.boot { c.flash - part.spm.nrww } else { 0 };
+        let ports: BTreeSet<char> =
+            c.pins.iter().filter(|pin| pin.name != "RESET").filter_map(|pin| pin.name.chars().nth(1)).collect();
+        let ports: String = ports.into_iter().collect();
+        let signature: String = part.signature.iter().map(|byte| format!("{byte:02X}")).collect();
+        let found = format!(
+            "{} | {} | {} | {} | {boot} | {:x} | {} | {} | {ports} | {} | {signature}",
+            c.name,
+            c.source,
+            c.flash / 1024,
+            part.spm.page,
+            c.ram_start,
+            c.ram_len,
+            c.eeprom,
+            c.vectors.len(),
+        );
+        let squeezed: Vec<&str> = line.split('|').map(str::trim).collect();
+        assert_eq!(found, squeezed.join(" | "));
+        named.insert(c.name);
+    }
+    assert_eq!(named, CHIPS.iter().map(|chip| chip.name).collect());
+    assert_eq!(CHIPS.len(), PARTS.len());
+}
+
+/// Whatever a row names exists: pins, units, interrupts, addresses.
+#[test]
+fn rows_name_what_exists() {
+    for part in PARTS {
+        let name = part.chip.name;
+        let exists = |pin: u8| part.ports.get(usize::from(pin / 8)).is_some_and(|bits| bits >> (pin % 8) & 1 == 1);
+        assert!(part.lines.iter().all(|&(number, _, pin)| number < unit::COUNT && exists(pin)), "{name}: lines");
+        assert!(part.pin_changes.iter().all(|&(pin, _)| exists(pin)), "{name}: pin changes");
+        assert!(part.analog.iter().chain(&part.ain).all(|&pin| exists(pin)), "{name}: analog pins");
+        let reset = part.chip.pins.get(usize::from(part.reset)).map_or("", |pin| pin.note);
+        assert_eq!(reset, "RESET", "{name}");
+        for (i, pin) in part.chip.pins.iter().enumerate() {
+            assert_eq!(exists(i as u8), pin.name != "RESET" && pin.note != "absent", "{name}: {}", pin.name);
+            let letter = pin.name.chars().nth(1).unwrap_or_default() as usize;
+            let first = if part.chip.pins[0].name == "PA0" { 'A' } else { 'B' } as usize;
+            assert!(pin.name == "RESET" || pin.name == format!("P{}{}", pin.name.chars().nth(1).unwrap_or('?'), i % 8));
+            assert!(pin.name == "RESET" || letter - first == i / 8, "{name}: {}", pin.name);
+        }
+        let dips: Vec<u8> = part.chip.pins.iter().map(|pin| pin.dip).filter(|&dip| dip != 0).collect();
+        assert_eq!(dips.len(), dips.iter().collect::<BTreeSet<_>>().len(), "{name}: package pins");
+        assert_eq!(part.vectors.len() + 1, part.chip.vectors.len(), "{name}: vectors");
+        let once: BTreeSet<_> = part.vectors.iter().collect();
+        assert_eq!(once.len(), part.vectors.len(), "{name}: a source asks for two vectors");
+        assert!(
+            part.vectors.iter().chain(part.triggers).all(|&(number, irq)| number < unit::COUNT && irq < 8),
+            "{name}"
+        );
+    }
+}
+
+fn options(chip: &Chip) -> Options {
+    Options { hz: chip.default_hz, fuses: None, lock: None, start_up: false }
+}
+
+/// The chip around the core after power-on.
+fn soc(chip: &'static Chip) -> Soc {
+    Avr::with(chip, &Image::default(), RamInit::Zero, options(chip)).soc().clone()
+}
+
+/// Chip, and at a cycle each: `REG=` written, `REG|` and `REG&` bits set by SBI and cleared by CBI, `REG?` looked at, `REG!` read
+/// with side effects, `PIN?` level (H, L, Z).
+const CASES: &str = "
+# Bits in old places, and bits that are none.
+    atmega8   | 0:TIMSK=FF 1:TIMSK?FD 1:TCCR1A=FF 2:TCCR1A?F3 2:MCUCR=FF 3:MCUCR?FF 3:SFIOR=FF 4:SFIOR?0C 4:TCCR2=F8 5:TCCR2?78
+    atmega8   | 0:GICR=C0 1:GICR?C0 1:TCCR0=FF 2:TCCR0?07 2:TCCR1B=FF 3:TCCR1B?DF
+    atmega16  | 0:TIMSK=FF 1:TIMSK?FF 1:MCUCR=40 2:MCUCR?40 2:MCUCSR=C0 3:MCUCSR?C0 3:SFIOR=FF 4:SFIOR?EC 4:TCCR0=F8 5:TCCR0?78
+    atmega32  | 0:MCUCR=80 1:MCUCR?80 1:MCUCR=0F 2:MCUCR?0F 2:GICR=E0 3:GICR?E0
+    atmega64  | 0:ADCSRB=FF 1:ADCSRB?07 1:SFIOR=08 2:SFIOR?08 2:ADCSRB?07 3:UCSR0C=FF 4:UCSR0C?7F 4:XDIV=81 5:XDIV?81
+    atmega128 | 0:TIMSK=FF 1:TIMSK?FF 1:ETIMSK=FF 2:ETIMSK?3F 2:MCUCR=FC 3:MCUCR?FC 3:RAMPZ=FF 4:RAMPZ?01 4:UCSR1C=FF 5:UCSR1C?7F
+    atmega128 | 0:EICRA=FF 1:EICRA?FF 1:EICRB=FF 2:EICRB?FF 2:EIMSK=FF 3:EIMSK?FF 3:PORTG=FF 4:PORTG?1F 4:TCCR1A=FF 5:TCCR1A?FF
+    atmega162 | 0:TIMSK=FF 1:TIMSK?FF 1:ETIMSK=FF 2:ETIMSK?3C 2:GICR=F8 3:GICR?F8 3:EMCUCR=FF 4:EMCUCR?FF 4:SFIOR=7C 5:SFIOR?7C
+    atmega162 | 0:MCUCR=FF 1:MCUCR?FF 1:MCUCSR=A0 2:MCUCSR?A0 2:TCCR3A=FF 3:TCCR3A?F3 3:PORTE=FF 4:PORTE?07
+# MCUCSR: PORF after power-on; flags are cleared by a zero.
+    atmega8   | 0:MCUCSR?01 1:MCUCSR=00 2:MCUCSR?00
+# The window of IVCE, in GICR or MCUCR; not on the ATmega48.
+    atmega8   | 0:GICR=01 1:GICR?01 2:GICR=02 3:GICR?02
+    atmega8   | 0:GICR=02 1:GICR?00
+    atmega128 | 0:MCUCR=01 2:MCUCR=02 3:MCUCR?02
+    atmega88  | 0:MCUCR=01 2:MCUCR=02 3:MCUCR?02
+    atmega48  | 0:MCUCR=01 1:MCUCR?00 2:MCUCR=02 3:MCUCR?00
+# URSEL: what is written by bit 7; the first read gives UBRRH, one in the next cycle UCSRC.
+    atmega8   | 0:UBRRH!00 1:UBRRH!86 5:UBRRH!00
+    atmega8   | 0:UBRRH=85 1:UBRRH!00 2:UCSRC!85 3:UCSRC=0B 4:UCSRC!0B 5:UCSRC!85 6:UCSRC!85 8:UCSRC!0B
+    atmega162 | 0:UCSR1C=EF 1:UBRR1H=03 2:UCSR0C!00 3:UCSR0C!86 4:UCSR1C!03 5:UCSR1C!EF
+# SBI and CBI write all of a register, flags that read as one included; not so on the newer chips.
+    atmega8   | 0:ADCSRA=C0 60:ADCSRA?90 61:ADCSRA|08 62:ADCSRA?88
+    atmega328p| 0:ADCSRA=C0 60:ADCSRA?90 61:ADCSRA|08 62:ADCSRA?98
+    atmega16  | 0:ADCSRA=C0 60:ADCSRA&80 61:ADCSRA?00
+    atmega8   | 0:PORTB=A5 1:PORTB|02 2:PORTB?A7 3:PORTB&80 4:PORTB?27
+# A one to PINx toggles on the newer chips only.
+    atmega8   | 0:PINB=FF 1:PORTB?00
+    atmega168 | 0:PINB=FF 1:PORTB?FF
+# PUD in SFIOR takes all pull-ups away.
+    atmega16  | 0:PORTA=01 1:PINA?00 2:PINA?01 2:SFIOR=04 3:PA0?Z
+# Force compare, with the action of the same write: FOC2 in TCCR2, FOC1A in TCCR1A, FOC3B in TCCR3C or TCCR3A.
+    atmega8   | 0:DDRB=0F 1:TCCR2=B0 2:PB3?H 2:TCCR2=30 3:PB3?H 3:TCCR2=A0 4:PB3?L
+    atmega8   | 0:DDRB=0F 1:TCCR1A=C8 2:PB1?H 2:PB2?L
+    atmega128 | 0:DDRE=FF 1:TCCR3A=30 2:PE4?L 2:TCCR3C=40 3:PE4?H 3:PE3?L
+    atmega162 | 0:DDRB=FF 1:TCCR3A=34 2:PB4?H
+# Clocks: timer 3 of the ATmega162 divides by 16 and 32, timers 0 of ATmega64 and 128 by 32 and 1024, timer 2 by 64.
+    atmega162 | 0:SFIOR=01 1:TCCR3B=06 161:TCNT3L?0A 162:TCCR3B=07 163:TCNT3L=00 483:TCNT3L?0A
+    atmega128 | 0:SFIOR=02 1:TCCR0=03 321:TCNT0?0A
+    atmega128 | 0:SFIOR=01 1:TCCR2=03 641:TCNT2?0A
+    atmega8   | 0:SFIOR=01 1:TCCR0=03 641:TCNT0?0A
+# TSM of the chips that have it.
+    atmega64  | 0:SFIOR=81 1:TCCR2=02 100:TCNT2?00 100:SFIOR?81 101:SFIOR=00 182:TCNT2?0A
+# The watchdog's window; the newer chips have an interrupt.
+    atmega16  | 0:WDTCR=FF 1:WDTCR?1F 6:WDTCR?0F 7:WDTCR=00 8:WDTCR?08
+";
+
+fn step(soc: &mut Soc, chip: &Chip, step: &str) -> Result<(), String> {
+    let (cycle, what) = step.split_once(':').ok_or("no cycle")?;
+    let now: u64 = cycle.parse().map_err(|_| "no cycle")?;
+    let at = what.find(['=', '|', '&', '?', '!']).ok_or("no operator")?;
+    let (name, operator, value) = (&what[..at], &what[at..=at], &what[at + 1..]);
+    soc.fire(now);
+    if let Some(pin) = chip.pin(name) {
+        let level = match soc.level(pin) {
+            Level::High => "H",
+            Level::Low => "L",
+            _ => "Z",
+        };
+        return if level == value { Ok(()) } else { Err(level.to_owned()) };
+    }
+    let reg = chip.reg(name).ok_or("no such register")?;
+    let value = u8::from_str_radix(value, 16).map_err(|_| "no value")?;
+    let got = match operator {
+        "=" => return soc.write(reg, value, now).ok(),
+        "|" => return soc.write_bits(reg, value, value, now).ok(),
+        "&" => return soc.write_bits(reg, value, 0, now).ok(),
+        "?" => soc.peek(reg, now),
+        _ => soc.read(reg, now).0,
+    };
+    if got == value { Ok(()) } else { Err(format!("{got:02X}")) }
+}
+
+trait Done {
+    fn ok(self) -> Result<(), String>;
+}
+
+impl Done for emu_core::Wake {
+    fn ok(self) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+#[test]
+fn registers_in_old_places() {
+    let mut wrong = Vec::new();
+    for line in CASES.lines().filter(|line| line.contains('|') && !line.starts_with('#')) {
+        let (name, steps) = line.split_once('|').expect("a chip");
+        let chip = chip(name.trim()).unwrap_or_else(|| panic!("{line}"));
+        let mut soc = soc(chip);
+        for text in steps.split_whitespace() {
+            if let Err(error) = step(&mut soc, chip, text) {
+                wrong.push(format!("{line}\n  {text}: {error}"));
+                break;
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Chip, registers written one after the other, and the vector at which the program then arrives.
+const VECTORS: &str = "
+    atmega8   | TIMSK=01 TCNT0=F0 TCCR0=01 | TIMER0_OVF
+    atmega8   | TIMSK=40 TCNT2=F0 TCCR2=01 | TIMER2_OVF
+    atmega8   | TIMSK=80 OCR2=20 TCCR2=01 | TIMER2_COMP
+    atmega8   | TIMSK=04 TCNT1H=FF TCNT1L=F0 TCCR1B=01 | TIMER1_OVF
+    atmega8   | TIMSK=10 OCR1AL=20 TCCR1B=01 | TIMER1_COMPA
+    atmega8   | TIMSK=08 OCR1BL=20 TCCR1B=01 | TIMER1_COMPB
+    atmega8   | GICR=40 | INT0
+    atmega8   | GICR=80 | INT1
+    atmega8   | UCSRB=28 | USART_UDRE
+    atmega8   | UCSRB=48 UDR=55 | USART_TXC
+    atmega8   | ADCSRA=C8 | ADC
+    atmega8   | EECR=08 | EE_RDY
+    atmega8   | PORTC=30 TWCR=A5 | TWI
+    atmega8   | SPMCR=80 | SPM_RDY
+    atmega8   | DDRB=04 SPCR=D0 SPDR=00 | SPI_STC
+    atmega16  | TIMSK=02 OCR0=20 TCCR0=01 | TIMER0_COMP
+    atmega16  | TIMSK=01 TCNT0=F0 TCCR0=01 | TIMER0_OVF
+    atmega16  | MCUCSR=00 GICR=20 GIFR=E0 DDRB=04 PORTB=04 MCUCSR=40 PORTB=00 PORTB=04 | INT2
+    atmega32  | TIMSK=02 OCR0=20 TCCR0=01 | TIMER0_COMP
+    atmega32  | TIMSK=40 TCNT2=F0 TCCR2=01 | TIMER2_OVF
+    atmega32  | ADCSRA=C8 | ADC
+    atmega64  | TIMSK=02 OCR0=20 TCCR0=01 | TIMER0_COMP
+    atmega64  | EECR=08 | EE_READY
+    atmega128 | ETIMSK=04 TCNT3H=FF TCNT3L=F0 TCCR3B=01 | TIMER3_OVF
+    atmega128 | ETIMSK=02 OCR3CL=20 TCCR3B=01 | TIMER3_COMPC
+    atmega128 | ETIMSK=01 OCR1CL=20 TCCR1B=01 | TIMER1_COMPC
+    atmega128 | TIMSK=04 TCNT1H=FF TCNT1L=F0 TCCR1B=01 | TIMER1_OVF
+    atmega128 | TIMSK=80 OCR2=20 TCCR2=01 | TIMER2_COMP
+    atmega128 | UCSR0B=28 | USART0_UDRE
+    atmega128 | UCSR1B=28 | USART1_UDRE
+    atmega128 | EIMSK=01 | INT0
+    atmega128 | EIMSK=80 | INT7
+    atmega128 | PORTD=03 TWCR=A5 | TWI
+    atmega162 | ETIMSK=04 TCNT3H=FF TCNT3L=F0 TCCR3B=01 | TIMER3_OVF
+    atmega162 | ETIMSK=10 OCR3AL=20 TCCR3B=01 | TIMER3_COMPA
+    atmega162 | TIMSK=01 OCR0=20 TCCR0=01 | TIMER0_COMP
+    atmega162 | TIMSK=80 TCNT1H=FF TCNT1L=F0 TCCR1B=01 | TIMER1_OVF
+    atmega162 | UCSR0B=28 | USART0_UDRE
+    atmega162 | UCSR1B=28 | USART1_UDRE
+    atmega162 | GICR=10 PCMSK1=01 DDRC=01 PORTC=01 | PCINT1
+    atmega88  | TIMSK0=01 TCNT0=F0 TCCR0B=01 | TIMER0_OVF
+    atmega48  | UCSR0B=28 | USART_UDRE
+    atmega168 | SPMCSR=80 | SPM_READY
+";
+
+/// A chip whose flash begins with these lines at these words.
+fn machine(chip: &'static Chip, lines: &[(u32, &str)]) -> Avr {
+    let segments = lines
+        .iter()
+        .map(|&(at, line)| {
+            let words = assemble(line, at).unwrap_or_else(|error| panic!("{line}: {error}"));
+            Segment { space: "flash", addr: 2 * at, bytes: words.iter().flat_map(|word| word.to_le_bytes()).collect() }
+        })
+        .collect();
+    Avr::new(chip, &Image { segments, ..Image::default() }, RamInit::Zero)
+}
+
+#[test]
+fn interrupts_arrive_at_their_vectors() {
+    for line in VECTORS.lines().filter(|line| line.contains('|')) {
+        let &[name, writes, vector] = &line.split('|').map(str::trim).collect::<Vec<_>>()[..] else { panic!("{line}") };
+        let chip = chip(name).unwrap_or_else(|| panic!("{line}"));
+        let number = chip.vectors.iter().position(|known| *known == vector).unwrap_or_else(|| panic!("{line}"));
+        let wanted = number as u32 * chip.vector_words;
+        // The program loops behind all vectors, and each vector is a loop of its own.
+        let mut lines: Vec<(u32, &str)> =
+            (0..chip.vectors.len() as u32).map(|n| (n * chip.vector_words, "rjmp .-2")).collect();
+        lines.extend([(0x100, "nop"), (0x101, "rjmp .-4")]);
+        let mut avr = machine(chip, &lines);
+        for write in writes.split(' ') {
+            let (reg, value) = write.split_once('=').expect("REG=value");
+            let addr = chip.reg(reg).unwrap_or_else(|| panic!("{line}: {reg}"));
+            let value = u8::from_str_radix(value, 16).expect("a value");
+            assert!(avr.poke("data", addr.into(), value), "{line}");
+            avr.set_pc(0x100);
+            (0..8).for_each(|_| assert_eq!(avr.step(&mut ()), Stop::Limit, "{line}"));
+        }
+        assert!(avr.set_reg("SP", u32::from(chip.ram_start + chip.ram_len - 1)) && avr.set_reg("SREG", 0x80));
+        for _ in 0..40_000 {
+            if avr.pc() < 0x100 {
+                break;
+            }
+            assert_eq!(avr.step(&mut ()), Stop::Limit, "{line}");
+        }
+        assert_eq!(avr.pc(), wanted, "{line}");
+    }
+}
+
+/// RAM below 100h is RAM to everyone: the program, the debugger, the image, the random values of power-up.
+#[test]
+fn ram_below_100h() {
+    for name in ["atmega8", "atmega16", "atmega32"] {
+        let chip = chip(name).expect("a chip");
+        let code =
+            [(0, "ldi r16,0x5A"), (1, "sts 0x60,r16"), (3, "lds r17,0xFF"), (5, "lds r18,0x100"), (7, "lds r19,0x60")];
+        let mut avr = machine(chip, &code);
+        assert_eq!(avr.reg("SP"), Some(0));
+        assert!(avr.poke("data", 0xFF, 0x77) && avr.poke("data", 0x100, 0x88));
+        (0..5).for_each(|_| assert_eq!(avr.step(&mut ()), Stop::Limit));
+        assert_eq!(avr.cycle(), 1 + 4 * 2);
+        assert_eq!([17, 18, 19].map(|r| avr.peek("data", r)), [Some(0x77), Some(0x88), Some(0x5A)]);
+        assert_eq!(avr.peek("data", 0x60), Some(0x5A));
+        assert_eq!(avr.clone().peek("data", 0x60), Some(0x5A));
+        avr.reset(Reset::External);
+        assert_eq!(avr.peek("data", 0x60), Some(0x5A), "a reset leaves RAM");
+
+        let data = Segment { space: "data", addr: 0x5F, bytes: vec![0x11, 0x22, 0x33] };
+        let image = Image { segments: vec![data], ..Image::default() };
+        let avr = Avr::new(chip, &image, RamInit::Random(7));
+        assert_eq!([0x60, 0x61].map(|addr| avr.peek("data", addr)), [Some(0x22), Some(0x33)]);
+        let random: BTreeSet<_> = (0x62..0x100).map(|addr| avr.peek("data", addr)).collect();
+        assert!(random.len() > 32, "{name}: {random:?}");
+    }
+    // The larger ones have registers there.
+    assert_eq!(PARTS.iter().filter(|part| part.sites.iter().any(|site| matches!(site, Site::Low(_)))).count(), 3);
+}
+
+/// Jumps of two words need more than 8 KB, ELPM more than 64 KB.
+#[test]
+fn instructions_that_a_chip_lacks() {
+    for part in PARTS {
+        let (chip, jumps) = (part.chip, part.chip.flash > 0x2000);
+        for (line, there) in
+            [("jmp 0x200", jumps), ("call 0x200", jumps), ("elpm", chip.flash > 0x1_0000), ("movw r0,r2", true)]
+        {
+            let mut avr = machine(chip, &[(0, line)]);
+            let stop = avr.step(&mut ());
+            assert_eq!(matches!(stop, Stop::Illegal { pc: 0, .. }), !there, "{}: {line}: {stop:?}", chip.name);
+            let shown = (chip.isa.disassemble)(&assemble(line, 0).expect(line), 0).text;
+            assert_eq!(shown.starts_with(".word"), !there, "{}: {line}: {shown}", chip.name);
+        }
+        let stack = if part.stack_at_end { chip.ram_start + chip.ram_len - 1 } else { 0 };
+        assert_eq!(machine(chip, &[]).reg("SP"), Some(stack.into()), "{}", chip.name);
+    }
+}
+
+/// Fuses that stand elsewhere: bytes low, high, extended, and the word where a reset goes.
+#[test]
+fn resets_go_where_the_fuses_say() {
+    let cases: &[(&str, [u8; 3], u32)] = &[
+        ("atmega328p", [0xFF, 0xD8, 0xFF], 0x3800),
+        ("atmega328p", [0xFF, 0xDE, 0xFF], 0x3F00),
+        ("atmega168", [0xFF, 0xDF, 0xF8], 0x1C00),
+        ("atmega168pa", [0xFF, 0xDF, 0xFC], 0x1F00),
+        ("atmega88", [0xFF, 0xDF, 0xF8], 0x0C00),
+        ("atmega88", [0xFF, 0xDE, 0xFF], 0),
+        ("atmega48", [0xFF, 0x00, 0xF8], 0),
+        ("atmega8", [0xE0, 0xD8, 0xFF], 0x0C00),
+        ("atmega8", [0xE0, 0xDE, 0xFF], 0x0F80),
+        ("atmega16", [0xE0, 0xDA, 0xFF], 0x1E00),
+        ("atmega32", [0xE0, 0xD8, 0xFF], 0x3800),
+        ("atmega64", [0xE0, 0xD8, 0xFF], 0x7000),
+        ("atmega128", [0xE0, 0xD8, 0xFF], 0xF000),
+        ("atmega128", [0xE0, 0xDE, 0xFF], 0xFE00),
+        ("atmega162", [0xFF, 0xD8, 0xFF], 0x1C00),
+    ];
+    for &(name, fuses, wanted) in cases {
+        let chip = chip(name).expect("a chip");
+        let avr = Avr::with(chip, &Image::default(), RamInit::Zero, Options { fuses: Some(fuses), ..options(chip) });
+        assert_eq!(avr.pc(), wanted, "{name}: {fuses:x?}");
+    }
+}
+
+/// Anything written anywhere in any order on any chip.
+#[test]
+fn nothing_written_breaks_a_chip() {
+    let rounds = if cfg!(debug_assertions) { 300 } else { 20_000 };
+    for part in PARTS {
+        let mut soc = soc(part.chip);
+        let (seed, mut now) = (0xC41F + part.chip.flash as u64, 0);
+        let mut rng = Rng::new(seed);
+        for _ in 0..rounds {
+            now += rng.below(300);
+            soc.fire(now);
+            let reg = 0x20 + rng.below(0xE0) as u16;
+            let value = rng.next_u64() as u8;
+            match rng.below(12) {
+                0 => {
+                    let bit = 1 << rng.below(8);
+                    soc.write_bits(0x20 + reg % 0x20, bit, value, now);
+                }
+                1 => {
+                    let pin = rng.below(part.chip.pins.len() as u64) as u8;
+                    soc.drive(now, now, pin, Level::of(value & 1 == 1));
+                }
+                2 => {
+                    soc.sleep(now);
+                    now += soc.wake_up(now);
+                }
+                3 if value < 4 => soc.reset(Reset::External, now),
+                4 => {
+                    if let Some(vector) = soc.pending(now) {
+                        soc.take(vector, now);
+                    }
+                }
+                5..7 => {
+                    let shown = soc.peek(reg, now);
+                    let steady = soc.steady_until(reg, now);
+                    assert!(steady >= now, "{}: seed {seed:#x}", part.chip.name);
+                    let read = soc.read(reg, now).0;
+                    assert_eq!(shown, read, "{}: seed {seed:#x}: {reg:#x} at {now}", part.chip.name);
+                }
+                _ => {
+                    soc.write(reg, value, now);
+                }
+            }
+            while soc.order(now).is_some() {}
+            let _ = soc.reset_requested(now);
+            now += 1;
+        }
+    }
+}
+
+#[test]
+fn names_are_found_in_any_case() {
+    assert_eq!(chip("ATmega328P").map(|chip| chip.name), Some(ATMEGA328P.name));
+    let row: Option<&Part> = part("ATMEGA162");
+    assert_eq!(row.map(|part| part.chip.name), Some("atmega162"));
+    assert!(chip("atmega169").is_none());
+}

@@ -1,0 +1,46 @@
+//! A program of the compiler's, start-up code of avr-libc included, on every chip. `cargo test -p emu-avr --test compiled --
+//! --ignored`, where avr-gcc and avr-libc are installed.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use emu_avr::Avr;
+use emu_avr::chips::CHIPS;
+use emu_core::image::load_elf;
+use emu_core::pins::Event;
+use emu_core::{Cpu, Probe, RamInit};
+
+/// What was sent.
+#[derive(Default)]
+struct Sent(Vec<u8>);
+
+impl Probe for Sent {
+    const EVENTS: bool = true;
+
+    fn event(&mut self, event: Event) -> bool {
+        if let Event::Sent { byte, .. } = event {
+            self.0.push(byte);
+        }
+        false
+    }
+}
+
+#[test]
+#[ignore = "needs avr-gcc and avr-libc"]
+fn a_compiled_program_runs_on_every_chip() {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/compiled.c");
+    for chip in CHIPS {
+        let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}.elf", chip.name));
+        let mcu = format!("-mmcu={}", chip.name);
+        let run = Command::new("avr-gcc").args([&mcu, "-Os", "-o"]).arg(&file).arg(&source).output().expect("avr-gcc");
+        assert!(run.status.success(), "{}: {}", chip.name, String::from_utf8_lossy(&run.stderr));
+        let bytes = fs::read(&file).expect("an image");
+        let loaded = load_elf(chip.name, &bytes, chip.elf, chip.elf_machine).expect("an image");
+        let mut avr = Avr::new(chip, &loaded.image, RamInit::Random(1));
+        let mut sent = Sent::default();
+        avr.run(400_000, &mut sent);
+        let wanted = format!("Hello from {} 3\n", chip.ram_start + chip.ram_len - 1);
+        assert_eq!(String::from_utf8_lossy(&sent.0), wanted, "{}", chip.name);
+    }
+}
