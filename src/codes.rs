@@ -33,7 +33,7 @@ pub const CODES: &[Code] = &[
                   element is refused as a whole, because running a part of it would show wrong results. Mend: remove \
                   the element, or read the program in the dialect that it was written for (--dialect)." },
     Code { code: OTHER_CHIP, title: "the image looks like a program for another chip",
-        explain: "A guess, from what the HEX file has: data beyond the memories of the chip that was named, the device ID of \
+        explain: "An ELF file says for which AVR core it was linked. Of a HEX file it is a guess, from what it has: data beyond the memories of the chip that was named, the device ID of \
                   another one, a second configuration word, program words of 14 bits and a configuration word where \
                   PIC16 chips have it, or a first instruction as only AVR or the 8051 has it. The message names chips \
                   that can hold the file. It changes nothing by itself. Mend: name the chip that the program was built \

@@ -15,8 +15,9 @@ codes! {
         "--scans 0 compares nothing, and agreement over nothing would say nothing. Leave the option out for 2,000 scans, or give at least 1. A cycle time or a clock of zero makes no scans either.";
     NO_MEANING "EC002" "the reference evaluator does not know an element"
         "Check compares the chip with a reference evaluator, and that refuses programs with an element (or an argument of one) that it has no meaning for. The message names the element. docs/semantics.md lists what has a meaning.";
-    NO_CHIP "EC003" "the chip cannot be emulated"
-        "The image was compiled for a chip that this build has no emulator for. `emu chips` lists those that there are.";
+    NO_CHIP "EC003" "there are no images for the chip"
+        "Ladder programs are not compiled for this chip, though there may be an emulator for it. The message lists those that \
+         there are compilers for.";
     BAD_IMAGE "EC004" "the image does not fit the emulated chip"
         "The HEX text of the compiled program was refused by the loader. The faults follow; they point at the compiler, not at the program.";
     BAD_MAP "EC005" "the map does not describe the image"

@@ -105,9 +105,10 @@ pub fn check_compiled(
     }
     let eval = Evaluator::new(program).map_err(|refusal| vec![run::no_meaning(program, &refusal)])?;
     let map = &compiled.map;
-    let Some(chip) = emu_avr::chips::chip(&options.mcu) else {
-        let cause = format!("there is no emulator for `{}`", options.mcu);
-        return Err(error(codes::NO_CHIP, cause, "see `emu chips`"));
+    let Some(chip) = ladder_compile::chip(&options.mcu) else {
+        let known: Vec<&str> = ladder_compile::CHIPS.iter().map(|chip| chip.name).collect();
+        let cause = format!("there is no compiler for the chip `{}`, so no image to check", options.mcu);
+        return Err(error(codes::NO_CHIP, cause, &format!("known are {}", known.join(", "))));
     };
     let Some(pace) = Pace::new(program, options) else {
         let cause = "the program's cycle time or its clock is 0, so there are no scans to compare".to_owned();

@@ -21,6 +21,7 @@ pub mod pins;
 pub mod refuse;
 
 use diag::{Diagnostic, Pos, Severity};
+use emu_avr::chips::{ATMEGA328, ATMEGA328P};
 use emu_core::chip::Chip;
 use ladder::{ElementId, Program};
 
@@ -34,6 +35,15 @@ pub use codes::{CODES, FUSES_NOTE};
 pub use map::{ElementMap, Map, PinMap, Place, Ratio, RungMap, SCHEMA, SymbolMap};
 #[cfg(feature = "mutants")]
 pub use mutants::{Mutant, compile_mutant, mutants};
+
+/// Chips that there is a compiler for: fewer than there are emulators for.
+pub const CHIPS: &[&Chip] = &[&ATMEGA328P, &ATMEGA328];
+
+/// The chip `name` (case aside), where there is a compiler for it.
+#[must_use]
+pub fn chip(name: &str) -> Option<&'static Chip> {
+    CHIPS.iter().copied().find(|chip| chip.name.eq_ignore_ascii_case(name))
+}
 
 /// What a program is compiled for.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -86,8 +96,8 @@ fn compile_with(
         }
     }
     told.sort_by_key(|diagnostic| diagnostic.pos);
-    let Some(chip) = emu_avr::chips::chip(&options.mcu) else {
-        let known: Vec<&str> = emu_avr::chips::CHIPS.iter().map(|chip| chip.name).collect();
+    let Some(chip) = chip(&options.mcu) else {
+        let known: Vec<&str> = CHIPS.iter().map(|chip| chip.name).collect();
         let cause = format!("there is no compiler for the chip `{}`", options.mcu);
         told.push(error(codes::UNKNOWN_CHIP, cause, &format!("known are {}", known.join(", "))));
         return Err(told);
