@@ -1,4 +1,4 @@
-//! The ATmega328P, cycle by cycle: instruction table, core, peripherals and chip data.
+//! The ATmega328P and its relatives, cycle by cycle: instruction table, core, peripherals and chip data.
 //!
 //! Sources: "AVR Instruction Set Manual" (Microchip DS40002198) for instructions, "ATmega48A/PA/88A/PA/168A/PA/328/P"
 //! (DS40002061) for the chip. What is not modelled stands in QUIRKS.md.
