@@ -6,6 +6,8 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+#[path = "peers/avrfacts/table.rs"]
+mod avrfacts;
 #[path = "peers/binutils.rs"]
 mod binutils;
 #[path = "peers/lockstep.rs"]

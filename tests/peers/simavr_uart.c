@@ -38,6 +38,7 @@ int main(int argc, char **argv)
 		return 1;
 	avr_init(avr);
 	avr->frequency = 16000000;
+	avr->vcc = avr->avcc = avr->aref = 5000; /* mV */
 	avr->sleep = no_sleep;
 	avr_load_firmware(avr, &firmware);
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::image::{ElfMachine, load};
-use emu_core::{Cpu, Event, Probe, RamInit};
+use emu_core::{Cpu, Event, Probe, RamInit, Stop};
 
 use crate::harness;
 use crate::tools::{folder, run, source};
@@ -27,6 +27,17 @@ impl Probe for Sent {
     }
 }
 
+/// What a program sends over USART0 until it ends, why it ended and when.
+pub fn sent_here(elf: &Path, cycles: u64) -> (Vec<u8>, Stop, u64) {
+    let bytes = std::fs::read(elf).unwrap_or_else(|e| panic!("{}: {e}", elf.display()));
+    let chip = &ATMEGA328P;
+    let loaded = load(&elf.to_string_lossy(), &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine));
+    let mut avr = Avr::new(chip, &loaded.expect("an image").image, RamInit::Random(1));
+    let mut sent = Sent::default();
+    let stop = avr.run(cycles, &mut sent);
+    (sent.0, stop, avr.cycle())
+}
+
 #[test]
 #[ignore = "needs avr-gcc and simavr: .ci/peers installs them"]
 fn a_c_program_prints_the_same() {
@@ -36,15 +47,11 @@ fn a_c_program_prints_the_same() {
     run(Path::new("avr-gcc"), &args, &dir);
     let theirs = run(&harness("simavr_uart"), &["hello.elf", &CYCLES.to_string()], &dir).stdout;
 
-    let bytes = std::fs::read(dir.join("hello.elf")).expect("hello.elf");
-    let loaded = load("hello.elf", &bytes, ATMEGA328P.hex, ATMEGA328P.elf, ElfMachine(ATMEGA328P.elf_machine));
-    let mut avr = Avr::new(&ATMEGA328P, &loaded.expect("an image").image, RamInit::Random(1));
-    let mut ours = Sent::default();
-    let stop = avr.run(CYCLES, &mut ours);
+    let (ours, stop, cycle) = sent_here(&dir.join("hello.elf"), CYCLES);
 
-    assert!(ours.0.starts_with(b"hello, world\n"), "{stop:?}: {:?}", String::from_utf8_lossy(&ours.0));
-    assert!(ours.0.ends_with(b"sent by interrupt\ndone\n"), "{stop:?}: {:?}", String::from_utf8_lossy(&ours.0));
-    assert_eq!(String::from_utf8_lossy(&ours.0), String::from_utf8_lossy(&theirs));
-    assert_eq!(ours.0, theirs);
-    println!("{} bytes, the same; {stop:?} after {} cycles", theirs.len(), avr.cycle());
+    assert!(ours.starts_with(b"hello, world\n"), "{stop:?}: {:?}", String::from_utf8_lossy(&ours));
+    assert!(ours.ends_with(b"sent by interrupt\ndone\n"), "{stop:?}: {:?}", String::from_utf8_lossy(&ours));
+    assert_eq!(String::from_utf8_lossy(&ours), String::from_utf8_lossy(&theirs));
+    assert_eq!(ours, theirs);
+    println!("{} bytes, the same; {stop:?} after {} cycles", theirs.len(), cycle);
 }

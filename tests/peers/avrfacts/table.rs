@@ -1,0 +1,127 @@
+//! The cycle facts of the ATmega328P: a program that measures them runs here and under simavr; here all are as the data sheet
+//! says, and the page docs/chips/atmega328p.md shows them. `UPDATE=1` writes its table anew.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+use crate::harness;
+use crate::tools::{folder, run, source};
+use crate::uart::sent_here;
+
+/// Enough for the whole program, which then sleeps with interrupts off.
+const CYCLES: u64 = 60_000_000;
+/// Between these the table stands on the page.
+const BEGIN: &str = "<!-- facts: written by tests/peers/avrfacts -->\n";
+const END: &str = "<!-- end of facts -->\n";
+/// Columns of the peers measured elsewhere.
+const OTHERS: usize = 4;
+
+struct Fact {
+    name: String,
+    what: String,
+    section: String,
+    wanted: String,
+    others: Vec<String>,
+}
+
+/// Headings and facts, in order.
+fn facts(text: &str) -> Vec<(String, Vec<Fact>)> {
+    let mut parts: Vec<(String, Vec<Fact>)> = Vec::new();
+    for line in text.lines() {
+        if let Some(heading) = line.strip_prefix("## ") {
+            parts.push((heading.to_owned(), Vec::new()));
+        } else if !line.starts_with('#') && !line.is_empty() {
+            let fields: Vec<&str> = line.split('|').map(str::trim).collect();
+            let [name, what, section, wanted, others] = fields[..] else { panic!("five fields: {line}") };
+            let others: Vec<String> = match others {
+                "=" => vec![wanted.to_owned(); OTHERS],
+                "-" => vec!["-".to_owned(); OTHERS],
+                list => list.split_whitespace().map(str::to_owned).collect(),
+            };
+            assert_eq!(others.len(), OTHERS, "{line}");
+            let fact =
+                Fact { name: name.into(), what: what.into(), section: section.into(), wanted: wanted.into(), others };
+            parts.last_mut().expect("a heading").1.push(fact);
+        }
+    }
+    parts
+}
+
+/// Name and figure of every line that was sent.
+fn figures(sent: &[u8]) -> BTreeMap<String, String> {
+    let text = String::from_utf8_lossy(sent);
+    let mut figures = BTreeMap::new();
+    for line in text.lines() {
+        let Some((name, figure)) = line.trim().split_once(' ') else { panic!("{line:?} in\n{text}") };
+        assert!(figures.insert(name.to_owned(), figure.to_owned()).is_none(), "{name} twice in\n{text}");
+    }
+    figures
+}
+
+/// A cell, in bold where it differs from the data sheet.
+fn cell(value: &str, wanted: &str) -> String {
+    if value == wanted || value == "-" { value.to_owned() } else { format!("**{value}**") }
+}
+
+#[test]
+#[ignore = "needs avr-gcc and simavr: .ci/peers installs them"]
+fn every_cycle_fact_is_as_the_data_sheet_says() {
+    let dir = folder("avrfacts");
+    let sources = ["facts.c", "timers.c", "core.S", "parts.S"].map(|name| source(&format!("peers/avrfacts/{name}")));
+    let mut args = vec!["-mmcu=atmega328p", "-DF_CPU=16000000", "-Os", "-Wall", "-Wextra", "-o", "facts.elf"];
+    args.extend(sources.iter().map(|path| path.to_str().expect("a path")));
+    run(Path::new("avr-gcc"), &args, &dir);
+
+    let ours = figures(&sent_here(&dir.join("facts.elf"), CYCLES).0);
+    let theirs = figures(&run(&harness("simavr_uart"), &["facts.elf", &CYCLES.to_string()], &dir).stdout);
+
+    let parts = facts(include_str!("facts.txt"));
+    let names: Vec<&String> = parts.iter().flat_map(|part| &part.1).map(|fact| &fact.name).collect();
+    assert!(ours.keys().all(|name| names.contains(&name)), "a fact that is not in facts.txt: {ours:?}");
+
+    let mut wrong = Vec::new();
+    let (mut table, mut right, mut total) = (String::new(), 0, 0);
+    for (heading, facts) in &parts {
+        let _ = write!(
+            table,
+            "\n### {heading}\n\n| Fact | Section | Data sheet | emu | simavr 1.6 | simavr 1.8+ ¹ | avr8js ¹ | yasimavr ¹ | \
+             simulavr ¹ |\n|---|---|---|---|---|---|---|---|---|\n"
+        );
+        for fact in facts {
+            let figure = |all: &BTreeMap<String, String>| all.get(&fact.name).map_or("none", String::as_str).to_owned();
+            let (here, there) = (figure(&ours), figure(&theirs));
+            if here != fact.wanted {
+                wrong.push(format!("{}: {here}, the data sheet ({}) says {}", fact.name, fact.section, fact.wanted));
+            }
+            total += 1;
+            right += usize::from(there == fact.wanted);
+            let wanted = &fact.wanted;
+            let others: Vec<String> = fact.others.iter().map(|value| cell(value, wanted)).collect();
+            let _ = writeln!(
+                table,
+                "| {} | {} | {wanted} | {} | {} | {} |",
+                fact.what,
+                fact.section,
+                cell(&here, wanted),
+                cell(&there, wanted),
+                others.join(" | ")
+            );
+        }
+    }
+    assert!(wrong.is_empty(), "{} of {total} facts:\n{}", wrong.len(), wrong.join("\n"));
+    let counts = format!("Right: emu {total} of {total}, simavr 1.6 {right} of {total}.\n");
+    println!("{counts}");
+
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/chips/atmega328p.md");
+    let page = fs::read_to_string(path).expect("the page");
+    let (before, rest) = page.split_once(BEGIN).expect("the beginning of the facts");
+    let (_, after) = rest.split_once(END).expect("the end of the facts");
+    let wanted = format!("{before}{BEGIN}\n{counts}{table}\n{END}{after}");
+    if std::env::var_os("UPDATE").is_some() {
+        fs::write(path, &wanted).expect("the page can be written");
+    } else {
+        assert!(page == wanted, "docs/chips/atmega328p.md is not what was measured; run with UPDATE=1");
+    }
+}

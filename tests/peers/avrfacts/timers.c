@@ -1,0 +1,232 @@
+/* Facts of the timers. */
+#include "facts.h"
+
+static void stop0(void)
+{
+	TCCR0B = 0;
+	TCCR0A = 0;
+	TCNT0 = 0;
+	TIFR0 = 7;
+}
+
+/* Timer 0 in a mode with a top of 50 for a while: its flags. */
+static uint8_t flags0(uint8_t a, uint8_t b)
+{
+	stop0();
+	OCR0A = 50;
+	OCR0B = 20;
+	TCCR0A = a;
+	TCCR0B = b | 1;
+	TCNT0 = 10;
+	TIFR0 = 7;
+	PAUSE(60);
+	uint8_t early = TIFR0;
+	PAUSE(100);
+	uint8_t late = TIFR0;
+	stop0();
+	return BIT(early, TOV0) << 1 | BIT(late, TOV0);
+}
+
+FACT(match)
+{
+	for (uint8_t nops = 2; nops < 40; nops++)
+		if (match_after(nops))
+			return nops;
+	return 0;
+}
+
+/* TOV0, OCF0A and OCF0B are set, and timer 0 stands. */
+static void all_flags(void)
+{
+	stop0();
+	OCR0A = 250;
+	OCR0B = 20;
+	TCCR0B = 1;
+	TCNT0 = 10;
+	PAUSE(300);
+	TCCR0B = 0;
+}
+
+FACT(flag_all)
+{
+	all_flags();
+	TIFR0 = 7;
+	return TIFR0;
+}
+
+FACT(flag_out)
+{
+	all_flags();
+	TIFR0 = 1 << OCF0A;
+	return TIFR0;
+}
+
+FACT(flag_sbi)
+{
+	all_flags();
+	TIFR0 |= 1 << OCF0A; /* SBI */
+	return TIFR0;
+}
+
+FACT(tov_ctc)
+{
+	return flags0(1 << WGM01, 0);
+}
+
+FACT(tov_top)
+{
+	return flags0(1 << WGM01 | 1 << WGM00, 1 << WGM02);
+}
+
+FACT(tov_bottom)
+{
+	return flags0(1 << WGM00, 1 << WGM02);
+}
+
+/* OCR1A is written at TCNT1 = 50 or so; what matches at 100 and 500, and in the second period of 1001 cycles? */
+static uint8_t periods(uint8_t a, uint8_t b)
+{
+	uint8_t seen = 0;
+	stopwatch(1 << WGM13 | 1 << WGM12 | 1);
+	ICR1 = 1000;
+	stopwatch(1);
+	OCR1A = 100;
+	TCCR1A = a;
+	TCCR1B = b | 1;
+	TCNT1 = 0;
+	TIFR1 = 0x27;
+	PAUSE(40);
+	OCR1A = 500;
+	PAUSE(150);
+	seen |= BIT(TIFR1, OCF1A);
+	TIFR1 = 1 << OCF1A;
+	PAUSE(500);
+	seen |= BIT(TIFR1, OCF1A) << 1;
+	TIFR1 = 1 << OCF1A;
+	PAUSE(500);
+	seen |= BIT(TIFR1, OCF1A) << 2;
+	TIFR1 = 1 << OCF1A;
+	PAUSE(500);
+	seen |= BIT(TIFR1, OCF1A) << 3;
+	stopwatch(1);
+	return seen;
+}
+
+FACT(ocr_normal)
+{
+	return periods(0, 0) & 3;
+}
+
+FACT(ocr_held)
+{
+	return periods(1 << WGM11, 1 << WGM13 | 1 << WGM12) & 3;
+}
+
+FACT(ocr_taken)
+{
+	return periods(1 << WGM11, 1 << WGM13 | 1 << WGM12) >> 2;
+}
+
+FACT(icr_normal)
+{
+	stopwatch(1 << WGM13 | 1 << WGM12 | 1);
+	ICR1 = 0x101;
+	stopwatch(1);
+	ICR1 = 0x222;
+	uint16_t icr = ICR1;
+	stopwatch(1);
+	return icr;
+}
+
+FACT(t0_pin)
+{
+	stop0();
+	DDRD |= 0x10;
+	PORTD &= ~0x10;
+	TCCR0B = 7;
+	PAUSE(10);
+	TCNT0 = 0;
+	for (uint8_t i = 0; i < 3; i++) {
+		PORTD |= 0x10;
+		PAUSE(10);
+		PORTD &= ~0x10;
+		PAUSE(10);
+	}
+	uint8_t count = TCNT0;
+	stop0();
+	DDRD &= ~0x10;
+	return count;
+}
+
+FACT(icp_noise)
+{
+	uint16_t plain = capture(1 << ICES1 | 1);
+	return capture(1 << ICNC1 | 1 << ICES1 | 1) - plain;
+}
+
+/* OC0A, which is set at first, after a forced match. */
+static uint8_t forced(uint8_t a)
+{
+	stop0();
+	OCR0A = 100;
+	DDRD |= 0x40;
+	TCCR0A = 1 << COM0A1 | 1 << COM0A0;
+	TCCR0B = 1 << FOC0A;
+	TCCR0A = a;
+	TCCR0B = 1 << FOC0A;
+	PAUSE(4);
+	uint8_t pins = PIND;
+	stop0();
+	DDRD &= ~0x40;
+	return BIT(pins, 6);
+}
+
+FACT(foc)
+{
+	return forced(1 << COM0A1);
+}
+
+FACT(foc_pwm)
+{
+	return forced(1 << COM0A1 | 1 << WGM01 | 1 << WGM00);
+}
+
+/* Fast PWM on OC0A: does the pin move? */
+static uint8_t moves(uint8_t ocr)
+{
+	stop0();
+	OCR0A = ocr;
+	DDRD |= 0x40;
+	TCCR0A = 1 << COM0A1 | 1 << WGM01 | 1 << WGM00;
+	TCCR0B = 2;
+	PCMSK2 = 0x40;
+	PAUSE(4000);
+	PCIFR = 7;
+	PAUSE(4200);
+	uint8_t flags = PCIFR;
+	PCMSK2 = 0;
+	stop0();
+	DDRD &= ~0x40;
+	PCIFR = 7;
+	return BIT(flags, PCIF2);
+}
+
+FACT(pwm_max)
+{
+	return moves(255);
+}
+
+FACT(pwm_bottom)
+{
+	return moves(0);
+}
+
+FACT(as2_busy)
+{
+	ASSR = 1 << AS2;
+	TCNT2 = 5;
+	uint8_t busy = ASSR;
+	ASSR = 0;
+	TCNT2 = 0;
+	return BIT(busy, TCN2UB);
+}
