@@ -112,7 +112,12 @@ fn judge(program: &Program, avr: &Avr, stop: Stop) {
 }
 
 fn programs() -> Vec<Program> {
-    parse(include_str!("programs/core.txt"))
+    let files = [
+        include_str!("programs/core.txt"),
+        include_str!("programs/facts.txt"),
+        include_str!("programs/facts_timers.txt"),
+    ];
+    files.into_iter().flat_map(parse).collect()
 }
 
 #[test]
