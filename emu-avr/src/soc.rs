@@ -308,7 +308,7 @@ impl Soc {
         self.touched |= 1 << number;
     }
 
-    /// Works out when anything is due next.
+    /// Works out when anything is due next: also the end of a write to the EEPROM, which is looked at from outside.
     fn plan(&mut self) {
         if self.touched != 0 {
             for number in 0..unit::COUNT {
@@ -317,6 +317,7 @@ impl Soc {
                         with_unit!(self, number, unit => (unit.next(), unit.requests()));
                 }
             }
+            self.nexts[unit::EEPROM] = self.nexts[unit::EEPROM].min(self.eeprom.changes_at());
             self.touched = 0;
         }
         let due = self.drives.next().min(self.power.next());

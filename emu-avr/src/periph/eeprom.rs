@@ -111,6 +111,12 @@ impl Eeprom {
         self.job.map_or(0, |job| job.span.end())
     }
 
+    /// The edge at which a cell gets another content, for those who look at it from outside; `NEVER` where none will.
+    #[must_use]
+    pub fn changes_at(&self) -> u64 {
+        self.job.map_or(NEVER, |job| job.span.end())
+    }
+
     /// Program memory is being written, or SPM enabled, up to the edge `until`, as known at `t`: no write begins, and the
     /// interrupt waits (8.6.3, 27.8.5).
     pub fn block_until(&mut self, until: u64, t: u64) {
