@@ -18,6 +18,9 @@ pub const OTHER_PROCESSOR: &str = "CLI006";
 /// Symbols of another program.
 pub const OTHER_PROGRAM: &str = "CLI007";
 
+/// The content of a memory does not fit into it.
+pub const SIZE: &str = "CLI008";
+
 /// All of them.
 #[rustfmt::skip]
 pub const CODES: &[Code] = &[
@@ -51,6 +54,10 @@ pub const CODES: &[Code] = &[
         explain: "A warning: no name and no source line of the files given with --symbols or --cod lies in the program \
                   memory that the image fills. Most often they are of another program. Mend: give the files that were \
                   written together with the image." },
+    Code { code: SIZE, title: "the content of a memory does not fit into it",
+        explain: "A file of --eeprom or --attach holds plain bytes, from address 0 of the memory on, and has more of them than the \
+                  memory has cells. A shorter file is taken; the rest is erased. Mend: give the file that was made for this \
+                  memory; a file in Intel HEX needs a name that ends in .hex or .eep." },
 ];
 
 /// An error about a whole file.

@@ -62,15 +62,15 @@ pub fn by_makers_name(name: &str) -> Option<&'static Chip> {
 /// How a machine is built.
 #[derive(Debug, Clone, Copy)]
 pub struct Setup {
-    /// Oscillator, in Hz.
-    pub hz: u64,
     /// What RAM holds after power-up.
     pub ram: RamInit,
     /// The pins of an external bus are looked at.
     pub bus: bool,
+    /// What only the AVR family has; with its oscillator.
+    pub avr: emu_avr::Options,
     /// What only the 8051 family has.
     pub mcs51: emu_8051::Options,
-    /// What only the PIC16 family has; its oscillator is `hz` too.
+    /// What only the PIC16 family has; with its oscillator.
     pub pic16: emu_pic16::Options,
 }
 
@@ -85,11 +85,7 @@ pub trait Job {
 /// Builds the machine of `chip`, with `image` in its memories, and does `job` with it.
 pub fn on_machine<J: Job>(chip: &'static Chip, image: &Image, setup: &Setup, job: J) -> J::Out {
     match chip.family {
-        Family::Avr => {
-            let mut cpu = Avr::new(chip, image, setup.ram);
-            cpu.set_clock_hz(setup.hz);
-            job.on(cpu)
-        }
+        Family::Avr => job.on(Avr::with(chip, image, setup.ram, setup.avr)),
         Family::Mcs51 => {
             let mut cpu = Mcs51::with(chip, image, setup.ram, setup.mcs51);
             cpu.show_bus(setup.bus);

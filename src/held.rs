@@ -1,24 +1,30 @@
 //! Why a chip that has halted can never go on, where it is held in reset.
 
+use emu_core::chip::Family;
 use emu_core::cpu::{Cpu, Stop};
 use emu_core::pins::{Level, Time};
 use emu_debug::Drive;
-use emu_debug::stimulus::{Put, SUPPLY, pin};
+use emu_debug::stimulus::{Put, pin, supply_name};
 
 /// The supply at which all chips run, in millivolts.
 const ENOUGH: u32 = 5_000;
 
-/// Reset pins by name, with the level that holds the chip and the one that lets it run.
-const RESETS: [(&str, Level, Level); 2] = [("MCLR", Level::Low, Level::High), ("RST", Level::High, Level::Low)];
+/// The reset pin of a family by its name, with the level that holds the chip and the one that lets it run.
+fn reset_pin(family: Family) -> (&'static str, Level, Level) {
+    match family {
+        Family::Avr => ("RESET", Level::Low, Level::High),
+        Family::Mcs51 => ("RST", Level::High, Level::Low),
+        Family::Pic16 => ("MCLR", Level::Low, Level::High),
+    }
+}
 
 /// What holds a halted chip in reset: its reset pin, or the supply that `drives` gave it last. What would happen without
 /// that is tried on a copy of the machine, since only the chip knows what its configuration makes of a pin or a voltage.
 pub fn held<C: Cpu>(cpu: &C, drives: &[Drive]) -> Option<String> {
     let now = Time::at(cpu.cycle());
-    let reset = RESETS.iter().find_map(|&(name, holds, runs)| {
-        let pin = pin(cpu.chip(), name).ok().filter(|&pin| cpu.level(pin) == holds)?;
-        Some((name, pin, holds, runs))
-    });
+    let (name, holds, runs) = reset_pin(cpu.chip().family);
+    let held = pin(cpu.chip(), name).ok().filter(|&pin| cpu.level(pin) == holds);
+    let reset = held.map(|pin| (name, pin, holds, runs));
     // Of several supplies at one moment the one given last counts.
     let supplies = drives.iter().filter_map(|drive| match drive.put {
         Put::Supply(millivolts) => Some((drive.at, millivolts)),
@@ -40,7 +46,8 @@ pub fn held<C: Cpu>(cpu: &C, drives: &[Drive]) -> Option<String> {
     let by_supply = supply.map(|millivolts| {
         let (volts, rest) = (millivolts / 1_000, millivolts % 1_000);
         let decimals = format!(".{rest:03}");
-        format!("{SUPPLY} is {volts}{} V", decimals.trim_end_matches('0').trim_end_matches('.'))
+        let name = supply_name(cpu.chip());
+        format!("{name} is {volts}{} V", decimals.trim_end_matches('0').trim_end_matches('.'))
     });
     let why = match (by_pin, by_supply) {
         (Some(pin), _) if goes_on(true, false) => pin,

@@ -6,13 +6,17 @@
 //!   fail.rs    exit codes, ways to fail       codes.rs   the codes CLI0xx
 //!   family.rs  the families of chips          sink.rs    what the name of a result stands for
 //!   guess.rs   which chip a HEX file was made for   held.rs    why a chip can never go on
-//!   lint.rs    what `run --lint` found
-//!   mcs51.rs   flags of the 8051 family         pic16.rs   flags of the PIC16 family
+//!   attach.rs  devices at the pins
+//!   lint.rs    what `run --lint` found              store.rs  files that keep what a memory holds
+//!   avr.rs     flags of the AVR family        mcs51.rs  flags of the 8051 family
+//!   pic16.rs   flags of the PIC16 family
 //! ```
 
 #![forbid(unsafe_code)]
 
 mod args;
+mod attach;
+mod avr;
 mod check;
 mod chips;
 mod cod;
@@ -36,6 +40,7 @@ mod run;
 mod shell;
 mod sim;
 mod sink;
+mod store;
 mod summary;
 mod wave;
 

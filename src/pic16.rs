@@ -25,7 +25,7 @@ pub struct Flags {
     /// (exit code 0, else 1, and 4 when it does what is no instruction) when the first message that halts it says PASSED. Runs
     /// without start-up times, at the frequency of --clock, else at the one that the messages give, else at 20 MHz or the chip's
     /// most; the file gives the symbols too.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["until", "peek", "vcd", "uart", "expect_uart", "fail_uart", "timeout", "lint"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["until", "peek", "vcd", "uart", "expect_uart", "fail_uart", "timeout", "lint", "attach"])]
     pub cod: Option<String>,
     /// The configuration word at 2007h, in place of that of the image: 0x3F3A.
     #[arg(long, value_name = "WORD", value_parser = word)]
@@ -34,9 +34,6 @@ pub struct Flags {
     /// and flash, the ADC's own oscillator, and the brown-out voltage. Default: typ.
     #[arg(long, value_name = "CORNER", hide_possible_values = true)]
     corner: Option<Bound>,
-    /// Leave out power-up timer and oscillator start-up timer: the first instruction runs in cycle 0.
-    #[arg(long)]
-    no_start_up: bool,
     /// The crystal at timer 1's oscillator: 32.768kHz, 100kHz, or none. Default: 32.768kHz.
     #[arg(long, value_name = "HZ", value_parser = crystal)]
     timer1_crystal: Option<Crystal>,
@@ -72,14 +69,13 @@ fn crystal(text: &str) -> Result<Crystal, String> {
 }
 
 impl Flags {
-    /// How the machine of `chip` is wired, with an oscillator of `hz`; refuses flags that are not for the chip.
-    pub fn options(&self, chip: &Chip, hz: u64) -> Result<Options, Failure> {
+    /// How the machine of `chip` is wired, with an oscillator of `hz`, waiting for it where `start_up` says so; refuses flags that are not for the chip.
+    pub fn options(&self, chip: &Chip, hz: u64, start_up: bool) -> Result<Options, Failure> {
         let part = part(chip);
         let can = |able: fn(&Part) -> bool| part.is_some_and(able);
         let given = [
             ("--config", self.config.is_some(), part.is_some(), ""),
             ("--corner", self.corner.is_some(), part.is_some(), ""),
-            ("--no-start-up", self.no_start_up, part.is_some(), ""),
             ("--timer1-crystal", self.timer1_crystal.is_some(), can(|part| part.timers), " with timer 1"),
         ];
         if let Some((flag, _, _, which)) = given.into_iter().find(|(_, given, can, _)| *given && !can) {
@@ -97,7 +93,7 @@ impl Flags {
                 Some(Bound::Max) => Corner::Max,
             },
             config: self.config,
-            start_up: !self.no_start_up,
+            start_up,
             timer1_hz: self.timer1_crystal.map_or(defaults.timer1_hz, |crystal| crystal.0),
         })
     }

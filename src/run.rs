@@ -4,26 +4,28 @@ use std::io::Write;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, Family};
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
 use emu_core::pins::Time;
 use emu_debug::cod::{Limits, Script};
-use emu_debug::run::levels;
+use emu_debug::run::{levels, run_on};
 use emu_debug::stimulus::{drive, put, queue};
 use emu_debug::text::unescape;
 use emu_debug::until::until;
-use emu_debug::{Clock, Drive, Ended, Names, Plan, Range, Reason, Wave, time};
+use emu_debug::{Board, Clock, Drive, Ended, Names, Plan, Range, Reason, Wave, time};
 
 use crate::args::Mcu;
+use crate::attach::{self, Attached, Bench};
 use crate::fail::{Failure, exit};
 use crate::family::{self, Job, Setup, on_machine};
 use crate::held::held;
 use crate::lint::Lint;
 use crate::output::Pending;
 use crate::report::Terminal;
+use crate::store::{self, Store};
 use crate::summary::{self, Story};
-use crate::{cod, input, lint, mcs51, output, pic16};
+use crate::{avr, cod, input, lint, mcs51, output, pic16};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -62,8 +64,13 @@ pub struct RunArgs {
     /// not written ends the run with exit code 4.
     #[arg(long, value_name = "FILL", default_value = "zero", value_parser = ram)]
     ram: Ram,
+    /// Leave out the start-up times of the oscillator and the power-up timer, on AVR and PIC16: the first instruction runs in cycle
+    /// 0.
+    #[arg(long)]
+    no_start_up: bool,
     /// Drive a pin from the start: PB0=1, P1.0=0, PB0=z (let go), RC3=pullup or pulldown (a resistor, which the chip
-    /// overcomes); on PIC16 also to a voltage: RA0=1.25V, and VDD=4.5V sets the supply. Repeatable.
+    /// overcomes); on AVR and PIC16 also to a voltage: RA0=1.25V, and VDD=4.5V or VCC=4.5V sets the supply. On AVR A0 is the
+    /// pin of ADC0, and RESET the reset pin. Repeatable.
     #[arg(long, value_name = "PIN=LEVEL")]
     set: Vec<String>,
     /// Drive a pin from a time on: 10ms:PB0=0, 1000c:PB0=z; levels and voltages as in --set. Repeatable.
@@ -81,6 +88,15 @@ pub struct RunArgs {
     /// file of gputils. Repeatable.
     #[arg(long, value_name = "FILE")]
     symbols: Vec<String>,
+    /// What the EEPROM holds: read before the run, where the file exists, and written back after it, however it ends. Intel HEX
+    /// from address 0 on where the name ends in .hex or .eep, else plain bytes.
+    #[arg(long, value_name = "FILE")]
+    eeprom: Option<String>,
+    /// Put a device at the pins of the chip: i2c:24c64@0x50 (24c01 to 24c1024, with resistors at SDA and SCL) or spi:25q32,cs=PB2
+    /// (25q80 to 25q128). With ,file=NAME it holds what the file holds, which is written back as with --eeprom. Pins are those
+    /// of the chip's interface, or ,sda=PIN,scl=PIN,wp=PIN and ,sck=PIN,mosi=PIN,miso=PIN. Repeatable.
+    #[arg(long, value_name = "DEVICE", value_parser = attach::attached)]
+    attach: Vec<Attached>,
     /// Write the pins and the bytes sent as a waveform (VCD); - is standard output.
     #[arg(long, value_name = "FILE")]
     vcd: Option<String>,
@@ -106,6 +122,8 @@ pub struct RunArgs {
     /// One JSON document on standard output.
     #[arg(long)]
     pub json: bool,
+    #[command(flatten)]
+    avr: avr::Flags,
     #[command(flatten)]
     mcs51: mcs51::Flags,
     #[command(flatten)]
@@ -143,12 +161,13 @@ struct Planned {
 }
 
 /// Runs an image.
-pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
+pub fn run<'a>(args: &'a RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let chip = args.mcu.chip;
     let stdout = ("--json", if args.json { "-" } else { "" });
-    let outputs =
-        [stdout, ("--uart", args.uart.as_deref().unwrap_or("")), ("--vcd", args.vcd.as_deref().unwrap_or(""))];
-    let used: Vec<_> = outputs.into_iter().filter(|(_, file)| !file.is_empty()).collect();
+    let file = |file: &'a Option<String>| file.as_deref().unwrap_or("");
+    let outputs = [stdout, ("--uart", file(&args.uart)), ("--vcd", file(&args.vcd)), ("--eeprom", file(&args.eeprom))];
+    let held = args.attach.iter().map(|attached| ("--attach", file(&attached.file)));
+    let used: Vec<_> = outputs.into_iter().chain(held).filter(|(_, file)| !file.is_empty()).collect();
     output::owners(&used)?;
     for file in std::iter::once(&args.image).chain(&args.symbols) {
         output::spares(file, &used)?;
@@ -157,28 +176,40 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
     serial_port(args, chip)?;
     let cod = &args.pic16.cod;
     let mut script = cod.as_deref().map(|file| cod::script(file, chip)).transpose()?;
-    let hz = match (&mut script, cod) {
-        (Some(script), Some(file)) => cod::clock(script, file, args.clock, chip)?,
-        _ => args.clock.unwrap_or(chip.default_hz),
+    let asked = match (&mut script, cod) {
+        (Some(script), Some(file)) => Some(cod::clock(script, file, args.clock, chip)?),
+        _ => args.clock,
     };
-    let (mcs51, mut pic16) = (args.mcs51.options(chip)?, args.pic16.options(chip, hz)?);
-    pic16.start_up &= script.is_none();
+    let start_up = !args.no_start_up && script.is_none();
+    if args.no_start_up && chip.family == Family::Mcs51 {
+        let why = format!("--no-start-up is for chips of the AVR and PIC16 families; {} is none", chip.name);
+        return Err(Failure::Usage(why));
+    }
+    let mcs51 = args.mcs51.options(chip)?;
+    let pic16 = args.pic16.options(chip, asked.unwrap_or(chip.default_hz), start_up)?;
+    // Refused before the image is read, like the others.
+    args.avr.wiring(chip, &Image::default(), asked, start_up)?;
     let symbols: Vec<String> = args.symbols.iter().chain(cod).cloned().collect();
     let image = input::image_with_symbols(&args.image, &symbols, chip, terminal)?;
+    let avr = args.avr.wiring(chip, &image, asked, start_up)?;
+    let hz = avr.options.hz;
     if hz > chip.max_hz {
         let why = format!("{} runs at up to {} Hz", chip.name, chip.max_hz);
         return Err(Failure::value("--clock <HZ>", &hz.to_string(), &why));
     }
+    let eeprom = args.eeprom.as_deref().map(|file| store::eeprom(file, chip, &image)).transpose()?;
+    let bench = Bench::new(&args.attach, chip)?;
     let ram = match args.ram {
         Ram::Fill(init) => init,
         Ram::Trap => RamInit::Zero,
     };
     mcs51::warn(chip, &image, &mcs51);
+    avr::tell(chip, &avr, args.clock);
     on_machine(
         chip,
         &image,
-        &Setup { hz, ram, bus: args.vcd.is_some(), mcs51, pic16 },
-        Headless { args, image: &image, script, hz, pic16, to_stdout, terminal },
+        &Setup { ram, bus: args.vcd.is_some(), avr: avr.options, mcs51, pic16 },
+        Headless { args, image: &image, script, hz, avr, pic16, eeprom, bench, to_stdout, terminal },
     )
 }
 
@@ -205,7 +236,11 @@ struct Headless<'a> {
     /// The messages of a program that checks itself.
     script: Option<Script>,
     hz: u64,
+    avr: avr::Wiring,
     pic16: emu_pic16::Options,
+    /// The file of the EEPROM, and what it holds.
+    eeprom: Option<(Store, Option<Vec<u8>>)>,
+    bench: Bench,
     /// Standard output carries something else than the summary.
     to_stdout: bool,
     terminal: &'a Terminal,
@@ -214,10 +249,33 @@ struct Headless<'a> {
 impl Job for Headless<'_> {
     type Out = Result<u8, Failure>;
 
-    fn on<C: Cpu>(self, mut cpu: C) -> Self::Out {
+    fn on<C: Cpu>(mut self, mut cpu: C) -> Self::Out {
+        let store = self.eeprom.take().map(|(store, held)| {
+            store::fill(&mut cpu, &held.unwrap_or_default());
+            store
+        });
+        let clock = Clock { hz: self.hz, clocks_per_cycle: cpu.clocks_per_cycle() * self.avr.divider };
+        let names = Names { chip: cpu.chip(), symbols: &self.image.symbols };
+        let job = planned(self.args, &names, clock)?;
+        let mut board = self.bench.board(cpu.chip(), clock, &job.drives)?;
+        let out = self.whole((&mut cpu, &mut board), job);
+        // However the run has ended: but a command line that makes no sense has run nothing.
+        let wrong = matches!(out, Err(Failure::Usage(_)));
+        if let Some(store) = store.filter(|_| !wrong) {
+            store.keep(&store::cells(&cpu))?;
+        }
+        if !wrong {
+            self.bench.keep(&board)?;
+        }
+        out
+    }
+}
+
+impl Headless<'_> {
+    /// The run, and what is told of it.
+    fn whole<C: Cpu>(&self, (cpu, board): (&mut C, &mut Board), mut job: Planned) -> Result<u8, Failure> {
         let (args, image, chip) = (self.args, self.image, cpu.chip());
         let names = Names { chip, symbols: &image.symbols };
-        let mut job = planned(args, &names, Clock { hz: self.hz, clocks_per_cycle: cpu.clocks_per_cycle() })?;
         let filled = image.segments.iter().filter(|s| s.space == chip.ram);
         job.plan.filled =
             filled.map(|s| Range { space: s.space, start: s.addr, end: s.addr + s.bytes.len() as u32 }).collect();
@@ -228,21 +286,23 @@ impl Job for Headless<'_> {
                 return Err(Failure::value("--peek <RANGE>", text, &why));
             }
         }
-        queue(&mut cpu, &job.drives).map_err(Failure::Usage)?;
+        queue(cpu, &job.drives).map_err(Failure::Usage)?;
         pic16::warn(chip, image, &self.pic16);
         if let Some(script) = &self.script {
             let limits = Limits { cycle: job.plan.limit, hz: self.hz };
             let name = args.pic16.cod.as_deref().unwrap_or_default();
-            return cod::judge(&mut cpu, script, (name, names), (limits, &job.drives), args.json);
+            return cod::judge(cpu, script, (name, names), (limits, &job.drives), args.json);
         }
-        let ended = recorded(args, &mut cpu, &job)?;
-        let held = if ended.reason == Reason::Halted { held(&cpu, &job.drives) } else { None };
+        board.connect(cpu);
+        let ended = recorded(args, (cpu, board), &job)?;
+        let held = if ended.reason == Reason::Halted { held(cpu, &job.drives) } else { None };
         let Planned { clock, plan, peek, .. } = &job;
-        let story = Story { cpu: &cpu, names, lines: &image.lines, clock: *clock, plan, ended: &ended, peek, held };
+        let story = Story { cpu, names, lines: &image.lines, clock: *clock, plan, ended: &ended, peek, held };
         if let Some(how) = args.lint {
             lint::complain(&story, how, &args.image, self.terminal);
         }
         summary::complain(&story);
+        avr::complain(cpu, &self.avr);
         if args.json {
             let mut document = summary::document(&story);
             if args.lint.is_some() {
@@ -261,7 +321,7 @@ impl Job for Headless<'_> {
 }
 
 /// Runs and writes along what `--uart` and `--vcd` ask for.
-fn recorded<C: Cpu>(args: &RunArgs, cpu: &mut C, job: &Planned) -> Result<Ended, Failure> {
+fn recorded<C: Cpu>(args: &RunArgs, (cpu, board): (&mut C, &mut Board), job: &Planned) -> Result<Ended, Failure> {
     let chip = cpu.chip();
     let uart_file = args.uart.as_deref().filter(|f| !output::is_stdout(f)).map(Pending::new).transpose()?;
     let vcd_file = args.vcd.as_deref().filter(|f| !output::is_stdout(f)).map(Pending::new).transpose()?;
@@ -276,7 +336,7 @@ fn recorded<C: Cpu>(args: &RunArgs, cpu: &mut C, job: &Planned) -> Result<Ended,
 
     let raw = args.uart.as_deref().is_some_and(output::is_stdout);
     let (start, mut printed, mut broken) = (Instant::now(), 0, None);
-    let ended = emu_debug::run(cpu, &job.plan, wave, &mut |sent| {
+    let ended = run_on(board, cpu, &job.plan, wave, &mut |sent| {
         if raw && broken.is_none() {
             broken = output::print(sent.get(printed..).unwrap_or_default()).err();
             printed = sent.len();
@@ -310,11 +370,14 @@ fn planned(args: &RunArgs, names: &Names<'_>, clock: Clock) -> Result<Planned, F
     };
     let mut drives = Vec::new();
     for text in &args.set {
-        let put = put(chip, text).map_err(|why| Failure::value("--set <PIN=LEVEL>", text, &why))?;
+        let put =
+            put(chip, &avr::own_name(chip, text)).map_err(|why| Failure::value("--set <PIN=LEVEL>", text, &why))?;
         drives.push(Drive { at: Time::default(), put });
     }
     for text in &args.at {
-        drives.push(drive(chip, clock, text).map_err(|why| Failure::value("--at <TIME:PIN=LEVEL>", text, &why))?);
+        let own = text.split_once(':').map(|(time, put)| format!("{time}:{}", avr::own_name(chip, put)));
+        let own = own.as_deref().unwrap_or(text);
+        drives.push(drive(chip, clock, own).map_err(|why| Failure::value("--at <TIME:PIN=LEVEL>", text, &why))?);
     }
     let conditions =
         args.until.iter().map(|t| until(names, t).map_err(|why| Failure::value("--until <COND>", t, &why)));

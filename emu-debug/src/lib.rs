@@ -7,6 +7,7 @@
 //!   until.rs     "pin PB5=1" to conditions                  close.rs  accesses waited for, RAM read before written
 //!   text.rs      "\n\x41" to bytes and back                 wave.rs   pins and bytes as a VCD file
 //!   cod/         programs that check themselves, as gpsim does
+//!   devices/     devices at the pins             board.rs  the chip run with them
 //!   lints.rs     what programs do that is seldom meant, collected
 //!   bits.rs      bits with addresses of their own, and the bytes that they are parts of
 //! ```
@@ -16,8 +17,10 @@
 #![forbid(unsafe_code)]
 
 pub mod bits;
+pub mod board;
 pub mod close;
 pub mod cod;
+pub mod devices;
 pub mod lints;
 pub mod place;
 pub mod run;
@@ -29,6 +32,7 @@ pub mod uart;
 pub mod until;
 pub mod wave;
 
+pub use board::{Board, Fitted};
 pub use close::Close;
 pub use lints::{Found, Lints};
 pub use place::{Names, Range};

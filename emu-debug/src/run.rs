@@ -4,9 +4,11 @@ use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, Fault, Probe, Stop};
 use emu_core::pins::{Level, PinId};
 
+use crate::board::Board;
 use crate::close::{Access, Close, RamTrap, Watch};
 use crate::lints::{Found, Lints};
 use crate::place::Range;
+use crate::time::Clock;
 use crate::tools::Tools;
 use crate::uart::Uart;
 use crate::until::Until;
@@ -89,9 +91,24 @@ pub fn run<C: Cpu>(
     wave: Option<Wave>,
     go_on: &mut dyn FnMut(&[u8]) -> bool,
 ) -> std::io::Result<Ended> {
+    let clock = Clock { hz: 1, clocks_per_cycle: cpu.clocks_per_cycle() };
+    run_on(&mut Board::new(Vec::new(), clock), cpu, plan, wave, go_on)
+}
+
+/// [`run`] with the devices of a board.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_on<C: Cpu>(
+    board: &mut Board,
+    cpu: &mut C,
+    plan: &Plan,
+    wave: Option<Wave>,
+    go_on: &mut dyn FnMut(&[u8]) -> bool,
+) -> std::io::Result<Ended> {
     let watches = plan.watches();
     if watches.is_empty() && !plan.trap_ram && !plan.lint {
-        return run_with(cpu, plan, wave, (), |()| None, go_on).map(|(ended, ())| ended);
+        return run_with((cpu, board), plan, wave, (), |()| None, go_on).map(|(ended, ())| ended);
     }
     let ram = RamTrap { at: &|addr| cpu.ram_at(addr), filled: &plan.filled };
     let close = Close::new(cpu.chip(), watches.iter().map(|(_, w)| *w).collect(), plan.trap_ram.then_some(&ram));
@@ -102,10 +119,10 @@ pub fn run<C: Cpu>(
     };
     if plan.lint {
         let both = (close, Lints::new(cpu.chip(), &ram));
-        let (ended, (_, lints)) = run_with(cpu, plan, wave, both, |(close, _)| saw(close), go_on)?;
+        let (ended, (_, lints)) = run_with((cpu, board), plan, wave, both, |(close, _)| saw(close), go_on)?;
         return Ok(Ended { lints: lints.found(), ..ended });
     }
-    run_with(cpu, plan, wave, close, saw, go_on).map(|(ended, _)| ended)
+    run_with((cpu, board), plan, wave, close, saw, go_on).map(|(ended, _)| ended)
 }
 
 /// Levels of all pins of a chip, in the order of its pins.
@@ -136,7 +153,7 @@ impl Plan {
 }
 
 fn run_with<C: Cpu, P: Probe>(
-    cpu: &mut C,
+    (cpu, board): (&mut C, &mut Board),
     plan: &Plan,
     wave: Option<Wave>,
     close: P,
@@ -169,7 +186,7 @@ fn run_with<C: Cpu, P: Probe>(
         if !go_on(&tools.uart.sent) {
             break Reason::Host;
         }
-        let stop = cpu.run(plan.limit.min(cpu.cycle().saturating_add(SLICE)), &mut tools);
+        let stop = board.run(cpu, plan.limit.min(cpu.cycle().saturating_add(SLICE)), &mut tools);
         if let Some(reason) = seen(&tools) {
             break reason;
         }

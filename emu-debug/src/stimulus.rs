@@ -6,11 +6,8 @@ use emu_core::pins::{Level, PinId, Time};
 
 use crate::time::{Clock, decimal, split};
 
-/// What the supply is called.
-pub const SUPPLY: &str = "VDD";
-
-/// What the reset pin of PIC16 chips is called, also where it shares its pin with a port.
-const RESET: &str = "MCLR";
+/// What the supply is called, whatever the chip: by most makers, and by Atmel.
+const SUPPLIES: [&str; 2] = ["VDD", "VCC"];
 
 /// Highest voltage, in millivolts: above what any pin of these chips bears.
 const MAX_MILLIVOLTS: u128 = 20_000;
@@ -47,17 +44,17 @@ pub fn pin_level(chip: &Chip, text: &str) -> Result<(PinId, Level), String> {
 }
 
 /// What is done to a pin: a level as [`pin_level`] reads it, where `z` lets it go, a resistor (`RC3=pullup`, `RC3=pulldown`), or
-/// a voltage (`RA0=1.25V`, `RA0=800mV`); `VDD=4.5V` sets the supply.
+/// a voltage (`RA0=1.25V`, `RA0=800mV`); `VDD=4.5V` sets the supply, and `VCC` is another name for it.
 ///
 /// # Errors
 /// No such pin, level or voltage.
 pub fn put(chip: &Chip, text: &str) -> Result<Put, String> {
     let (name, value) = halves(chip, text)?;
     let volts = value.ends_with(['V', 'v']);
-    if name.eq_ignore_ascii_case(SUPPLY) && chip.pin(name).is_none() {
+    if SUPPLIES.iter().any(|supply| name.eq_ignore_ascii_case(supply)) && chip.pin(name).is_none() {
         return match volts {
             true => millivolts(value).map(Put::Supply),
-            false => Err(format!("`{value}` is no voltage; write {SUPPLY}=4.5V")),
+            false => Err(format!("`{value}` is no voltage; write {}=4.5V", supply_name(chip))),
         };
     }
     let pin = pin(chip, name)?;
@@ -70,11 +67,14 @@ pub fn put(chip: &Chip, text: &str) -> Result<Put, String> {
         _ => level(value),
     };
     level.map(|level| Put::Level(pin, level)).ok_or_else(|| {
-        // The other families know levels only.
+        // The 8051 knows levels only.
         let volts = match decimal(value) {
-            _ if chip.family != Family::Pic16 => String::new(),
-            Some(_) => format!(", or volts with their unit: {name}={value}V"),
-            None => format!(", or volts: {name}=1.25V"),
+            _ if chip.family == Family::Mcs51 => String::new(),
+            Some(_) if millivolts(&format!("{value}V")).is_ok() => {
+                format!(", or volts with their unit: {name}={value}V")
+            }
+            // A count of the converter says nothing as long as nobody knows its reference.
+            _ => format!(", or volts: {name}=1.25V"),
         };
         format!("`{value}` is no level of a pin; write 0, 1, z, pullup or pulldown{volts}")
     })
@@ -139,16 +139,23 @@ fn halves<'t>(chip: &Chip, text: &'t str) -> Result<(&'t str, &'t str), String> 
     Ok((name.trim(), value.trim()))
 }
 
-/// The pin of that name, case aside; `MCLR` is the reset pin also on chips where it is a pin of a port.
+/// What the supply of a chip is called in its data sheet.
+#[must_use]
+pub fn supply_name(chip: &Chip) -> &'static str {
+    let [vdd, vcc] = SUPPLIES;
+    if chip.family == Family::Avr { vcc } else { vdd }
+}
+
+/// The pin of that name, case aside, or with that function among those that the chip's row notes: `MCLR` and `RESET` are the
+/// reset pin also on chips where it is a pin of a port.
 ///
 /// # Errors
 /// The package has no such pin.
 pub fn pin(chip: &Chip, name: &str) -> Result<PinId, String> {
     let pin = chip.pin(name).filter(|&pin| present(chip, pin));
     // Its note says what else a pin is.
-    let is = |note: &str, name: &str| note.split(", ").any(|function| function == name);
-    let reset = || chip.pins.iter().position(|p| p.dip != 0 && is(p.note, RESET)).map(|pin| pin as PinId);
-    let shared = || if name.eq_ignore_ascii_case(RESET) { reset() } else { None };
+    let is = |note: &str| note.split(", ").any(|function| function.eq_ignore_ascii_case(name));
+    let shared = || chip.pins.iter().position(|p| p.dip != 0 && is(p.note)).map(|pin| pin as PinId);
     pin.or_else(shared).ok_or_else(|| {
         let names: Vec<&str> = chip.pins.iter().filter(|p| p.dip != 0).map(|p| p.name).collect();
         format!("{} has no pin `{name}`; its pins are {}", chip.name, names.join(" "))

@@ -12,6 +12,7 @@ use super::net::{Member, Net};
 use super::parts::wave::Wave;
 use super::parts::{Kind, Part};
 use super::value::Value;
+use crate::devices::cells::Cells;
 use crate::place::Names;
 
 /// Names of gpsim for registers, and what data sheets call them.
@@ -101,13 +102,12 @@ impl<'n> Bench<'n> {
             Command::Assign { name, value } => self.assign(name, value, cpu, t)?,
             Command::Stimulus(line) => self.stimulus(line, cpu)?,
             Command::Keep { module, file } => {
-                let cells = self.eeprom(module)?.clone();
+                let cells = self.eeprom(module)?.bytes();
                 self.kept.insert(file.clone(), cells);
             }
             Command::Recall { module, file } => {
                 let kept = self.kept.get(file).cloned().ok_or_else(|| format!("nothing was kept as `{file}`"))?;
-                let cells = self.eeprom(module)?;
-                cells.iter_mut().zip(kept).for_each(|(cell, kept)| *cell = kept);
+                self.eeprom(module)?.fill(&kept);
             }
         }
         Ok(())
@@ -125,7 +125,7 @@ impl<'n> Bench<'n> {
         self.parts.iter().position(|part| part.name == name)
     }
 
-    fn eeprom(&mut self, name: &str) -> Result<&mut Vec<u8>, String> {
+    fn eeprom(&mut self, name: &str) -> Result<&mut Cells, String> {
         self.parts
             .iter_mut()
             .find_map(|part| match &mut part.kind {

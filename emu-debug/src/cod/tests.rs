@@ -3,10 +3,10 @@
 use emu_core::rng::Rng;
 
 use super::command::{assertion, command};
-use super::parts::eeprom::Eeprom;
 use super::parts::usart::Usart;
 use super::parts::wave::Wave;
 use super::value::Value;
+use crate::devices::eeprom24::Eeprom;
 
 /// A waveform, cycle by cycle: at every cycle of a lap that has a point the level becomes that of the point; a new lap may begin
 /// with the initial level.
@@ -139,22 +139,22 @@ struct Master(Eeprom);
 impl Master {
     fn start(&mut self) {
         for (pin, high) in [(0, true), (1, true), (0, false), (1, false)] {
-            self.0.line(pin, high);
+            self.0.line(pin, high, 0, 1_000_000);
         }
     }
 
     fn stop(&mut self) {
         for (pin, high) in [(0, false), (1, true), (0, true)] {
-            self.0.line(pin, high);
+            self.0.line(pin, high, 0, 1_000_000);
         }
     }
 
     /// One clock with SDA let go or pulled; the level of the wire while SCL is high.
     fn clock(&mut self, high: bool) -> bool {
-        self.0.line(0, high && !self.0.pulls);
-        self.0.line(1, true);
+        self.0.line(0, high && !self.0.pulls, 0, 1_000_000);
+        self.0.line(1, true, 0, 1_000_000);
         let seen = high && !self.0.pulls;
-        self.0.line(1, false);
+        self.0.line(1, false, 0, 1_000_000);
         seen
     }
 
@@ -179,11 +179,11 @@ fn eeproms_keep_what_is_written() {
     let seed = 0x24C0;
     let mut rng = Rng::new(seed);
     for (name, size, page, bytes) in [("e24xx024", 256, 16, 1), ("e24xx16b", 2048, 16, 1), ("e24xx256", 32768, 64, 2)] {
-        let mut master = Master(Eeprom::named(name).unwrap());
+        let mut master = Master(Eeprom::module(name).unwrap());
         let mut cells = vec![0u8; size];
         let select = if name == "e24xx16b" { 0 } else { rng.below(8) as u8 };
         for pin in 0..3 {
-            master.0.line(2 + pin, select >> pin & 1 == 1);
+            master.0.line(2 + pin, select >> pin & 1 == 1, 0, 1_000_000);
         }
         for turn in 0..200 {
             let at = rng.below(size as u64) as usize;
@@ -201,7 +201,7 @@ fn eeproms_keep_what_is_written() {
             }
             if rng.below(2) == 0 {
                 let protected = rng.below(4) == 0;
-                master.0.line(5, protected);
+                master.0.line(5, protected, 0, 1_000_000);
                 for i in 0..rng.below(20) as usize {
                     let byte = rng.below(256) as u8;
                     assert!(master.send(byte));
@@ -223,7 +223,7 @@ fn eeproms_keep_what_is_written() {
                 }
             }
         }
-        assert_eq!(master.0.cells, cells);
+        assert_eq!(master.0.cells.bytes(), cells);
     }
 }
 

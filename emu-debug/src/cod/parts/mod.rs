@@ -1,11 +1,10 @@
 //! The parts that a program may have around the chip: gpsim's library modules, as far as programs use them to check themselves.
 
-pub mod eeprom;
 pub mod usart;
 pub mod wave;
 
 use super::value::Value;
-use eeprom::Eeprom;
+use crate::devices::eeprom24::{self, Eeprom};
 use usart::Usart;
 use wave::Wave;
 
@@ -89,7 +88,7 @@ impl Part {
             "switch" | "sw" => Kind::Switch { closed: false, ohms_closed: 10.0, ohms_open: 100e6 },
             "pulsegen" | "pg" => Kind::Wave(Wave::default()),
             "usart" => Kind::Usart(Usart::default()),
-            _ => Kind::Eeprom(Eeprom::named(module)?),
+            _ => Kind::Eeprom(Eeprom::module(module)?),
         };
         Some(Part::of(name, kind))
     }
@@ -113,7 +112,7 @@ impl Part {
             Kind::Gate(_) => &["in0", "in1", "out"],
             Kind::Switch { .. } => &["A", "B"],
             Kind::Usart(_) => &["TXPIN", "RXPIN", "CTS", "RTS"],
-            Kind::Eeprom(_) => &eeprom::PINS,
+            Kind::Eeprom(_) => &eeprom24::PINS,
         }
     }
 
@@ -153,7 +152,7 @@ impl Part {
         }
         match &mut self.kind {
             Kind::Usart(usart) if pin == 1 => usart.line(high, t, hz),
-            Kind::Eeprom(eeprom) => eeprom.line(pin, high),
+            Kind::Eeprom(eeprom) => eeprom.line(pin, high, t, hz),
             _ => {}
         }
     }

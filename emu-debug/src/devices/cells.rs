@@ -1,0 +1,62 @@
+//! What a memory holds, shared by clones until they change it.
+
+use std::sync::Arc;
+
+/// Bytes that are shared or copied together.
+const PIECE: usize = 4096;
+
+/// The bytes of a memory.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Cells {
+    pieces: Arc<Vec<Arc<Vec<u8>>>>,
+    len: usize,
+}
+
+impl Cells {
+    /// `len` bytes, all of them `value`.
+    #[must_use]
+    pub fn new(len: usize, value: u8) -> Cells {
+        let piece = Arc::new(vec![value; PIECE]);
+        Cells { pieces: Arc::new(vec![piece; len.div_ceil(PIECE)]), len }
+    }
+
+    /// Bytes.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// True for no bytes.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// The byte at an address, FFh behind the end.
+    #[must_use]
+    pub fn get(&self, at: usize) -> u8 {
+        let piece = self.pieces.get(at / PIECE).filter(|_| at < self.len);
+        piece.and_then(|piece| piece.get(at % PIECE)).copied().unwrap_or(0xFF)
+    }
+
+    /// Sets the byte at an address; nothing behind the end.
+    pub fn set(&mut self, at: usize, value: u8) {
+        if at < self.len && self.get(at) != value {
+            let piece = Arc::make_mut(&mut self.pieces).get_mut(at / PIECE);
+            if let Some(cell) = piece.and_then(|piece| Arc::make_mut(piece).get_mut(at % PIECE)) {
+                *cell = value;
+            }
+        }
+    }
+
+    /// Sets the bytes from address 0 on, as far as there are some and they fit.
+    pub fn fill(&mut self, bytes: &[u8]) {
+        bytes.iter().enumerate().for_each(|(at, &byte)| self.set(at, byte));
+    }
+
+    /// All bytes.
+    #[must_use]
+    pub fn bytes(&self) -> Vec<u8> {
+        self.pieces.iter().flat_map(|piece| piece.iter().copied()).take(self.len).collect()
+    }
+}

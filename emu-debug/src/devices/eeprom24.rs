@@ -1,0 +1,256 @@
+//! A serial EEPROM of the 24Cxx kind at a two-wire bus: SDA, SCL, A0 to A2, WP.
+//!
+//! Sources: Atmel AT24C01A/02/04/08A/16A (0180), AT24C32/64 (0336), AT24C128/256 (0670), AT24C512 (1116), AT24C1024 (1471);
+//! Microchip 24AA024 (DS21710), 24AA16 (DS21703), 24AA256 (DS21203): device addressing, write and read operations.
+//!
+//! Bytes that are written wait in the page buffer; a stop condition between bytes starts the write cycle, in which no address is
+//! acknowledged (polling). A start condition in the place of the stop, or a stop within a byte, drops them.
+
+use super::cells::Cells;
+
+/// Size and addressing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Kind {
+    name: &'static str,
+    size: usize,
+    page: usize,
+    /// Bytes of the address that follow the control byte.
+    address: u8,
+    /// Bits of the control byte that A2 to A0 must equal.
+    select: u8,
+    /// Bits of the control byte that are the upper bits of the address.
+    block: u8,
+}
+
+/// By name; the size is in bytes.
+#[rustfmt::skip]
+const KINDS: [Kind; 11] = [
+    Kind { name: "24c01",   size: 0x80,     page: 8,   address: 1, select: 0x0E, block: 0x00 },
+    Kind { name: "24c02",   size: 0x100,    page: 8,   address: 1, select: 0x0E, block: 0x00 },
+    Kind { name: "24c04",   size: 0x200,    page: 16,  address: 1, select: 0x0C, block: 0x02 },
+    Kind { name: "24c08",   size: 0x400,    page: 16,  address: 1, select: 0x08, block: 0x06 },
+    Kind { name: "24c16",   size: 0x800,    page: 16,  address: 1, select: 0x00, block: 0x0E },
+    Kind { name: "24c32",   size: 0x1000,   page: 32,  address: 2, select: 0x0E, block: 0x00 },
+    Kind { name: "24c64",   size: 0x2000,   page: 32,  address: 2, select: 0x0E, block: 0x00 },
+    Kind { name: "24c128",  size: 0x4000,   page: 64,  address: 2, select: 0x0E, block: 0x00 },
+    Kind { name: "24c256",  size: 0x8000,   page: 64,  address: 2, select: 0x0E, block: 0x00 },
+    Kind { name: "24c512",  size: 0x1_0000, page: 128, address: 2, select: 0x0E, block: 0x00 },
+    Kind { name: "24c1024", size: 0x2_0000, page: 256, address: 2, select: 0x0C, block: 0x02 },
+];
+
+/// The modules of gpsim, whose writes take no time.
+#[rustfmt::skip]
+const MODULES: [(&[&str], Kind); 3] = [
+    (&["e24xx024", "I2C-EEPROM2k"],    Kind { name: "", size: 256,   page: 16, address: 1, select: 0x0E, block: 0x00 }),
+    (&["e24xx16b", "I2C-EEPROM16k"],   Kind { name: "", size: 2048,  page: 16, address: 1, select: 0x00, block: 0x0E }),
+    (&["e24xx256", "I2C-EEPROM256k"],  Kind { name: "", size: 32768, page: 64, address: 2, select: 0x0E, block: 0x00 }),
+];
+
+/// The write cycle in microseconds: tWR, the longest that the sheets give.
+const WRITE_US: u64 = 5_000;
+
+/// Where a transfer stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// Waits for a start.
+    Idle,
+    /// Takes in the control byte, address bytes still to come, or data.
+    Control,
+    Address(u8),
+    Data,
+    /// Sends data.
+    Send,
+}
+
+/// The EEPROM.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Eeprom {
+    kind: Kind,
+    /// What it holds.
+    pub cells: Cells,
+    /// Bytes that wait for the write cycle, by their place in the page.
+    buffer: Vec<(usize, u8)>,
+    /// The write cycle in microseconds, and the clock at which the one that goes on ends.
+    write_us: u64,
+    busy: u64,
+    phase: Phase,
+    /// Bits of the byte that is on its way, and how many have been clocked: 8 is the acknowledge.
+    shift: u8,
+    bits: u8,
+    at: usize,
+    /// It pulls SDA low.
+    pub pulls: bool,
+    /// The master has acknowledged the byte sent last.
+    more: bool,
+    sda: bool,
+    scl: bool,
+    /// A0, A1, A2 in bits 1 to 3, as they stand in the control byte.
+    select: u8,
+    protected: bool,
+}
+
+/// The pins, in the order of the terminals.
+pub const PINS: [&str; 6] = ["SDA", "SCL", "A0", "A1", "A2", "WP"];
+
+impl Eeprom {
+    /// An EEPROM by its name, `24c01` to `24c1024`, erased; its address is given by the lines A0 to A2.
+    #[must_use]
+    pub fn new(name: &str) -> Option<Eeprom> {
+        let kind = KINDS.iter().find(|kind| kind.name.eq_ignore_ascii_case(name))?;
+        Some(Eeprom::of(*kind, 0xFF, WRITE_US))
+    }
+
+    /// An EEPROM by the name of gpsim's module: `e24xx024`, `e24xx16b`, `e24xx256`. It holds zeros, and writes take no time.
+    #[must_use]
+    pub fn module(name: &str) -> Option<Eeprom> {
+        let (_, kind) = MODULES.iter().find(|(names, _)| names.contains(&name))?;
+        Some(Eeprom::of(*kind, 0, 0))
+    }
+
+    fn of(kind: Kind, value: u8, write_us: u64) -> Eeprom {
+        Eeprom {
+            kind,
+            cells: Cells::new(kind.size, value),
+            buffer: Vec::new(),
+            write_us,
+            busy: 0,
+            phase: Phase::Idle,
+            shift: 0,
+            bits: 0,
+            at: 0,
+            pulls: false,
+            more: false,
+            sda: true,
+            scl: true,
+            select: 0,
+            protected: false,
+        }
+    }
+
+    /// Names of all kinds.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        KINDS.iter().map(|kind| kind.name)
+    }
+
+    /// Ties A0 to A2 so that it answers to an address of seven bits; false where no tying does that.
+    pub fn answer_to(&mut self, address: u8) -> bool {
+        let control = address << 1;
+        self.select = control & 0x0E;
+        address < 0x80 && control & 0xF0 == 0xA0 && control & 0x0E & !self.kind.select == 0
+    }
+
+    /// The level of a pin has changed at the clock `t`, of `hz` to a second.
+    pub fn line(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
+        match pin {
+            0 => self.sda(high, t, hz),
+            1 => self.scl(high, t),
+            2..=4 => self.select = self.select & !(1 << (pin - 1)) | u8::from(high) << (pin - 1),
+            _ => self.protected = high,
+        }
+    }
+
+    fn sda(&mut self, high: bool, t: u64, hz: u64) {
+        if std::mem::replace(&mut self.sda, high) == high || !self.scl {
+            return;
+        }
+        // A change of SDA while SCL is high is a stop or a start. The clock pulse of which it is a part has begun a bit.
+        if high && self.phase == Phase::Data && self.bits <= 1 && !self.buffer.is_empty() {
+            self.write(t, hz);
+        }
+        self.buffer.clear();
+        self.phase = if high { Phase::Idle } else { Phase::Control };
+        (self.bits, self.shift, self.pulls) = (0, 0, false);
+    }
+
+    /// The write cycle begins.
+    fn write(&mut self, t: u64, hz: u64) {
+        for &(at, byte) in &self.buffer {
+            self.cells.set(at, byte);
+        }
+        let clocks = u128::from(self.write_us) * u128::from(hz) / 1_000_000;
+        self.busy = t.saturating_add(u64::try_from(clocks).unwrap_or(u64::MAX));
+    }
+
+    fn scl(&mut self, high: bool, t: u64) {
+        if std::mem::replace(&mut self.scl, high) == high || self.phase == Phase::Idle {
+            return;
+        }
+        if high { self.rising() } else { self.falling(t) }
+    }
+
+    /// The master's bits are taken at the rising edge.
+    fn rising(&mut self) {
+        match self.bits {
+            0..=7 if self.phase != Phase::Send => {
+                self.shift = self.shift << 1 | u8::from(self.sda);
+                self.bits += 1;
+            }
+            0..=7 => self.bits += 1,
+            8 => {
+                self.more = !self.sda;
+                self.bits = 9;
+            }
+            _ => {}
+        }
+    }
+
+    /// What the memory puts on SDA changes after the falling edge.
+    fn falling(&mut self, t: u64) {
+        match (self.bits, self.phase) {
+            (8, Phase::Send) => self.pulls = false,
+            (8, _) => self.pulls = self.byte(self.shift, t),
+            (9, Phase::Send) if !self.more => {
+                (self.phase, self.bits, self.pulls) = (Phase::Idle, 0, false);
+            }
+            (9, phase) => {
+                (self.bits, self.shift, self.pulls) = (0, 0, false);
+                if phase == Phase::Send {
+                    self.load();
+                }
+            }
+            (1..=7, Phase::Send) => self.pulls = self.shift >> (7 - self.bits) & 1 == 0,
+            _ => {}
+        }
+    }
+
+    /// Puts the next cell on the bus.
+    fn load(&mut self) {
+        self.shift = self.cells.get(self.at);
+        self.at = (self.at + 1) % self.kind.size;
+        self.pulls = self.shift & 0x80 == 0;
+    }
+
+    /// Takes a byte of the master at the clock `t`; true where it is acknowledged.
+    fn byte(&mut self, byte: u8, t: u64) -> bool {
+        match self.phase {
+            Phase::Control => {
+                if t < self.busy || byte & 0xF0 != 0xA0 || (byte ^ self.select) & self.kind.select != 0 {
+                    self.phase = Phase::Idle;
+                    return false;
+                }
+                if byte & 1 == 1 {
+                    self.phase = Phase::Send;
+                } else {
+                    self.at = usize::from((byte & self.kind.block) >> 1);
+                    self.phase = Phase::Address(self.kind.address);
+                }
+            }
+            Phase::Address(left) => {
+                self.at = (self.at << 8 | usize::from(byte)) % self.kind.size;
+                self.phase = if left > 1 { Phase::Address(left - 1) } else { Phase::Data };
+            }
+            Phase::Data => {
+                if !self.protected {
+                    let at = self.at;
+                    self.buffer.retain(|waiting| waiting.0 != at);
+                    self.buffer.push((at, byte));
+                }
+                // Within a page the address rolls over.
+                let page = self.at / self.kind.page * self.kind.page;
+                self.at = page + (self.at + 1) % self.kind.page;
+            }
+            Phase::Send | Phase::Idle => return false,
+        }
+        true
+    }
+}

@@ -1,0 +1,242 @@
+//! A serial flash memory of the 25Qxx kind at an SPI bus: CS, SCK, MOSI, MISO; modes 0 and 3.
+//!
+//! Source: Winbond W25Q80DV, W25Q16JV, W25Q32JV, W25Q64JV, W25Q128JV: instruction set tables, AC characteristics (typical times).
+//! Known are WREN, WRDI, RDSR (05h, 35h, 15h), READ, FAST_READ, PP, the erases of 4, 32 and 64 KB and of the chip, RDID, 90h, and
+//! power-down with its release. Other instructions are ignored up to the end of the transfer, those of the status registers'
+//! protection too: nothing is protected.
+
+use super::cells::Cells;
+
+/// Size, and the times of a kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Kind {
+    name: &'static str,
+    /// 2 to the power of this many bytes, as the third byte of RDID has it.
+    log2: u8,
+    /// Microseconds of tPP, tSE, tBE1, tBE2, tCE.
+    program_us: u64,
+    erase_us: [u64; 3],
+    whole_us: u64,
+}
+
+/// By name.
+#[rustfmt::skip]
+const KINDS: [Kind; 5] = [
+    Kind { name: "25q80",  log2: 20, program_us: 700, erase_us: [30_000, 120_000, 150_000], whole_us:  2_000_000 },
+    Kind { name: "25q16",  log2: 21, program_us: 400, erase_us: [45_000, 120_000, 150_000], whole_us:  5_000_000 },
+    Kind { name: "25q32",  log2: 22, program_us: 400, erase_us: [45_000, 120_000, 150_000], whole_us: 10_000_000 },
+    Kind { name: "25q64",  log2: 23, program_us: 400, erase_us: [45_000, 120_000, 150_000], whole_us: 20_000_000 },
+    Kind { name: "25q128", log2: 24, program_us: 400, erase_us: [45_000, 120_000, 150_000], whole_us: 40_000_000 },
+];
+
+/// Manufacturer and memory type in RDID.
+const WINBOND: u8 = 0xEF;
+const MEMORY_TYPE: u8 = 0x40;
+
+/// Bytes of a page, which is programmed at a time.
+const PAGE: usize = 256;
+
+/// Instructions.
+mod op {
+    pub const PROGRAM: u8 = 0x02;
+    pub const READ: u8 = 0x03;
+    pub const WRITE_DISABLE: u8 = 0x04;
+    pub const STATUS: [u8; 3] = [0x05, 0x35, 0x15];
+    pub const WRITE_ENABLE: u8 = 0x06;
+    pub const FAST_READ: u8 = 0x0B;
+    pub const ERASES: [(u8, usize); 3] = [(0x20, 0x1000), (0x52, 0x8000), (0xD8, 0x1_0000)];
+    pub const MANUFACTURER: u8 = 0x90;
+    pub const ID: u8 = 0x9F;
+    pub const RELEASE: u8 = 0xAB;
+    pub const POWER_DOWN: u8 = 0xB9;
+    pub const ERASE_ALL: [u8; 2] = [0x60, 0xC7];
+}
+
+/// WIP (BUSY) and WEL in the first status register.
+const BUSY: u8 = 1;
+const WEL: u8 = 1 << 1;
+
+/// The memory.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Flash {
+    kind: Kind,
+    /// What it holds.
+    pub cells: Cells,
+    selected: bool,
+    sck: bool,
+    mosi: bool,
+    /// What it puts on MISO.
+    pub out: Option<bool>,
+    /// Bits that have come in, of the byte that is on its way; whole bytes before it; the first of them.
+    shift: u8,
+    bits: u8,
+    count: usize,
+    command: Option<u8>,
+    addr: usize,
+    /// The byte that goes out while the next one comes in.
+    answer: Option<u8>,
+    /// Bytes to be programmed, by their place in the page.
+    page: Vec<Option<u8>>,
+    enabled: bool,
+    down: bool,
+    /// The clock at which what goes on ends.
+    busy: u64,
+}
+
+/// The pins, in the order of the terminals.
+pub const PINS: [&str; 4] = ["CS", "SCK", "MOSI", "MISO"];
+
+impl Flash {
+    /// A memory by its name, `25q80` to `25q128`, erased and not selected.
+    #[must_use]
+    pub fn new(name: &str) -> Option<Flash> {
+        let kind = *KINDS.iter().find(|kind| kind.name.eq_ignore_ascii_case(name))?;
+        Some(Flash {
+            kind,
+            cells: Cells::new(1 << kind.log2, 0xFF),
+            selected: false,
+            sck: false,
+            mosi: false,
+            out: None,
+            shift: 0,
+            bits: 0,
+            count: 0,
+            command: None,
+            addr: 0,
+            answer: None,
+            page: Vec::new(),
+            enabled: false,
+            down: false,
+            busy: 0,
+        })
+    }
+
+    /// Names of all kinds.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        KINDS.iter().map(|kind| kind.name)
+    }
+
+    /// The level of a pin has changed at the clock `t`, of `hz` to a second.
+    pub fn line(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
+        match pin {
+            0 if self.selected == high => {
+                self.selected = !high;
+                if high { self.deselect(t, hz) } else { self.select() }
+            }
+            1 if self.sck != high => {
+                self.sck = high;
+                match (self.selected, high) {
+                    (false, _) => {}
+                    (true, true) => self.rising(t),
+                    (true, false) => self.falling(),
+                }
+            }
+            2 => self.mosi = high,
+            _ => {}
+        }
+    }
+
+    fn select(&mut self) {
+        (self.bits, self.count, self.command, self.answer) = (0, 0, None, None);
+        self.page.clear();
+    }
+
+    /// Bits are taken at the rising edge.
+    fn rising(&mut self, t: u64) {
+        self.shift = self.shift << 1 | u8::from(self.mosi);
+        self.bits += 1;
+        if self.bits == 8 {
+            self.bits = 0;
+            self.answer = self.byte(self.shift, t);
+            self.count = self.count.saturating_add(1);
+        }
+    }
+
+    /// What it puts out changes at the falling edge.
+    fn falling(&mut self) {
+        self.out = self.answer.map(|byte| byte >> (7 - self.bits) & 1 == 1);
+    }
+
+    /// Takes a byte at the clock `t`; gives the next one to send.
+    fn byte(&mut self, byte: u8, t: u64) -> Option<u8> {
+        let busy = t < self.busy;
+        if self.count == 0 {
+            // What goes on leaves the status registers alone to be read, power-down nothing but its release.
+            let heard = (!busy || op::STATUS.contains(&byte)) && (!self.down || byte == op::RELEASE);
+            self.command = Some(byte).filter(|_| heard);
+            self.addr = 0;
+        } else if self.count <= 3 {
+            self.addr = self.addr << 8 | usize::from(byte);
+        }
+        let (command, count) = (self.command?, self.count);
+        let id = [WINBOND, self.kind.log2 - 1];
+        match command {
+            op::READ if count >= 3 => Some(self.next_cell()),
+            op::FAST_READ if count >= 4 => Some(self.next_cell()),
+            op::PROGRAM if count >= 4 => {
+                self.page.resize(PAGE, None);
+                // Beyond its end the page begins anew; of more bytes than it has the last count.
+                let at = (self.addr + count - 4) % PAGE;
+                if let Some(place) = self.page.get_mut(at) {
+                    *place = Some(byte);
+                }
+                None
+            }
+            op::ID => Some(*[WINBOND, MEMORY_TYPE, self.kind.log2].get(count)?),
+            op::MANUFACTURER if count >= 3 => id.get((count - 3 + (self.addr & 1)) % 2).copied(),
+            op::RELEASE if count >= 3 => Some(id[1]),
+            // The write enable is taken back when that is over for which it was given.
+            _ if command == op::STATUS[0] && busy => Some(BUSY | WEL),
+            _ if command == op::STATUS[0] => Some(if self.enabled { WEL } else { 0 }),
+            _ if op::STATUS.contains(&command) => Some(0),
+            _ => None,
+        }
+    }
+
+    fn next_cell(&mut self) -> u8 {
+        let byte = self.cells.get(self.addr % self.cells.len());
+        self.addr = (self.addr + 1) % self.cells.len();
+        byte
+    }
+
+    /// Instructions that change something act at the end, if that is the end of a byte.
+    fn deselect(&mut self, t: u64, hz: u64) {
+        self.out = None;
+        let Some(command) = self.command.filter(|_| self.bits == 0) else { return };
+        match command {
+            op::WRITE_ENABLE => self.enabled = true,
+            op::WRITE_DISABLE => self.enabled = false,
+            op::POWER_DOWN => self.down = true,
+            op::RELEASE => self.down = false,
+            op::PROGRAM if self.enabled && !self.page.is_empty() => {
+                let first = self.addr % self.cells.len() / PAGE * PAGE;
+                for (at, byte) in self.page.iter().enumerate() {
+                    let Some(byte) = byte else { continue };
+                    // Programming turns ones to zeros only.
+                    let old = self.cells.get(first + at);
+                    self.cells.set(first + at, old & byte);
+                }
+                self.start(self.kind.program_us, t, hz);
+            }
+            _ if op::ERASE_ALL.contains(&command) && self.enabled => {
+                self.cells = Cells::new(self.cells.len(), 0xFF);
+                self.start(self.kind.whole_us, t, hz);
+            }
+            _ => {
+                let erase = op::ERASES.iter().zip(self.kind.erase_us).find(|((code, _), _)| *code == command);
+                if let Some((&(_, size), us)) = erase.filter(|_| self.enabled && self.count == 4) {
+                    let first = self.addr % self.cells.len() / size * size;
+                    (first..first + size).for_each(|at| self.cells.set(at, 0xFF));
+                    self.start(us, t, hz);
+                }
+            }
+        }
+    }
+
+    /// Something that takes time begins; the write enable does not outlive it.
+    fn start(&mut self, us: u64, t: u64, hz: u64) {
+        let clocks = u128::from(us) * u128::from(hz) / 1_000_000;
+        self.busy = t.saturating_add(u64::try_from(clocks).unwrap_or(u64::MAX));
+        self.enabled = false;
+    }
+}

@@ -1,0 +1,204 @@
+//! `--attach`: devices at the pins of the chip, and the files that keep what they hold.
+
+use emu_avr::chips::unit;
+use emu_avr::periph;
+use emu_core::chip::{Chip, Family};
+use emu_core::pins::PinId;
+use emu_debug::devices::Device;
+use emu_debug::devices::eeprom24::Eeprom;
+use emu_debug::devices::flash25::Flash;
+use emu_debug::stimulus::{Put, pin};
+use emu_debug::{Board, Clock, Drive, Fitted, place};
+use emu_pic16::periph::map::Line;
+
+use crate::avr;
+use crate::fail::Failure;
+use crate::nearest::nearest;
+use crate::store::Store;
+
+/// The address of a two-wire device where none is given: A0 to A2 tied low.
+const ADDRESS: u8 = 0x50;
+
+/// A bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Bus {
+    I2c,
+    Spi,
+}
+
+impl Bus {
+    /// What the wires of a device are called, in the order of its pins; empty names cannot be given.
+    fn wires(self) -> &'static [&'static str] {
+        match self {
+            Bus::I2c => &["sda", "scl", "", "", "", "wp"],
+            Bus::Spi => &["cs", "sck", "mosi", "miso"],
+        }
+    }
+
+    /// The pin of a wire where none is named: that of the chip's own interface.
+    fn usual(self, chip: &Chip, wire: &str) -> Option<PinId> {
+        let (unit, avr, pic16) = match (self, wire) {
+            (Bus::I2c, "sda") => (unit::TWI, periph::Line::Sda, Line::Sdi),
+            (Bus::I2c, "scl") => (unit::TWI, periph::Line::Scl, Line::Sck),
+            (Bus::Spi, "sck") => (unit::SPI, periph::Line::Sck, Line::Sck),
+            (Bus::Spi, "mosi") => (unit::SPI, periph::Line::Mosi, Line::Sdo),
+            (Bus::Spi, "miso") => (unit::SPI, periph::Line::Miso, Line::Sdi),
+            _ => return None,
+        };
+        match chip.family {
+            Family::Avr => {
+                let lines = emu_avr::chips::part(chip.name)?.lines;
+                lines.iter().find(|row| (row.0, row.1) == (unit, avr)).map(|row| row.2)
+            }
+            Family::Pic16 => emu_pic16::chips::part(chip.name)?.line(pic16).map(|line| line.pin),
+            Family::Mcs51 => None,
+        }
+    }
+}
+
+/// A device as the command line gives it.
+#[derive(Debug, Clone)]
+pub struct Attached {
+    text: String,
+    bus: Bus,
+    device: Device,
+    /// The file of what it holds.
+    pub file: Option<String>,
+    /// Wires by position, with the pins as typed.
+    pins: Vec<(usize, String)>,
+}
+
+/// Reads `i2c:24c64@0x50,file=x.bin` or `spi:25q32,cs=PB2`.
+pub fn attached(text: &str) -> Result<Attached, String> {
+    let wanted = || "write i2c:24c64@0x50,file=data.bin or spi:25q32,cs=PB2,file=data.bin".to_owned();
+    let (head, rest) = text.split_once(',').unwrap_or((text, ""));
+    let (bus, device) = head.split_once(':').ok_or_else(wanted)?;
+    let (bus, device) = match bus {
+        "i2c" | "twi" => (Bus::I2c, i2c(device)?),
+        "spi" => (Bus::Spi, spi(device)?),
+        _ => return Err(format!("there is no bus `{bus}`; {}", wanted())),
+    };
+    let mut attached = Attached { text: text.to_owned(), bus, device, file: None, pins: Vec::new() };
+    for setting in rest.split(',').filter(|setting| !setting.is_empty()) {
+        let (key, value) = setting.split_once('=').ok_or_else(|| format!("`{setting}` has no value; {}", wanted()))?;
+        let wire = bus.wires().iter().position(|wire| *wire == key && !key.is_empty());
+        let twice = match wire {
+            Some(wire) => attached.pins.iter().any(|pin| pin.0 == wire),
+            None => key == "file" && attached.file.is_some(),
+        };
+        match (key, wire) {
+            _ if twice => return Err(format!("`{key}` is given twice")),
+            (_, Some(wire)) => attached.pins.push((wire, value.to_owned())),
+            ("file", None) => attached.file = Some(value.to_owned()),
+            _ => {
+                let keys: Vec<&str> = bus.wires().iter().copied().filter(|wire| !wire.is_empty()).collect();
+                return Err(format!("there is no `{key}` here; there are file, {}", keys.join(", ")));
+            }
+        }
+    }
+    Ok(attached)
+}
+
+fn unknown(name: &str, names: Vec<&'static str>) -> String {
+    match nearest(&name.to_ascii_lowercase(), names.iter().copied()) {
+        Some(near) => format!("there is no model of `{name}`; did you mean `{near}`?"),
+        None => format!("there is no model of `{name}`; there are {}", names.join(", ")),
+    }
+}
+
+fn i2c(text: &str) -> Result<Device, String> {
+    let (name, address) = text.split_once('@').map_or((text, None), |(name, address)| (name, Some(address)));
+    let mut eeprom = Eeprom::new(name).ok_or_else(|| unknown(name, Eeprom::names().collect()))?;
+    let typed = address.unwrap_or("0x50");
+    let address = address.map_or(Some(u32::from(ADDRESS)), place::number).and_then(|value| u8::try_from(value).ok());
+    match address {
+        Some(address) if eeprom.answer_to(address) => Ok(Device::Eeprom(eeprom)),
+        _ => Err(format!(
+            "{name} cannot have the address `{typed}`: it is of seven bits, 0x50 to 0x57, without the bits that are part of the address in \
+             the memory"
+        )),
+    }
+}
+
+fn spi(name: &str) -> Result<Device, String> {
+    Flash::new(name).map(Device::Flash).ok_or_else(|| unknown(name, Flash::names().collect()))
+}
+
+/// Devices with the files of those that have one, by position.
+pub struct Bench {
+    fitted: Vec<Fitted>,
+    stores: Vec<(usize, Store)>,
+}
+
+impl Bench {
+    /// The devices on the pins of `chip`, holding what their files hold.
+    pub fn new(list: &[Attached], chip: &Chip) -> Result<Bench, Failure> {
+        let mut bench = Bench { fitted: Vec::new(), stores: Vec::new() };
+        for attached in list {
+            let wires =
+                wires(attached, chip).map_err(|why| Failure::value("--attach <DEVICE>", &attached.text, &why))?;
+            bench.fitted.push(Fitted { device: attached.device.clone(), wires });
+        }
+        for (at, (attached, fitted)) in list.iter().zip(&mut bench.fitted).enumerate() {
+            if let Some(file) = &attached.file {
+                let (store, held) = Store::open("--attach", file, fitted.device.cells().len())?;
+                fitted.device.cells_mut().fill(&held.unwrap_or_default());
+                bench.stores.push((at, store));
+            }
+        }
+        Ok(bench)
+    }
+
+    /// The board, for a chip whose cycles are as long as `clock` says; refuses drives of pins that devices drive.
+    pub fn board(&self, chip: &Chip, clock: Clock, drives: &[Drive]) -> Result<Board, Failure> {
+        let board = Board::new(self.fitted.clone(), clock);
+        let taken = |drive: &&Drive| match drive.put {
+            Put::Level(pin, _) | Put::Volts(pin, _) => board.driven().any(|driven| driven == pin),
+            Put::Supply(_) => false,
+        };
+        match drives.iter().find(taken).map(|drive| drive.put) {
+            Some(Put::Level(pin, _) | Put::Volts(pin, _)) => {
+                let name = chip.pins.get(usize::from(pin)).map_or("?", |pin| pin.name);
+                Err(Failure::Usage(format!(
+                    "{name} is driven by a device of --attach, so --set and --at cannot drive it"
+                )))
+            }
+            _ => Ok(board),
+        }
+    }
+
+    /// Writes what the devices of the board hold into their files.
+    pub fn keep(self, board: &Board) -> Result<(), Failure> {
+        let devices: Vec<&Device> = board.devices().collect();
+        for (at, store) in self.stores {
+            if let Some(device) = devices.get(at) {
+                store.keep(&device.cells().bytes())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The pins of the chip at the wires of a device.
+fn wires(attached: &Attached, chip: &Chip) -> Result<Vec<Option<PinId>>, String> {
+    let bus = attached.bus;
+    let wire = |(at, name): (usize, &&str)| {
+        let named = attached.pins.iter().find(|(of, _)| *of == at);
+        if let Some((_, typed)) = named {
+            return pin(chip, &avr::own_name(chip, typed)).map(Some);
+        }
+        let usual = bus.usual(chip, name);
+        let needed = !matches!(*name, "" | "wp");
+        match usual {
+            None if needed => Err(format!("which pin is {name}? {name}=PIN says it")),
+            _ => Ok(usual),
+        }
+    };
+    let wires = bus.wires().iter().enumerate().map(wire).collect::<Result<Vec<_>, String>>()?;
+    let mut pins: Vec<PinId> = wires.iter().copied().flatten().collect();
+    pins.sort_unstable();
+    match pins.windows(2).any(|two| two[0] == two[1]) {
+        true => Err("two of its lines are at one pin".to_owned()),
+        false => Ok(wires),
+    }
+}

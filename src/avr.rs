@@ -1,0 +1,185 @@
+//! The flags of `emu run` that belong to the AVR family, and what its users call things.
+
+use clap::Args;
+use emu_avr::Options;
+use emu_avr::chips::{self, Fuses, Part};
+use emu_core::chip::{Chip, Family};
+use emu_core::cpu::Cpu;
+use emu_core::image::Image;
+use emu_debug::place;
+
+use crate::fail::Failure;
+use crate::output;
+
+/// Names of the fuse bytes, in their order: of data sheets, and of avr-libc and avrdude.
+const FUSES: [[&str; 2]; 3] = [["low", "lfuse"], ["high", "hfuse"], ["extended", "efuse"]];
+
+/// CLKPS in CLKPR (DS40002061, 9.12.2).
+const CLKPS: u8 = 0x0F;
+
+/// The flags.
+#[derive(Debug, Args)]
+#[group(id = "avr")]
+#[command(next_help_heading = "Only for the AVR family")]
+pub struct Flags {
+    /// Fuse bytes in place of those of the image (`.fuse` of an ELF file): low=0x62,high=0xD9,extended=0xFF; lfuse, hfuse and
+    /// efuse mean the same. With fuses, here or in the image, the clock is the one that CKSEL chooses, and every reset takes its
+    /// start-up time. Default: as delivered, but for a clock from outside that is not divided.
+    #[arg(long, value_name = "BYTE=VALUE", value_parser = fuse, value_delimiter = ',')]
+    fuse: Vec<Fuse>,
+    /// The lock bits in place of those of the image (`.lock` of an ELF file): 0xFF.
+    #[arg(long, value_name = "VALUE", value_parser = |text: &str| byte("lock bits are", text))]
+    lock: Option<u8>,
+}
+
+/// A fuse byte: which, and its value.
+#[derive(Debug, Clone, Copy)]
+struct Fuse(usize, u8);
+
+fn fuse(text: &str) -> Result<Fuse, String> {
+    let Some((name, value)) = text.split_once('=') else {
+        return Err(match place::number(text) {
+            Some(_) => {
+                let value = format!("0x{}", text.trim_start_matches("0x"));
+                format!("which fuse byte is it? low={value}, high={value} or extended={value}")
+            }
+            None => "write low=0x62, high=0xD9 or extended=0xFF, several with commas between".to_owned(),
+        });
+    };
+    let known = |names: &[&str; 2]| names.iter().any(|known| known.eq_ignore_ascii_case(name.trim()));
+    let at = FUSES.iter().position(known);
+    let at = at.ok_or_else(|| format!("there is no fuse byte `{name}`; they are low, high and extended"))?;
+    Ok(Fuse(at, byte("a fuse byte is", value)?))
+}
+
+fn byte(what: &str, text: &str) -> Result<u8, String> {
+    // Everybody writes these bytes in hexadecimal, so digits alone are not taken for a decimal number.
+    let digits = text.trim().trim_end_matches(['h', 'H']);
+    if !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+        return Err(format!("{what} written with 0x in front: 0x{}", digits.to_ascii_uppercase()));
+    }
+    let byte = place::number(text.trim()).and_then(|byte| u8::try_from(byte).ok());
+    byte.ok_or_else(|| format!("{what} 0x00 to 0xFF"))
+}
+
+/// How a machine is wired, and what that means for time.
+#[derive(Debug, Clone, Copy)]
+pub struct Wiring {
+    /// The machine's.
+    pub options: Options,
+    /// Clocks of the oscillator to a cycle after a reset (CKDIV8).
+    pub divider: u32,
+    /// The fuses are those of the command line or the image.
+    fused: bool,
+}
+
+impl Flags {
+    /// How the machine of `chip` with `image` is wired, with an oscillator of `clock` Hz if that is given; refuses flags that are
+    /// not for the chip.
+    pub fn wiring(&self, chip: &Chip, image: &Image, clock: Option<u64>, start_up: bool) -> Result<Wiring, Failure> {
+        let hz = clock.unwrap_or(chip.default_hz);
+        let plain = Options { hz, fuses: None, lock: self.lock, start_up: false };
+        let Some(part) = part(chip) else {
+            let given = [("--fuse", !self.fuse.is_empty()), ("--lock", self.lock.is_some())];
+            return match given.into_iter().find(|(_, given)| *given) {
+                Some((flag, _)) => {
+                    Err(Failure::Usage(format!("{flag} is for chips of the AVR family; {} is none", chip.name)))
+                }
+                None => Ok(Wiring { options: plain, divider: 1, fused: false }),
+            };
+        };
+        let mut fuses = part.fuses.assumed;
+        image.fill("fuse", &mut fuses);
+        let mut given = [false; 3];
+        for &Fuse(at, value) in &self.fuse {
+            let [name, _] = FUSES[at];
+            let has = chip.spaces.iter().any(|&(space, size, _)| space == "fuse" && at < size as usize);
+            if !has {
+                return Err(Failure::Usage(format!("{} has no {name} fuse byte", chip.name)));
+            }
+            if std::mem::replace(&mut given[at], true) {
+                return Err(Failure::Usage(format!("--fuse gives the {name} byte twice")));
+            }
+            fuses[at] = value;
+        }
+        let fused = !self.fuse.is_empty() || image.bytes_in("fuse").next().is_some();
+        let divided = fused && Fuses::programmed(fuses, part.fuses.ckdiv8);
+        let source = source(part, fuses).1.filter(|_| fused);
+        let hz = clock.or(source).unwrap_or(chip.default_hz);
+        let options = Options { hz, fuses: fused.then_some(fuses), start_up: start_up && fused, ..plain };
+        Ok(Wiring { options, divider: if divided { 8 } else { 1 }, fused })
+    }
+}
+
+/// What only this family's rows have.
+fn part(chip: &Chip) -> Option<&'static Part> {
+    chips::part(chip.name).filter(|_| chip.family == Family::Avr)
+}
+
+/// The clock that CKSEL chooses (DS40002061, table 9-1; of chips without CKDIV8 "Clock sources" in their data sheets), and its
+/// frequency where it does not come from outside.
+fn source(part: &Part, fuses: [u8; 3]) -> (&'static str, Option<u64>) {
+    const CRYSTAL: u64 = 32_768;
+    let cksel = Fuses::value(fuses, part.fuses.cksel);
+    match (part.fuses.ckdiv8.is_some(), cksel) {
+        (_, 0) => ("a clock from outside", None),
+        (true, 2) => ("the oscillator on the chip", Some(8_000_000)),
+        (true, 3) => ("the oscillator on the chip", Some(128_000)),
+        (true, 4 | 5) => ("a low-frequency crystal", Some(CRYSTAL)),
+        (true, 1) => ("nothing: CKSEL is reserved, taken for a clock from outside", None),
+        (false, 1..=4) => ("the oscillator on the chip", Some(1_000_000 << (cksel - 1))),
+        (false, 5..=8) => ("an RC oscillator", None),
+        (false, 9) => ("a low-frequency crystal", Some(CRYSTAL)),
+        _ => ("a crystal", None),
+    }
+}
+
+/// Says on standard error what clock the fuses of a chip come to, where that is not what it would be without them.
+pub fn tell(chip: &Chip, wiring: &Wiring, clock: Option<u64>) {
+    let (Some(part), Some(fuses)) = (part(chip).filter(|_| wiring.fused), wiring.options.fuses) else { return };
+    let (name, own) = source(part, fuses);
+    let hz = wiring.options.hz;
+    let divided = match wiring.divider {
+        1 => String::new(),
+        by => format!(", divided by {by} (CKDIV8): {} Hz at first", hz / u64::from(by)),
+    };
+    if clock.is_some() && divided.is_empty() {
+        return;
+    }
+    let hint = match (clock, own) {
+        (None, None) => "\n  hint: --clock HZ gives its frequency",
+        (None, Some(_)) => "\n  hint: --clock HZ goes before it",
+        (Some(_), _) => "",
+    };
+    output::tell(&format!("note: the fuses choose {name}, {hz} Hz{divided}{hint}\n"));
+}
+
+/// Says on standard error when the program runs at another clock in the end than it did at first, since times are counted by that.
+pub fn complain<C: Cpu>(cpu: &C, wiring: &Wiring) {
+    let chip = cpu.chip();
+    let clkpr = chip.reg("CLKPR").filter(|_| chip.family == Family::Avr);
+    let Some(clkps) = clkpr.and_then(|addr| cpu.peek(chip.reg_space, addr.into())).map(|value| value & CLKPS) else {
+        return;
+    };
+    let (now, first) = (1u64 << clkps.min(8), u64::from(wiring.divider));
+    if now != first {
+        let hz = wiring.options.hz;
+        output::tell(&format!(
+            "note: CLKPR divides the clock by {now} in the end, {} Hz; all times are counted at the {} Hz of the start\n",
+            hz / now,
+            hz / first
+        ));
+    }
+}
+
+/// `A0=1.25V` with the chip's own name of the pin in place of `A0` or `ADC0`, as `PC0=1.25V`; other text as it is.
+pub fn own_name(chip: &Chip, text: &str) -> String {
+    let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));
+    let upper = name.trim().to_ascii_uppercase();
+    let channel = upper.strip_prefix("ADC").or_else(|| upper.strip_prefix('A')).and_then(place::number);
+    let pin = channel.and_then(|channel| part(chip)?.analog.get(channel as usize));
+    match pin.and_then(|&pin| chip.pins.get(usize::from(pin))) {
+        Some(pin) => format!("{}{rest}", pin.name),
+        None => text.to_owned(),
+    }
+}
