@@ -1,5 +1,6 @@
 ; A ladder of 32 rungs over bits: contacts a, b, c of every rung are bits of 30h to 37h, its coil one of 32h to 37h; the inputs
-; 30h and 31h are the count of scans, which stands at 20h,21h too. About 205 cycles a scan.
+; 30h and 31h are the count of scans, which stands at 20h,21h too. A scan begins with a look at port B, kept at 22h, and ends
+; with 36h on port C. About 215 cycles a scan.
 ;
 ; A rung of kind `and`: coil = a and b and not c. `or`: coil = (a or b) and not c. `set`: set by a and b, reset by c.
         processor 16f873
@@ -53,6 +54,9 @@ reset   at btfsc, c
         endm
 
         org 0
+        bsf STATUS,RP0
+        clrf TRISC
+        bcf STATUS,RP0
         clrf scanL
         clrf scanH
         movlw first
@@ -61,7 +65,9 @@ clear   clrf INDF
         incf FSR,f
         btfss FSR,3
         goto clear
-scan    incf scanL,f
+scan    movf PORTB,w
+        movwf 22h
+        incf scanL,f
         btfsc STATUS,Z
         incf scanH,f
         movf scanL,w
@@ -100,5 +106,7 @@ scan    incf scanL,f
         rset    .0, .52, .52, .55
         rand    .3, .25, .34, .58
         ror     .6, .55, .43, .61
+        movf first + 6,w
+        movwf PORTC
         goto scan
         end

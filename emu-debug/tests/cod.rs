@@ -123,6 +123,27 @@ fn messages_do_what_they_say() {
             &[(0, 'e', "echo # anything"), (0, 'e', "# a comment"), (0, 'e', "x.xpos = 3.0"), (9, 'a', "'end'")],
             "end@9:9",
         ),
+        (&[(0, 'e', "reg(0x21) = 5"), (1, 'a', "reg(0x21) != 5, 'five'")], "five@1:1"),
+        (
+            &[
+                (
+                    0,
+                    'e',
+                    "stimulus asynchronous_stimulus initial_state 0 start_cycle 2 period 0 { 3, 1, 50, 0 } name s end",
+                ),
+                (0, 'e', "node n"),
+                (0, 'e', "attach n s portb1"),
+                (4, 'a', "(portb & 2) == 0, 'too soon'"),
+                (8, 'a', "(portb & 2) == 0, 'high'"),
+            ],
+            "high@8:8",
+        ),
+        (
+            &[(0, 'e', "stimulus asynchronous_stimulus")],
+            "message e at 0x0000, `stimulus asynchronous_stimulus`: a stimulus without its end",
+        ),
+        (&[(0, 'e', "frequency 0")], "message e at 0x0000, `frequency 0`: a clock of 0 Hz"),
+        (&[(0, 'e', ".frequency = 0")], "message e at 0x0000, `.frequency = 0`: a clock of 0 Hz"),
         (&[(0, 'e', "run")], "message e at 0x0000, `run`: `run` is not carried out"),
         (
             &[(0, 'e', "module load lcd l")],

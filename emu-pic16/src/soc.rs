@@ -245,8 +245,16 @@ impl Soc {
     }
 
     /// Runs everything due up to the clock `t`, in order of time.
+    #[inline(always)]
     fn run(&mut self, t: u64) {
         self.ran = self.ran.max(t);
+        if self.due <= t {
+            self.run_due(t);
+        }
+    }
+
+    #[inline(never)]
+    fn run_due(&mut self, t: u64) {
         while self.due <= t {
             let due = self.due;
             self.run_outside(due);
@@ -272,7 +280,15 @@ impl Soc {
     }
 
     /// Carries out what parts have put into the outbox, and what comes of that.
+    #[inline(always)]
     fn carry_out(&mut self) {
+        if !self.out.is_empty() {
+            self.carry_all();
+        }
+    }
+
+    #[inline(never)]
+    fn carry_all(&mut self) {
         while !self.out.is_empty() {
             let mut signals = std::mem::take(&mut self.out);
             for signal in signals.drain(..) {
@@ -332,6 +348,13 @@ impl Soc {
     }
 }
 
+/// The number of the port whose register this is.
+#[inline(always)]
+fn latch_of(reg: Sfr) -> Option<usize> {
+    let port = (reg as usize).wrapping_sub(Sfr::PORTA as usize);
+    (port <= Sfr::PORTE as usize - Sfr::PORTA as usize).then_some(port)
+}
+
 /// The moment of a clock.
 fn time(t: u64) -> Time {
     Time { cycle: t / 4, phase: (t % 4) as u8 }
@@ -342,6 +365,13 @@ impl Bus for Soc {
         let due = self.due <= 4 * now;
         self.run(4 * now);
         let Some(&sfr) = Sfr::ALL.get(usize::from(reg)) else { return (0, Wake::NONE) };
+        // Ports go the short way.
+        if let Some(port) = latch_of(sfr).filter(|_| sfr != Sfr::PORTD) {
+            if sfr == Sfr::PORTB {
+                self.see_b();
+            }
+            return (self.ports.input(port), if due { Wake::DEADLINE } else { Wake::NONE });
+        }
         let value = self.load(sfr, 4 * now);
         let wake = self.wake(now);
         (value, if due { Wake::DEADLINE } else { wake })
@@ -364,7 +394,6 @@ impl Bus for Soc {
             // A write of the port sees it as a read does, in Q2 (DS30292, 3.2).
             self.run(4 * now);
             self.see_b();
-            self.plan();
         }
         self.run(4 * now + 3);
         self.store(sfr, value, 4 * now + 4);

@@ -167,6 +167,11 @@ impl<'n> Bench<'n> {
         chip_pin(self.names.chip, name).map(Member::Pin)
     }
 
+    /// A stimulus has begun that has not ended.
+    pub fn unfinished(&self) -> bool {
+        self.draft.is_some()
+    }
+
     fn stimulus<C: Cpu>(&mut self, line: &Stimulus, cpu: &C) -> Result<(), String> {
         if *line == Stimulus::Begin {
             self.draft = Some(Draft::default());
@@ -254,6 +259,9 @@ impl<'n> Bench<'n> {
     /// What a name of the program or the chip stands for.
     fn place(&self, name: &str) -> Option<Place> {
         let chip = self.names.chip;
+        if let Some(addr) = super::command::address(name) {
+            return Some(Place::Byte(chip.ram, addr));
+        }
         let symbol = |space: &str| self.names.symbols.iter().find(|s| s.space == space && s.name == name);
         if let Some(symbol) = symbol(chip.ram) {
             return Some(Place::Byte(chip.ram, symbol.addr));

@@ -89,6 +89,9 @@ pub fn command(text: &str) -> Result<Command, String> {
     if let Some(data) = data(&mut reader)? {
         return Ok(Command::Stimulus(data));
     }
+    if let Some((name, value)) = register(text) {
+        return Ok(Command::Assign { name: name.to_owned(), value: whole(Reader::new(value))? });
+    }
     let first = reader.name().ok_or_else(|| format!("`{text}` is no command"))?;
     let words: Vec<&str> = reader.rest().split_whitespace().collect();
     let owned = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
@@ -139,6 +142,22 @@ pub fn command(text: &str) -> Result<Command, String> {
             again.expr()?;
             if again.rest().is_empty() { Ok(Command::None) } else { Err(format!("`{text}` is no command")) }
         }
+    }
+}
+
+/// `reg(ADDRESS) = VALUE`: the register, and the value.
+fn register(text: &str) -> Option<(&str, &str)> {
+    let (name, value) = text.split_once('=').filter(|(_, value)| !value.starts_with('='))?;
+    let name = name.trim_end();
+    (address(name).is_some()).then_some((name, value))
+}
+
+/// The address of `reg(ADDRESS)`.
+pub(super) fn address(name: &str) -> Option<u32> {
+    let text = name.strip_prefix("reg")?.trim_start().strip_prefix('(')?.strip_suffix(')')?;
+    match Reader::new(text).expr() {
+        Ok(Expr::Value(value)) => value.int().and_then(|addr| u32::try_from(addr).ok()),
+        _ => None,
     }
 }
 

@@ -141,6 +141,9 @@ impl Run<'_> {
                 return Verdict::Refused(refusal(message, cause));
             }
         }
+        if let Some((_, message)) = script.start.last().filter(|_| self.bench.unfinished()) {
+            return Verdict::Refused(refusal(message, "a stimulus without its end".to_owned()));
+        }
         for pin in 0..self.edges.attached.len() {
             let attached = self.bench.attached(pin as PinId);
             if let Some(known) = self.edges.attached.get_mut(pin) {

@@ -62,20 +62,22 @@ impl Script {
                 refusals.push(refusal(message, format!("it has more than {LONGEST} bytes")));
                 continue;
             }
-            let action = match message.kind {
-                'E' | 'e' => command(&message.text).map(|command| {
-                    script.start.push((command, message.clone()));
-                    None
-                }),
-                'A' | 'a' => assertion(&message.text).map(|assertion| Some(Action::Assert(assertion))),
-                'C' => command(&message.text).map(|command| Some(Action::Before(command))),
-                'c' => command(&message.text).map(|command| Some(Action::After(command))),
-                _ => Ok(None),
-            };
-            match action {
-                Ok(Some(action)) => script.at.entry(message.addr).or_default().push((action, message.clone())),
-                Ok(None) => {}
-                Err(cause) => refusals.push(refusal(message, cause)),
+            for text in lines(&message.text) {
+                let action = match message.kind {
+                    'E' | 'e' => runs(text).map(|command| {
+                        script.start.push((command, message.clone()));
+                        None
+                    }),
+                    'A' | 'a' => assertion(text).map(|assertion| Some(Action::Assert(assertion))),
+                    'C' => runs(text).map(|command| Some(Action::Before(command))),
+                    'c' => runs(text).map(|command| Some(Action::After(command))),
+                    _ => Ok(None),
+                };
+                match action {
+                    Ok(Some(action)) => script.at.entry(message.addr).or_default().push((action, message.clone())),
+                    Ok(None) => {}
+                    Err(cause) => refusals.push(refusal(message, cause)),
+                }
             }
         }
         if refusals.is_empty() { Ok(script) } else { Err(refusals) }
@@ -96,6 +98,37 @@ impl Script {
     /// Leaves out what asks for a frequency at the start: somebody else has chosen one.
     pub fn ignore_frequency(&mut self) {
         self.start.retain(|(command, _)| frequency(command).is_none());
+    }
+}
+
+/// The lines of a message: a stimulus may stand in one, from its first word to its `end`.
+fn lines(text: &str) -> Vec<&str> {
+    const WORDS: [&str; 9] =
+        ["initial_state", "start_cycle", "start", "period", "name", "digital", "analog", "end", "{"];
+    let text = text.trim();
+    if !text.starts_with("stim") {
+        return vec![text];
+    }
+    let (mut lines, mut from, mut before) = (Vec::new(), 0, "");
+    for word in text.split_whitespace() {
+        let at = word.as_ptr() as usize - text.as_ptr() as usize;
+        let begins = WORDS.contains(&word) || word.starts_with('{');
+        if begins && before != "name" {
+            lines.push(text[from..at].trim());
+            from = at;
+        }
+        before = word;
+    }
+    lines.push(text[from..].trim());
+    lines
+}
+
+/// Reads a command; a clock that stands still is none.
+fn runs(text: &str) -> Result<Command, String> {
+    let command = command(text)?;
+    match frequency(&command) {
+        Some(Expr::Value(value)) if value.int() == Some(0) => Err("a clock of 0 Hz".to_owned()),
+        _ => Ok(command),
     }
 }
 

@@ -49,6 +49,12 @@ pub struct Ports {
     seen: [u8; 5],
     /// Port and bit of every pin; port 7 where it belongs to none.
     at: [(u8, u8); PINS],
+    /// Pins that concern others than the port, as a set by number.
+    concerned: u64,
+    /// The bits of every port whose pins are outputs that follow the latch and concern nobody else; ports for which that is to be
+    /// found out anew.
+    plain: [u8; 5],
+    stale: u8,
 }
 
 /// Port B in the list of ports.
@@ -79,6 +85,9 @@ impl Ports {
             high: [0; 5],
             seen: [0; 5],
             at,
+            concerned: u64::MAX,
+            plain: [0; 5],
+            stale: 0xFF,
         };
         ports.look();
         // Nothing holds the reset pin down unless the outside does.
@@ -90,6 +99,7 @@ impl Ports {
 
     /// All pins inputs, no part on any, no pull-ups; latches and what drives from outside stay. The pins are to be settled.
     pub fn reset(&mut self) {
+        self.stale = 0xFF;
         self.tris = [0xFF; 5];
         self.taken = [Taken::default(); PINS];
         self.pull_ups = false;
@@ -132,17 +142,52 @@ impl Ports {
         (self.tris.get(port).copied().unwrap_or(0) | inputs) & self.mask(port)
     }
 
-    /// Writes a latch; its pins are to be settled.
-    pub fn set_latch(&mut self, port: usize, value: u8) {
-        if let Some(latch) = self.latch.get_mut(port) {
-            *latch = value;
+    /// Pins that concern others than the port, as a set by number.
+    pub fn set_concerned(&mut self, pins: u64) {
+        if self.concerned != pins {
+            self.concerned = pins;
+            self.stale = 0xFF;
         }
+    }
+
+    /// Writes a latch at the clock `t`, and settles the pins that follow it and concern nobody. The bits of the others that have
+    /// changed, whose pins are to be settled.
+    pub fn write_latch(&mut self, port: usize, value: u8, t: u64) -> u8 {
+        let (Some(latch), Some(row)) = (self.latch.get_mut(port), self.ports.get(port)) else { return 0 };
+        let changed = std::mem::replace(latch, value) ^ value;
+        if self.stale >> port & 1 == 1 {
+            self.plain[port] = self.bits(port, |pin| self.is_plain(pin));
+            self.stale &= !(1 << port);
+        }
+        let mut plain = changed & self.plain[port];
+        self.high[port] = self.high[port] & !plain | value & plain;
+        while plain != 0 {
+            let bit = plain.trailing_zeros() as usize;
+            plain &= plain - 1;
+            if let Some(pin) = self.pins.get_mut(usize::from(row.pins[bit])) {
+                pin.own = Level::of(value >> bit & 1 == 1);
+                pin.settle(t);
+            }
+        }
+        changed & !self.plain[port]
+    }
+
+    /// The pin is an output that follows its latch alone.
+    fn is_plain(&self, pin: PinId) -> bool {
+        let driven = self.own(pin).0 != Level::Float && self.pin(pin).outside == Level::Float;
+        let taken = self.taken.get(usize::from(pin)).is_none_or(|taken| taken.drive != Drive::Port);
+        let open = self
+            .at
+            .get(usize::from(pin))
+            .is_none_or(|&(port, bit)| self.ports.get(usize::from(port)).is_none_or(|row| row.open >> bit & 1 == 1));
+        driven && !taken && !open && self.concerned.checked_shr(pin.into()).unwrap_or(0) & 1 == 0
     }
 
     /// Writes the directions; the pins are to be settled.
     pub fn set_tris(&mut self, port: usize, value: u8) {
         if let Some(tris) = self.tris.get_mut(port) {
             *tris = value;
+            self.stale |= 1 << port;
         }
     }
 
@@ -150,6 +195,7 @@ impl Ports {
     pub fn take(&mut self, pin: PinId, drive: Drive, over_tris: bool) {
         if let Some(taken) = self.taken.get_mut(usize::from(pin)) {
             *taken = Taken { drive, over_tris };
+            self.stale = 0xFF;
         }
     }
 
@@ -187,6 +233,7 @@ impl Ports {
     /// Pins that a part takes whole, as a set by number: they read 0 and are not driven. They are to be settled.
     pub fn withhold(&mut self, pins: u64) {
         self.taken_whole = pins;
+        self.stale = 0xFF;
         self.look();
     }
 
@@ -218,6 +265,7 @@ impl Ports {
     pub fn drive(&mut self, pin: PinId, level: Level, t: u64) -> Option<Change> {
         let before = self.pin(pin);
         self.pins.get_mut(usize::from(pin))?.outside = level;
+        self.stale = 0xFF;
         self.settle_from(pin, before, t)
     }
 

@@ -27,6 +27,10 @@ pub struct Outside {
     /// To come, by clocks.
     pub drives: Drives<Put>,
     lines: [LineAt; LINES],
+    /// Pins, a bit each, that have a line; that are analog inputs or the master clear; RB4 to RB7. All others concern nobody.
+    heard: u64,
+    special: u64,
+    upper_b: u64,
     /// Voltages on pins, in millivolts, where a level does not say it all.
     volts: [Option<u32>; PINS],
     /// Supply, in millivolts.
@@ -44,13 +48,22 @@ impl Outside {
             let moved = ccp1.filter(|_| line.line == Line::Ccp1);
             *place = LineAt { pin: moved.unwrap_or(line.pin), ..*line };
         }
-        Outside { drives: Drives::NONE, lines, volts: [None; PINS], supply: 5_000 }
+        let set = |pins: &mut dyn Iterator<Item = PinId>| pins.fold(0, |set, pin| set | bit(pin));
+        let upper_b = part.ports.get(PORTB).map_or(0, |port| set(&mut port.pins[4..].iter().copied()));
+        Outside {
+            drives: Drives::NONE,
+            heard: set(&mut lines.iter().map(|line| line.pin)),
+            special: set(&mut part.analog.iter().copied()) | bit(part.mclr),
+            upper_b,
+            lines,
+            volts: [None; PINS],
+            supply: 5_000,
+        }
     }
 
-    /// The lines on a pin.
-    fn on(&self, pin: PinId) -> impl Iterator<Item = LineAt> + use<> {
-        let lines = self.lines;
-        lines.into_iter().filter(move |line| line.pin == pin && pin != NO_PIN)
+    /// Pins that concern others than their port, a bit each.
+    pub fn concerned(&self) -> u64 {
+        self.heard | self.special
     }
 
     /// The pin of a line.
@@ -116,9 +129,10 @@ impl Soc {
     }
 
     /// Settles some pins of a port.
-    fn settle_bits(&mut self, port: usize, bits: u8, t: u64) {
-        for bit in (0..8).filter(|bit| bits >> bit & 1 == 1) {
-            let pin = self.ports.pin_of(port, bit);
+    fn settle_bits(&mut self, port: usize, mut bits: u8, t: u64) {
+        while bits != 0 {
+            let pin = self.ports.pin_of(port, bits.trailing_zeros() as usize);
+            bits &= bits - 1;
             if pin != NO_PIN {
                 self.settle(pin, t);
             }
@@ -127,27 +141,38 @@ impl Soc {
 
     /// Logs the edge of a pin, if there was one, and a fight over it, and tells who listens.
     fn edge(&mut self, pin: PinId, changed: Option<Change>, t: u64) {
-        self.log.pin(time(t), pin, self.ports.pin(pin).contention(), changed.map(|change| change.level));
+        if self.log.is_on() {
+            self.log.pin(time(t), pin, self.ports.pin(pin).contention(), changed.map(|change| change.level));
+        }
         let Some(Change { toggled, .. }) = changed else { return };
-        let high = self.ports.pin(pin).high;
-        if toggled && !self.ports.is_analog(pin) {
-            for at in self.outside.on(pin) {
-                self.tell(at.line, high, t);
+        let (high, bit) = (self.ports.pin(pin).high, bit(pin));
+        if toggled && self.outside.heard & bit != 0 && !self.ports.is_analog(pin) {
+            for i in 0..LINES {
+                let at = self.outside.lines[i];
+                if at.pin == pin {
+                    self.tell(at.line, high, t);
+                }
             }
         }
-        if toggled && pin == self.part.mclr {
-            self.master_clear(high, t);
+        if self.outside.upper_b & bit != 0 {
+            self.mismatch(t);
         }
-        self.mismatch(t);
-        self.tell_voltage(pin, t);
+        if self.outside.special & bit != 0 {
+            if toggled && pin == self.part.mclr {
+                self.master_clear(high, t);
+            }
+            self.tell_voltage(pin, t);
+        }
         self.carry_out();
     }
 
     /// A line has changed.
     fn tell(&mut self, line: Line, high: bool, t: u64) {
         self.touched |= match line {
+            // A module that captures says so; to all others the level is nothing.
+            Line::Ccp1 | Line::Ccp2 => 0,
             Line::T0cki => 1 << at::TIMER0,
-            Line::T1cki | Line::Ccp1 | Line::Ccp2 => 1 << at::TIMERS,
+            Line::T1cki => 1 << at::TIMERS,
             Line::Tx | Line::Rx => 1 << at::USART,
             Line::Sck | Line::Sdi | Line::Sdo | Line::Ss => 1 << at::SSP,
             Line::Rd | Line::Wr | Line::Cs => 1 << at::PSP,
@@ -207,9 +232,8 @@ impl Soc {
             self.psp.write_port(value, t);
             return self.psp_bus(t);
         }
-        let changed = self.ports.latch(port) ^ value;
-        self.ports.set_latch(port, value);
-        self.settle_bits(port, changed, self.ran);
+        let others = self.ports.write_latch(port, value, self.ran);
+        self.settle_bits(port, others, self.ran);
     }
 
     /// Writes the directions of a port.
@@ -312,6 +336,14 @@ impl Soc {
 
 /// The analog input on whose pin the reference of the comparators can be put: RA2.
 const REFERENCE: usize = 2;
+
+/// Port B in the list of ports.
+const PORTB: usize = 1;
+
+/// A pin in a set of pins.
+fn bit(pin: PinId) -> u64 {
+    1u64.checked_shl(pin.into()).unwrap_or(0)
+}
 
 /// T1OSCEN in T1CON.
 const T1OSCEN: u8 = 8;

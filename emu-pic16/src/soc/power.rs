@@ -480,6 +480,7 @@ impl Soc {
     pub fn log(&mut self, on: bool, now: u64) {
         let pins = 0..crate::periph::ports::PINS as PinId;
         self.log.switch(on, now, pins.filter(|&pin| self.ports.pin(pin).contention()));
+        self.ports.set_concerned(if on { u64::MAX } else { self.outside.concerned() });
     }
 
     /// Writes a register by hand between two instructions.

@@ -124,7 +124,6 @@ impl Soc {
             match reg {
                 Sfr::PORTB => {
                     self.see_b();
-                    self.plan();
                     return value;
                 }
                 Sfr::PORTD if self.psp.on() => self.psp.read_port(t),
@@ -140,7 +139,11 @@ impl Soc {
     }
 
     /// Writes a register at the clock `t`, the end of an instruction cycle.
+    #[inline]
     pub(super) fn store(&mut self, reg: Sfr, value: u8, t: u64) {
+        if let Some(port) = super::latch_of(reg) {
+            return self.store_latch(port, reg, value, t);
+        }
         let part = self.touch(reg);
         with_part!(part, [&mut self], part => part.write(reg, value, t, &mut self.out), self.store_own(reg, value, t));
         self.carry_out();
@@ -150,6 +153,16 @@ impl Soc {
             self.look_again(t / 4);
         }
         self.plan();
+    }
+
+    /// Writes the latch of a port, as most writes do.
+    fn store_latch(&mut self, port: usize, reg: Sfr, value: u8, t: u64) {
+        self.write_port(port, reg, value, t);
+        match self.touched {
+            // Nobody is concerned but by samples of pins.
+            0 => self.due = self.due.min(self.irq.next_sample()),
+            _ => self.plan(),
+        }
     }
 
     fn store_own(&mut self, reg: Sfr, value: u8, t: u64) {
@@ -168,9 +181,7 @@ impl Soc {
             Sfr::OSCCON => self.osc[0] = value & (IRCF | self.scs()),
             Sfr::OSCTUNE => self.osc[1] = value & OSCTUNE,
             _ => {
-                if let Some(port) = self.ports.port(|row| row.port == reg) {
-                    self.write_port(port, reg, value, t);
-                } else if let Some(port) = self.ports.port(|row| row.tris == reg) {
+                if let Some(port) = self.ports.port(|row| row.tris == reg) {
                     self.write_tris(port, reg, value, t);
                 }
             }

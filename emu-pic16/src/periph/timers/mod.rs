@@ -336,13 +336,14 @@ impl Device for Timers {
                 }
             }
             Line::Ccp1 | Line::Ccp2 => {
-                let value = self.timer1.value(t);
                 for (ccp, (own, flag)) in self.ccp.iter_mut().zip(MODULES) {
                     if own == line && ccp.line(high) {
-                        ccp.capture(value);
+                        ccp.capture(self.timer1.value(t));
                         out.push(Signal::Flag { t, flag });
                     }
                 }
+                // A capture changes nothing that is due.
+                return;
             }
             _ => {}
         }
