@@ -28,7 +28,7 @@ pub struct Code {
     /// Words of 14 bits, erased ones 3FFFh.
     pub words: Box<[u16; SPAN]>,
     /// One op per bank and word, traps in place: `ops[0]` marks jumps to themselves as [`Kind::Poll`], since that is how
-    /// programs end; `ops[1]` marks all loops that only look.
+    /// programs end; `ops[1]` marks all loops that only look. In both a test and the GOTO behind it are one op.
     pub ops: [Box<[Pic16Op; OPS]>; 2],
     /// The same without any marks or traps.
     pub plain: Box<[Pic16Op; OPS]>,

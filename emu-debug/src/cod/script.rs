@@ -103,10 +103,9 @@ impl Script {
 
 /// The lines of a message: a stimulus may stand in one, from its first word to its `end`.
 fn lines(text: &str) -> Vec<&str> {
-    const WORDS: [&str; 9] =
-        ["initial_state", "start_cycle", "start", "period", "name", "digital", "analog", "end", "{"];
+    const WORDS: [&str; 8] = ["initial_state", "start_cycle", "start", "period", "name", "digital", "analog", "end"];
     let text = text.trim();
-    if !text.starts_with("stim") {
+    if !matches!(text.split_whitespace().next(), Some("stimulus" | "stim")) {
         return vec![text];
     }
     let (mut lines, mut from, mut before) = (Vec::new(), 0, "");

@@ -58,7 +58,9 @@ pub struct Ports {
 }
 
 /// Port B in the list of ports.
-const B: usize = 1;
+pub const PORTB: usize = 1;
+/// Port D in it.
+pub const PORTD: usize = 3;
 
 impl Ports {
     /// The ports after reset; all latches 0. `withheld`: pins that the configuration keeps from the ports.
@@ -305,6 +307,6 @@ impl Ports {
         let holds_back = input && !(taken.over_tris && taken.drive != Drive::Port);
         let open = row.open >> bit & 1 == 1;
         let level = if holds_back || open && wanted == Level::High { Level::Float } else { wanted };
-        (level, port == B && self.pull_ups && input)
+        (level, port == PORTB && self.pull_ups && input)
     }
 }

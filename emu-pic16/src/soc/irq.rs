@@ -12,6 +12,7 @@ use emu_core::cpu::NEVER;
 use super::Soc;
 use crate::chips::{FlagAt, Part};
 use crate::periph::map::{Flag, Sfr};
+use crate::periph::ports::PORTB;
 
 /// Enables as they are sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -184,13 +185,12 @@ impl Soc {
 
     /// The bits of port B that differ from what the program has seen.
     fn changes_b(&self) -> u8 {
-        const PORTB: usize = 1;
         (self.ports.input(PORTB) ^ self.irq.seen) & self.ports.tris(PORTB) & 0xF0
     }
 
     /// The program sees port B.
     pub(super) fn see_b(&mut self) {
-        self.irq.seen = self.ports.input(1);
+        self.irq.seen = self.ports.input(PORTB);
         self.irq.sampled[1] = NEVER;
     }
 }

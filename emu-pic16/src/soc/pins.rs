@@ -7,7 +7,7 @@ use emu_core::pins::{Level, PinId};
 use super::{Soc, at, time};
 use crate::chips::{LineAt, NO_PIN, Part};
 use crate::periph::map::{Flag, Line, Sfr};
-use crate::periph::ports::{Change, PINS};
+use crate::periph::ports::{Change, PINS, PORTB, PORTD};
 use crate::periph::{Device, Drive};
 
 /// What stands on a pin or on the supply from outside.
@@ -271,7 +271,7 @@ impl Soc {
             Sfr::OPTION => {
                 const RBPU: u8 = 0x80;
                 self.ports.set_pull_ups(value & RBPU == 0);
-                self.settle_bits(1, 0xFF, self.ran);
+                self.settle_bits(PORTB, 0xFF, self.ran);
             }
             Sfr::ADCON1 | Sfr::ADCON0 | Sfr::ANSEL | Sfr::CMCON => self.change_analog(t),
             Sfr::T1CON => self.timer1_crystal(value & T1OSCEN != 0),
@@ -313,7 +313,7 @@ impl Soc {
     pub(super) fn set_analog(&mut self) {
         let digital = u16::from(self.adc.digital()) & (0xFFF0 | u16::from(self.comparators.digital()));
         let analog = self.part.analog.iter().enumerate().filter(|(channel, _)| digital >> channel & 1 == 0);
-        self.ports.set_analog(analog.fold(0, |pins, (_, &pin)| pins | 1u64.checked_shl(pin.into()).unwrap_or(0)));
+        self.ports.set_analog(analog.fold(0, |pins, (_, &pin)| pins | bit(pin)));
     }
 
     /// The same at the clock `t`: what looks at one of these pins finds another level, if it is high.
@@ -323,7 +323,7 @@ impl Soc {
         let changed = self.ports.analog() ^ before;
         for at in self.outside.lines {
             let wire = self.ports.pin(at.pin);
-            if at.pin != NO_PIN && changed.checked_shr(at.pin.into()).unwrap_or(0) & 1 == 1 && wire.high {
+            if changed & bit(at.pin) != 0 && wire.high {
                 self.tell(at.line, !self.ports.is_analog(at.pin), t);
             }
         }
@@ -337,9 +337,6 @@ impl Soc {
 /// The analog input on whose pin the reference of the comparators can be put: RA2.
 const REFERENCE: usize = 2;
 
-/// Port B in the list of ports.
-const PORTB: usize = 1;
-
 /// A pin in a set of pins.
 fn bit(pin: PinId) -> u64 {
     1u64.checked_shl(pin.into()).unwrap_or(0)
@@ -347,6 +344,3 @@ fn bit(pin: PinId) -> u64 {
 
 /// T1OSCEN in T1CON.
 const T1OSCEN: u8 = 8;
-
-/// Port D in the list of ports.
-const PORTD: usize = 3;

@@ -243,7 +243,7 @@ impl Soc {
         self.set_analog();
         self.tell_all(t);
         self.written(Sfr::T1CON, self.timers.peek(Sfr::T1CON, t), t);
-        self.irq.seen = self.ports.input(1);
+        self.irq.seen = self.ports.input(crate::periph::ports::PORTB);
         // What the reset itself did to pins is no change of theirs.
         self.irq.sampled = [NEVER; 2];
         self.carry_out();

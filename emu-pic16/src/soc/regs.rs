@@ -122,10 +122,6 @@ impl Soc {
         let value = with_part!(part, [&mut self], part => part.read(reg, t, &mut self.out), {
             let value = self.show_own(reg, t);
             match reg {
-                Sfr::PORTB => {
-                    self.see_b();
-                    return value;
-                }
                 Sfr::PORTD if self.psp.on() => self.psp.read_port(t),
                 _ => return value,
             }
@@ -149,7 +145,7 @@ impl Soc {
         self.carry_out();
         self.written(reg, value, t);
         // Ports interrupt by their pins only.
-        if !(Sfr::PORTA..=Sfr::TRISE).contains(&reg) {
+        if !(Sfr::TRISA..=Sfr::TRISE).contains(&reg) {
             self.look_again(t / 4);
         }
         self.plan();
