@@ -310,16 +310,16 @@ impl Soc {
 
     /// Works out when anything is due next: also the end of a write to the EEPROM, which is looked at from outside.
     fn plan(&mut self) {
-        if self.touched != 0 {
-            for number in 0..unit::COUNT {
-                if self.touched >> number & 1 == 1 {
-                    (self.nexts[number], self.asks[number]) =
-                        with_unit!(self, number, unit => (unit.next(), unit.requests()));
-                }
-            }
-            self.nexts[unit::EEPROM] = self.nexts[unit::EEPROM].min(self.eeprom.changes_at());
-            self.touched = 0;
+        let mut touched = self.touched & ((1 << unit::COUNT) - 1);
+        while touched != 0 {
+            let number = touched.trailing_zeros() as usize;
+            touched &= touched - 1;
+            (self.nexts[number], self.asks[number]) = with_unit!(self, number, unit => (unit.next(), unit.requests()));
         }
+        if self.touched >> unit::EEPROM & 1 == 1 {
+            self.nexts[unit::EEPROM] = self.nexts[unit::EEPROM].min(self.eeprom.changes_at());
+        }
+        self.touched = 0;
         let due = self.drives.next().min(self.power.next());
         self.due = self.nexts.iter().fold(due, |due, &next| due.min(next));
     }
@@ -392,19 +392,17 @@ impl Soc {
 }
 
 impl Bus for Soc {
+    #[inline]
     fn read(&mut self, reg: u16, now: u64) -> (u8, Wake) {
-        let due = self.due <= now;
-        if due {
-            self.run(now);
-        }
         // What programs wait for goes the short way.
-        let (value, acts) = match self.site(reg) {
-            Site::Port(port, 0) => (self.show_pins(port, now), false),
-            Site::Timer(n, reg) if self.prr == 0 => (self.load_timer(n, reg, now), false),
-            Site::Low(addr) => (self.low_byte(addr), false),
-            site => self.load(site, now),
-        };
-        (value, if due || acts { Wake::DEADLINE } else { Wake::NONE })
+        if now < self.due
+            && let Site::Timer(n, timers::Reg::TIFR) = self.site(reg)
+            && self.prr == 0
+            && let Some(flags) = self.timers[usize::from(n) % 4].calm_flags(now)
+        {
+            return (flags, Wake::NONE);
+        }
+        self.read_any(reg, now)
     }
 
     fn peek(&self, reg: u16, now: u64) -> u8 {

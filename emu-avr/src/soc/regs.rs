@@ -1,6 +1,6 @@
 //! The registers of the chip by address (section 36): reading, showing, writing, and how long a value lasts.
 
-use emu_core::cpu::NEVER;
+use emu_core::cpu::{NEVER, Wake};
 
 use super::Soc;
 use crate::chips::{Own, Site, unit};
@@ -66,13 +66,29 @@ impl Soc {
         self.prr != 0 && Soc::unit_of(site).is_some_and(|number| self.shut_off(number))
     }
 
+    /// Reads a register, whatever it is and is due.
+    #[inline(never)]
+    pub(super) fn read_any(&mut self, reg: u16, now: u64) -> (u8, Wake) {
+        let due = self.due <= now;
+        self.run(now);
+        let (value, acts) = match self.site(reg) {
+            Site::Port(port, 0) => (self.show_pins(port, now), false),
+            Site::Low(addr) => (self.low_byte(addr), false),
+            site => self.load(site, now),
+        };
+        (value, if due || acts { Wake::DEADLINE } else { Wake::NONE })
+    }
+
     /// Reads a register as the program does in cycle `t`. Whether that may have moved a deadline or an interrupt.
     pub(super) fn load(&mut self, site: Site, t: u64) -> (u8, bool) {
         if self.shut(site) {
             return (0, false);
         }
         let acts = match site {
-            Site::Timer(n, reg) => return (self.load_timer(n, reg, t), false),
+            Site::Timer(n, reg) => {
+                let n = usize::from(n) % 4;
+                return (read!(self, unit::TIMER + n, self.timers[n], reg, t), false);
+            }
             Site::Usart(n, reg) => {
                 let n = usize::from(n) % 2;
                 (read!(self, unit::USART + n, self.usarts[n], reg, t), reg == usart::Reg::UDR)
@@ -102,15 +118,6 @@ impl Soc {
             self.plan();
         }
         acts
-    }
-
-    #[inline(always)]
-    pub(super) fn load_timer(&mut self, n: u8, reg: timers::Reg, t: u64) -> u8 {
-        let n = usize::from(n) % 4;
-        match self.timers[n].calm_flags(t) {
-            Some(flags) if reg == timers::Reg::TIFR => flags,
-            _ => read!(self, unit::TIMER + n, self.timers[n], reg, t),
-        }
     }
 
     /// PINx.

@@ -27,7 +27,9 @@ impl Timer {
                     }
                 }
                 What::Edge(steps) => {
-                    self.skip(steps.saturating_sub(1), false);
+                    let before = steps.saturating_sub(1);
+                    self.mark(before);
+                    self.skip(before);
                     self.edge(plan.t, out);
                     self.done += 1;
                 }
@@ -58,29 +60,33 @@ impl Timer {
     /// Counts the edges up to `now`, none of which is special.
     fn count(&mut self, now: u64) {
         let steps = self.edges(now).saturating_sub(self.done);
-        let calm = now < self.calm;
-        self.skip(steps, calm);
-        if !calm {
-            self.calm = self.flag_time(self.shape.flags());
+        if now >= self.calm {
+            self.calm = self.mark(steps);
         }
+        self.skip(steps);
     }
 
-    /// Counts so many edges; none sets a flag if they are `calm`.
-    fn skip(&mut self, steps: u64, calm: bool) {
-        if steps == 0 {
-            return;
-        }
+    /// Sets the flags of so many edges, and gives the cycle of the first after them that sets one. The asynchronous timer's
+    /// flags come later, each by an edge of its own.
+    fn mark(&mut self, steps: u64) -> u64 {
         let orbit = self.orbit();
-        // The asynchronous timer's flags come later, each by an edge of its own.
-        if !calm && !self.asynchronous() {
-            for flag in self.shape.each(!self.tifr) {
-                if self.flag_steps(&orbit, flag).is_some_and(|n| n <= steps) {
-                    self.tifr |= flag;
-                }
+        let mut next = None;
+        for flag in self.shape.each(!self.tifr) {
+            match self.flag_steps(&orbit, flag) {
+                Some(n) if n <= steps && !self.asynchronous() => self.tifr |= flag,
+                Some(n) => next = Some(next.map_or(n, |next: u64| next.min(n))),
+                None => {}
             }
         }
-        (self.value, self.down) = orbit.after(steps);
-        self.done += steps;
+        next.map_or(NEVER, |steps| self.edge_time(steps))
+    }
+
+    /// Counts so many edges, whose flags are set.
+    fn skip(&mut self, steps: u64) {
+        if steps != 0 {
+            (self.value, self.down) = self.orbit().after(steps);
+            self.done += steps;
+        }
     }
 
     /// One edge of the timer's clock at the cycle `t`.

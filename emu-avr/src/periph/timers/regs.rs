@@ -91,12 +91,18 @@ impl Timer {
 
     /// Clears flags by ones. What is set at the very edge stays set.
     fn clear(&mut self, ones: u8, t: u64, out: &mut Outbox) {
-        self.change(t.saturating_sub(1), out);
+        self.advance(t.saturating_sub(1), out);
         let gone = ones & self.tifr;
         self.tifr &= !gone;
+        if gone & self.listened == 0 && !self.asynchronous() {
+            // Nothing is new but when these flags are set.
+            self.calm = self.calm.min(self.flag_time(gone));
+            return self.advance(t, out);
+        }
         // A flag that is set again at once has not been seen clear by anyone.
         let listened = self.listened;
         self.listened &= !gone;
+        (self.quiet, self.calm) = (0, 0);
         self.change(t, out);
         self.listened = listened;
     }
