@@ -58,3 +58,27 @@ fn poll_counts_overflows() {
     assert_eq!(overflows(10 * 262_144 + 500), (start + 10) & 0xFF);
     assert_eq!(overflows(10 * 262_144 - 500), (start + 9) & 0xFF);
 }
+
+#[test]
+fn sieve_finds_the_primes() {
+    let avr = after("sieve", 100_000);
+    let prime = |n: u32| n > 1 && (2..n).all(|d| n % d != 0);
+    let primes = (0..1024).filter(|&n| prime(n)).count() as u16;
+    assert_eq!((primes, data(&avr, 0x500, 2)), (172, 172u16.to_le_bytes().to_vec()));
+}
+
+#[test]
+fn irq_counts_milliseconds() {
+    // The timer begins some twenty cycles after the start; an interrupt is over a hundred cycles after its match.
+    let count = |cycles| u32::from_le_bytes(data(&after("irq", cycles), 0x200, 4).try_into().unwrap_or_default());
+    for ms in [1, 255, 256, 300] {
+        assert_eq!((count(16_000 * ms), count(16_000 * ms + 200)), (ms as u32 - 1, ms as u32), "{ms}");
+    }
+}
+
+#[test]
+fn sleep_wakes_at_overflows() {
+    let wakes = |cycles| after("sleep", cycles).reg("r20").unwrap_or(0);
+    let start = wakes(1000);
+    assert_eq!(wakes(10 * 262_144 + 500), (start + 10) & 0xFF);
+}

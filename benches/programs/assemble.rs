@@ -8,6 +8,9 @@ pub const PROGRAMS: &[(&str, &str)] = &[
     ("alu", include_str!("alu.s")),
     ("copy", include_str!("copy.s")),
     ("crc", include_str!("crc.s")),
+    ("sieve", include_str!("sieve.s")),
+    ("irq", include_str!("irq.s")),
+    ("sleep", include_str!("sleep.s")),
     ("poll", include_str!("poll.s")),
 ];
 

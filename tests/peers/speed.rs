@@ -1,7 +1,8 @@
 //! Our side of `speed.sh`: assembles the programs of `benches/programs`, and runs a HEX file for a number of cycles.
 //!
 //! `speed hex FOLDER` writes every program, and a compiled ladder scan, as NAME.hex; `speed run FILE.hex CYCLES [skip]` prints the cycles run and the
-//! seconds of CPU, with polling loops jumped over only where `skip` is given.
+//! seconds of CPU, with polling loops jumped over only where `skip` is given; `speed clone FILE.hex` prints what a clone of the
+//! running machine takes.
 
 #[path = "../../benches/programs/assemble.rs"]
 mod programs;
@@ -21,7 +22,8 @@ fn main() -> ExitCode {
         ["hex", folder] => hex(Path::new(folder)),
         ["run", file, cycles] => run(file, cycles, false),
         ["run", file, cycles, "skip"] => run(file, cycles, true),
-        _ => Err("usage: speed hex FOLDER | speed run FILE.hex CYCLES [skip]".to_owned()),
+        ["clone", file] => clone(file),
+        _ => Err("usage: speed hex FOLDER | speed run FILE.hex CYCLES [skip] | speed clone FILE.hex".to_owned()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -57,16 +59,35 @@ fn cpu_seconds() -> Result<f64, String> {
     nanoseconds.map(|n| n * 1e-9).ok_or_else(|| "/proc/self/schedstat is not understood".to_owned())
 }
 
-fn run(file: &str, cycles: &str, skip: bool) -> Result<(), String> {
-    let cycles: u64 = cycles.parse().map_err(|e| format!("{cycles}: {e}"))?;
+fn machine(file: &str) -> Result<Avr, String> {
     let bytes = std::fs::read(file).map_err(|e| format!("{file}: {e}"))?;
     let machine = ElfMachine(ATMEGA328P.elf_machine);
     let loaded = load(file, &bytes, ATMEGA328P.hex, ATMEGA328P.elf, machine).map_err(|e| format!("{file}: {e:?}"))?;
-    let mut avr = Avr::new(&ATMEGA328P, &loaded.image, RamInit::Random(1));
+    Ok(Avr::new(&ATMEGA328P, &loaded.image, RamInit::Random(1)))
+}
+
+fn run(file: &str, cycles: &str, skip: bool) -> Result<(), String> {
+    let cycles: u64 = cycles.parse().map_err(|e| format!("{cycles}: {e}"))?;
+    let mut avr = machine(file)?;
     avr.set_skip(skip);
     let before = cpu_seconds()?;
     let stop = avr.run(cycles, &mut ());
     let spent = cpu_seconds()? - before;
     println!("{} {spent:.6} {stop:?}", avr.cycle());
+    Ok(())
+}
+
+/// Snapshots of a machine that runs on, in a ring of 64 as a history keeps them.
+fn clone(file: &str) -> Result<(), String> {
+    let mut avr = machine(file)?;
+    avr.run(1_000_000, &mut ());
+    let mut ring = vec![avr.clone(); 64];
+    let rounds = 20_000;
+    let before = cpu_seconds()?;
+    for slot in (0..ring.len()).cycle().take(rounds) {
+        ring[slot] = std::hint::black_box(&avr).clone();
+    }
+    let spent = cpu_seconds()? - before;
+    println!("clone of the whole machine ({} bytes): {:.2} us", size_of::<Avr>(), spent / rounds as f64 * 1e6);
     Ok(())
 }

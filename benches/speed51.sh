@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # The same HEX files on s51 and on this emulator in the same minute: emulated million machine cycles per second of CPU (user time), and the ratio.
 #
-# Usage: tests/peers/speed51.sh [ROUNDS]   (needs sdcc-ucsim; builds with cargo). Every program runs ROUNDS times (3) on
+# Usage: benches/speed51.sh [ROUNDS]   (needs sdcc-ucsim; builds with cargo). Every program runs ROUNDS times (3) on
 # each side in turn; the best round of each side counts, since what disturbs a run only slows it down. s51 runs for 3 seconds of
 # the clock, and then is asked how far it came.
 set -euo pipefail
-cd "$(dirname "$0")/../.."
+cd "$(dirname "$0")/.."
 rounds=${1:-3}
 seconds=3
 ours=1000000000

@@ -2,11 +2,11 @@
 # The same HEX files on gpsim and on this emulator in the same minute: emulated million instruction cycles per second of CPU
 # (user time), and the ratio.
 #
-# Usage: tests/peers/speedpic.sh [ROUNDS]   (needs gpsim; builds with cargo unless EMU_SPEEDPIC says "gpsim only"). Every
+# Usage: benches/speedpic.sh [ROUNDS]   (needs gpsim; builds with cargo unless EMU_SPEEDPIC says "gpsim only"). Every
 # program runs ROUNDS times (3) on each side in turn; the best round of each side counts, since what disturbs a run only
 # slows it down. A run of gpsim ends at a breakpoint on the cycle counter; its start, some 0.02 s, is part of it.
 set -euo pipefail
-cd "$(dirname "$0")/../.."
+cd "$(dirname "$0")/.."
 rounds=${1:-3}
 only=${EMU_SPEEDPIC:-}
 # Cycles: theirs awake and asleep, ours awake and asleep.
