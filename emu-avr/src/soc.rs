@@ -150,6 +150,8 @@ pub struct Soc {
     nexts: [u64; unit::COUNT],
     asks: [u8; unit::COUNT],
     touched: u16,
+    /// The vector of the interrupt that goes first.
+    first: Option<u8>,
     due: u64,
     /// The deadline that the core was told last.
     told: u64,
@@ -197,6 +199,7 @@ impl Soc {
             nexts: [NEVER; unit::COUNT],
             asks: [0; unit::COUNT],
             touched: u16::MAX,
+            first: None,
             due: NEVER,
             told: NEVER,
             orders: VecDeque::new(),
@@ -319,7 +322,9 @@ impl Soc {
         if self.touched >> unit::EEPROM & 1 == 1 {
             self.nexts[unit::EEPROM] = self.nexts[unit::EEPROM].min(self.eeprom.changes_at());
         }
-        self.touched = 0;
+        if std::mem::take(&mut self.touched) != 0 {
+            self.first = self.find_first();
+        }
         let due = self.drives.next().min(self.power.next());
         self.due = self.nexts.iter().fold(due, |due, &next| due.min(next));
     }
@@ -382,7 +387,7 @@ impl Soc {
     }
 
     /// The interrupt that asks first, by the order of the vectors.
-    fn first(&self) -> Option<u8> {
+    fn find_first(&self) -> Option<u8> {
         if self.asks == [0; unit::COUNT] {
             return None;
         }
@@ -448,9 +453,9 @@ impl Bus for Soc {
         if self.due <= now {
             let mut soc = self.clone();
             soc.run(now);
-            return soc.first();
+            return soc.first;
         }
-        self.first()
+        self.first
     }
 
     fn take(&mut self, vector: u8, now: u64) {

@@ -51,14 +51,14 @@ impl SleepMode {
         }
     }
 
-    /// The clock of a unit runs.
-    fn runs(self, number: usize) -> bool {
+    /// The units whose clock stands, bit `n` for the unit `n`.
+    const fn stops(self) -> u16 {
+        const ALL: u16 = (1 << unit::COUNT) - 1;
+        const RUN: u16 = 1 << unit::EEPROM | 1 << unit::SPM | 1 << unit::WATCHDOG;
         match self {
-            SleepMode::Idle => true,
-            SleepMode::AdcNoiseReduction => {
-                matches!(number, unit::ADC | unit::EEPROM | unit::SPM | unit::WATCHDOG)
-            }
-            _ => matches!(number, unit::EEPROM | unit::SPM | unit::WATCHDOG),
+            SleepMode::Idle => 0,
+            SleepMode::AdcNoiseReduction => ALL & !RUN & !(1 << unit::ADC),
+            _ => ALL & !RUN,
         }
     }
 
@@ -100,6 +100,8 @@ pub struct Power {
     asleep: Option<(SleepMode, u64)>,
     /// Units whose clock stands, and since when that of the I/O clock does.
     stopped: u16,
+    /// The oscillator of the asynchronous timer runs.
+    crystal: bool,
     io_stopped: u64,
     /// Voltages on pins, in millivolts, where a level does not say it all.
     pub volts: [Option<u32>; PINS],
@@ -132,6 +134,7 @@ impl Power {
             wake_up: clocks,
             asleep: None,
             stopped: 0,
+            crystal: true,
             io_stopped: 0,
             volts: [None; PINS],
             pins: Vec::new(),
@@ -227,6 +230,7 @@ impl Power {
         self.request = None;
         self.asleep = None;
         self.stopped = 0;
+        self.crystal = true;
         self.pins.clear();
         self.captures = Drive::Port;
     }
@@ -411,25 +415,27 @@ impl Soc {
     pub(super) fn clocks(&mut self, t: u64) {
         let mode = self.power.asleep.map(|asleep| asleep.0);
         let io_stood = self.power.stopped >> unit::EXTERNAL & 1 == 1;
-        for number in 0..unit::COUNT {
-            let runs = mode.is_none_or(|mode| mode.runs(number)) && !self.shut_off(number);
-            let stands = self.power.stopped >> number & 1 == 1;
-            if runs != stands {
-                continue;
-            }
-            self.power.stopped ^= 1 << number;
+        let shut = self.part.prr.iter().filter(|row| self.prr >> row.0 & 1 == 1);
+        let stop = shut.fold(mode.map_or(0, SleepMode::stops), |units, row| units | 1 << row.1);
+        let mut changed = stop ^ std::mem::replace(&mut self.power.stopped, stop);
+        while changed != 0 {
+            let number = changed.trailing_zeros() as usize;
+            changed &= changed - 1;
             with_unit!(self, number, unit => {
                 unit.run(t, &mut self.out);
-                if runs { unit.wake(t, &mut self.out) } else { unit.sleep(t, &mut self.out) }
+                if stop >> number & 1 == 0 { unit.wake(t, &mut self.out) } else { unit.sleep(t, &mut self.out) }
             });
             self.touch(number);
             self.carry_out(number);
         }
-        for n in 0..self.part.timers.len().min(4) {
-            if self.part.timers[n].asynchronous {
-                self.timers[n].oscillator(mode.is_none_or(SleepMode::keeps_crystal), t, &mut self.out);
-                self.touch(unit::TIMER + n);
-                self.carry_out(unit::TIMER + n);
+        let crystal = mode.is_none_or(SleepMode::keeps_crystal);
+        if std::mem::replace(&mut self.power.crystal, crystal) != crystal {
+            for n in 0..self.part.timers.len().min(4) {
+                if self.part.timers[n].asynchronous {
+                    self.timers[n].oscillator(crystal, t, &mut self.out);
+                    self.touch(unit::TIMER + n);
+                    self.carry_out(unit::TIMER + n);
+                }
             }
         }
         let io_stands = self.power.stopped >> unit::EXTERNAL & 1 == 1;
