@@ -62,7 +62,7 @@ fn poll_counts_overflows() {
 #[test]
 fn sieve_finds_the_primes() {
     let avr = after("sieve", 100_000);
-    let prime = |n: u32| n > 1 && (2..n).all(|d| n % d != 0);
+    let prime = |n: u32| n > 1 && !(2..n).any(|d| n.is_multiple_of(d));
     let primes = (0..1024).filter(|&n| prime(n)).count() as u16;
     assert_eq!((primes, data(&avr, 0x500, 2)), (172, 172u16.to_le_bytes().to_vec()));
 }
