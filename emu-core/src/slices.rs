@@ -178,7 +178,7 @@ impl<C: Cpu> Subject<C> {
         check("events", plan, &wanted, &run(&[], true, &mut |cpu, until| cpu.run(until, &mut events)));
         assert_eq!(events.irqs, irqs, "events: interrupts\n{}", plan.what);
         // Within a cycle what happens at a boundary (a reset, a hand that stirs) comes when the cycle has been shown already.
-        let stirred = |at: u64| plan.acts.iter().any(|act| at >= act.0 && at < act.0 + 6);
+        let stirred = |at: u64| wanted.looks.iter().any(|look| at >= look.1[0] && at < look.1[0] + 6);
         let mut pairs = events.events.windows(2).map(|pair| (pair[0].at().cycle, pair[1].at().cycle));
         let in_order = pairs.find(|&(first, second)| first > second && !stirred(first));
         assert_eq!(in_order, None, "events out of order\n{}", plan.what);
