@@ -153,11 +153,11 @@ impl Bench {
     pub fn board(&self, chip: &Chip, clock: Clock, drives: &[Drive]) -> Result<Board, Failure> {
         let board = Board::new(self.fitted.clone(), clock);
         let taken = |drive: &&Drive| match drive.put {
-            Put::Level(pin, _) | Put::Volts(pin, _) => board.driven().any(|driven| driven == pin),
+            Put::Level(pin, _) | Put::Volts(pin, _) | Put::Counts(pin, _) => board.driven().any(|driven| driven == pin),
             Put::Supply(_) => false,
         };
         match drives.iter().find(taken).map(|drive| drive.put) {
-            Some(Put::Level(pin, _) | Put::Volts(pin, _)) => {
+            Some(Put::Level(pin, _) | Put::Volts(pin, _) | Put::Counts(pin, _)) => {
                 let name = chip.pins.get(usize::from(pin)).map_or("?", |pin| pin.name);
                 Err(Failure::Usage(format!(
                     "{name} is driven by a device of --attach, so --set and --at cannot drive it"

@@ -9,6 +9,12 @@ use crate::time::{Clock, decimal, split};
 /// What the supply is called, whatever the chip: by most makers, and by Atmel.
 const SUPPLIES: [&str; 2] = ["VDD", "VCC"];
 
+/// The supply before anything else is said of it, in millivolts.
+const FIRST_SUPPLY: u32 = 5_000;
+
+/// Counts of the converter that [`Put::Counts`] speaks of.
+const COUNTS: u16 = 1024;
+
 /// Highest voltage, in millivolts: above what any pin of these chips bears.
 const MAX_MILLIVOLTS: u128 = 20_000;
 
@@ -19,6 +25,8 @@ pub enum Put {
     Level(PinId, Level),
     /// A pin is driven to a voltage, in millivolts.
     Volts(PinId, u32),
+    /// A pin is driven to the voltage that a converter of 10 bits, referred to the supply of that time, reads as this count.
+    Counts(PinId, u16),
     /// The supply gets a voltage, in millivolts.
     Supply(u32),
 }
@@ -44,7 +52,8 @@ pub fn pin_level(chip: &Chip, text: &str) -> Result<(PinId, Level), String> {
 }
 
 /// What is done to a pin: a level as [`pin_level`] reads it, where `z` lets it go, a resistor (`RC3=pullup`, `RC3=pulldown`), or
-/// a voltage (`RA0=1.25V`, `RA0=800mV`); `VDD=4.5V` sets the supply, and `VCC` is another name for it.
+/// a voltage (`RA0=1.25V`, `RA0=800mV`, or `RA0=512counts` of the 1024 in which a converter divides the supply); `VDD=4.5V` sets
+/// the supply, and `VCC` is another name for it.
 ///
 /// # Errors
 /// No such pin, level or voltage.
@@ -61,7 +70,13 @@ pub fn put(chip: &Chip, text: &str) -> Result<Put, String> {
     if volts {
         return Ok(Put::Volts(pin, millivolts(value)?));
     }
-    let level = match value.to_ascii_lowercase().as_str() {
+    let lower = value.to_ascii_lowercase();
+    if let Some(count) = lower.strip_suffix("counts") {
+        let fits = count.trim().parse().ok().filter(|&count: &u16| count < COUNTS);
+        let why = || format!("`{value}` is no reading of a converter; write 0counts to {}counts", COUNTS - 1);
+        return fits.map(|count| Put::Counts(pin, count)).ok_or_else(why);
+    }
+    let level = match lower.as_str() {
         "pullup" => Some(Level::PullUp),
         "pulldown" => Some(Level::PullDown),
         _ => level(value),
@@ -70,10 +85,10 @@ pub fn put(chip: &Chip, text: &str) -> Result<Put, String> {
         // The 8051 knows levels only.
         let volts = match decimal(value) {
             _ if chip.family == Family::Mcs51 => String::new(),
-            Some(_) if millivolts(&format!("{value}V")).is_ok() => {
+            Some(_) if millivolts(&format!("{value}V")).is_ok_and(|millivolts| millivolts <= FIRST_SUPPLY) => {
                 format!(", or volts with their unit: {name}={value}V")
             }
-            // A count of the converter says nothing as long as nobody knows its reference.
+            Some((count, 0)) if count < COUNTS.into() => format!(", or what a converter reads: {name}={value}counts"),
             _ => format!(", or volts: {name}=1.25V"),
         };
         format!("`{value}` is no level of a pin; write 0, 1, z, pullup or pulldown{volts}")
@@ -91,14 +106,15 @@ pub fn drive(chip: &Chip, clock: Clock, text: &str) -> Result<Drive, String> {
     Ok(Drive { at: clock.moment(time)?, put: put(chip, rest)? })
 }
 
-/// Queues the drives, in order of time; of two at one time the one given last wins.
+/// Queues the drives, in order of time; of two at one time the one given last wins, and the supply comes before the pins.
 ///
 /// # Errors
 /// A machine that knows levels only was to get a voltage: one sentence that says so. The others are queued.
 pub fn queue<C: Cpu>(cpu: &mut C, drives: &[Drive]) -> Result<(), String> {
     let mut sorted = drives.to_vec();
-    sorted.sort_by_key(|d| d.at);
+    sorted.sort_by_key(|d| (d.at, !matches!(d.put, Put::Supply(_))));
     let mut refused = Ok(());
+    let mut supply = FIRST_SUPPLY;
     for Drive { at, put } in sorted {
         let done = match put {
             Put::Level(pin, level) => {
@@ -106,7 +122,15 @@ pub fn queue<C: Cpu>(cpu: &mut C, drives: &[Drive]) -> Result<(), String> {
                 true
             }
             Put::Volts(pin, millivolts) => cpu.drive_volts(at, pin, millivolts),
-            Put::Supply(millivolts) => cpu.supply(at, millivolts),
+            // The middle of the step.
+            Put::Counts(pin, count) => {
+                let millivolts = ((2 * u32::from(count) + 1) * supply + u32::from(COUNTS)) / (2 * u32::from(COUNTS));
+                cpu.drive_volts(at, pin, millivolts)
+            }
+            Put::Supply(millivolts) => {
+                supply = millivolts;
+                cpu.supply(at, millivolts)
+            }
         };
         if !done {
             let (name, pin) = (cpu.chip().name, example_pin(cpu.chip(), 0));

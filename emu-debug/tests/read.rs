@@ -32,6 +32,7 @@ fn read(section: &str, text: &str) -> Result<String, String> {
         "drive" => drive(&ATMEGA328P, Clock { hz: 16_000_000, clocks_per_cycle: 1 }, text).map(|d| match d.put {
             Put::Level(pin, level) => format!("{} 8*{}+{} {level:?}", d.at.cycle, pin / 8, pin % 8),
             Put::Volts(pin, millivolts) => format!("{} 8*{}+{} {millivolts} mV", d.at.cycle, pin / 8, pin % 8),
+            Put::Counts(pin, count) => format!("{} 8*{}+{} {count} counts", d.at.cycle, pin / 8, pin % 8),
             Put::Supply(millivolts) => format!("{} {millivolts} mV", d.at.cycle),
         }),
         "unescape" => unescape(text).map(|b| b.iter().map(|b| format!("{b:02x}")).collect::<Vec<_>>().join(" ")),
