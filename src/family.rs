@@ -2,9 +2,12 @@
 
 use emu_8051::Mcs51;
 use emu_avr::Avr;
+use emu_avr::chips::unit;
+use emu_avr::periph;
 use emu_core::chip::{Chip, Family};
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::{Image, SymbolSpaces};
+use emu_core::pins::PinId;
 use emu_pic16::Pic16;
 
 use crate::nearest::nearest;
@@ -50,6 +53,18 @@ pub fn has_uart(chip: &Chip) -> bool {
     emu_pic16::chips::part(chip.name).is_none_or(|part| part.usart)
 }
 
+/// The pin at which the chip's first serial port receives.
+pub fn receive_pin(chip: &Chip) -> Option<PinId> {
+    match chip.family {
+        Family::Avr => {
+            let lines = emu_avr::chips::part(chip.name)?.lines;
+            lines.iter().find(|row| (row.0, row.1) == (unit::USART, periph::Line::Rxd)).map(|row| row.2)
+        }
+        Family::Mcs51 => chip.pin("P3.0"),
+        Family::Pic16 => emu_pic16::chips::part(chip.name)?.line(emu_pic16::periph::map::Line::Rx).map(|line| line.pin),
+    }
+}
+
 /// The chip that a maker's tool calls `name`: 16F873, PIC16F873, P16LF873.
 pub fn by_makers_name(name: &str) -> Option<&'static Chip> {
     let core = |name: &str| {
@@ -92,5 +107,36 @@ pub fn on_machine<J: Job>(chip: &'static Chip, image: &Image, setup: &Setup, job
             job.on(cpu)
         }
         Family::Pic16 => job.on(Pic16::with(chip, image, setup.ram, setup.pic16)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By the pin tables of the data sheets.
+    #[test]
+    fn the_first_serial_port_receives_at_its_pin() {
+        let pins = [
+            ("atmega328p", "PD0"),
+            ("atmega8", "PD0"),
+            ("atmega16", "PD0"),
+            ("atmega32", "PD0"),
+            ("atmega64", "PE0"),
+            ("atmega128", "PE0"),
+            ("atmega162", "PD0"),
+            ("8051", "P3.0"),
+            ("at89c2051", "P3.0"),
+            ("pic16f873", "RC7"),
+            ("pic16f877a", "RC7"),
+            ("pic16f628a", "RB1"),
+            ("pic16f88", "RB2"),
+            ("pic16f84a", "none"),
+        ];
+        for (name, wanted) in pins {
+            let chip = chip(name).expect("a chip");
+            let pin = receive_pin(chip).and_then(|pin| chip.pins.get(usize::from(pin)));
+            assert_eq!(pin.map_or("none", |pin| pin.name), wanted, "{name}");
+        }
     }
 }

@@ -25,7 +25,7 @@ pub struct Flags {
     /// (exit code 0, else 1, and 4 when it does what is no instruction) when the first message that halts it says PASSED. Runs
     /// without start-up times, at the frequency of --clock, else at the one that the messages give, else at 20 MHz or the chip's
     /// most; the file gives the symbols too.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["until", "peek", "vcd", "uart", "expect_uart", "fail_uart", "timeout", "lint", "attach"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["until", "peek", "vcd", "uart", "uart_in", "expect_uart", "fail_uart", "timeout", "lint", "attach"])]
     pub cod: Option<String>,
     /// The configuration word at 2007h, in place of that of the image: 0x3F3A.
     #[arg(long, value_name = "WORD", value_parser = word)]

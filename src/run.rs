@@ -10,10 +10,10 @@ use emu_core::image::Image;
 use emu_core::pins::Time;
 use emu_debug::cod::{Limits, Script};
 use emu_debug::run::{levels, run_on};
-use emu_debug::stimulus::{drive, put, queue};
+use emu_debug::stimulus::{Put, drive, put, queue};
 use emu_debug::text::unescape;
 use emu_debug::until::until;
-use emu_debug::{Board, Clock, Drive, Ended, Names, Plan, Range, Reason, Wave, time};
+use emu_debug::{Board, Clock, Drive, Ended, Names, Plan, Range, Reason, Sender, Wave, time};
 
 use crate::args::Mcu;
 use crate::attach::{self, Attached, Bench};
@@ -76,6 +76,13 @@ pub struct RunArgs {
     /// Drive a pin from a time on: 10ms:PB0=0, 1000c:PB0=z; levels and voltages as in --set. Repeatable.
     #[arg(long, value_name = "TIME:PIN=LEVEL")]
     at: Vec<String>,
+    /// Send bytes to the chip's first serial port from a time on: '10ms:hello\n' (escapes as in --expect-uart), as the edges that a
+    /// sender of --baud makes at its receive pin. Repeatable.
+    #[arg(long, value_name = "TIME:TEXT")]
+    uart_in: Vec<String>,
+    /// Bits per second of --uart-in; 8 bits, no parity, a stop bit. It is not the chip's: a wrong one is received wrong.
+    #[arg(long, value_name = "RATE", default_value = "9600", requires = "uart_in", value_parser = baud)]
+    baud: u64,
     /// End when this comes true: pc=0x1a2 (byte address, on PIC16 a word address, or symbol), 'pin PB5=1' (or 0, or z), 'write data:0x100', 'read xdata:0x7654',
     /// 'uart "text"'. Repeatable; any of them ends the run.
     #[arg(long, value_name = "COND")]
@@ -138,6 +145,10 @@ struct Text(Vec<u8>);
 enum Ram {
     Fill(RamInit),
     Trap,
+}
+
+fn baud(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "write a whole number of bits per second, as 9600".to_owned())
 }
 
 fn ram(text: &str) -> Result<Ram, String> {
@@ -217,6 +228,7 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
 fn serial_port(args: &RunArgs, chip: &Chip) -> Result<(), Failure> {
     let given = [
         ("--uart", args.uart.is_some()),
+        ("--uart-in", !args.uart_in.is_empty()),
         ("--expect-uart", args.expect_uart.is_some()),
         ("--fail-uart", args.fail_uart.is_some()),
         ("--until 'uart ..'", args.until.iter().any(|text| text.trim().starts_with("uart"))),
@@ -379,6 +391,8 @@ fn planned(args: &RunArgs, names: &Names<'_>, clock: Clock) -> Result<Planned, F
         let own = own.as_deref().unwrap_or(text);
         drives.push(drive(chip, clock, own).map_err(|why| Failure::value("--at <TIME:PIN=LEVEL>", text, &why))?);
     }
+    let incoming = incoming(args, chip, clock, &drives)?;
+    drives.extend(incoming);
     let conditions =
         args.until.iter().map(|t| until(names, t).map_err(|why| Failure::value("--until <COND>", t, &why)));
     let peek = args.peek.iter().map(|text| match names.range(text) {
@@ -395,6 +409,30 @@ fn planned(args: &RunArgs, names: &Names<'_>, clock: Clock) -> Result<Planned, F
         lint: args.lint.is_some(),
     };
     Ok(Planned { clock, plan, drives, peek: peek.collect::<Result<_, _>>()? })
+}
+
+/// What `--uart-in` does at the receive pin, which none of the `others` drives.
+fn incoming(args: &RunArgs, chip: &Chip, clock: Clock, others: &[Drive]) -> Result<Vec<Drive>, Failure> {
+    if args.uart_in.is_empty() {
+        return Ok(Vec::new());
+    }
+    let text = |typed: &String| -> Result<(Time, Vec<u8>), String> {
+        let (time, text) =
+            typed.split_once(':').ok_or_else(|| format!("`{typed}` gives no time; write 10ms:{typed}"))?;
+        Ok((clock.moment(time)?, unescape(text)?))
+    };
+    let text = |typed: &String| text(typed).map_err(|why| Failure::value("--uart-in <TIME:TEXT>", typed, &why));
+    let texts = args.uart_in.iter().map(text).collect::<Result<Vec<_>, _>>()?;
+    let pin = family::receive_pin(chip)
+        .ok_or_else(|| Failure::Usage(format!("--uart-in is for chips with a serial port; {} has none", chip.name)))?;
+    let drives = |drive: &Drive| matches!(drive.put, Put::Level(driven, _) | Put::Volts(driven, _) if driven == pin);
+    if others.iter().any(drives) {
+        let name = chip.pins.get(usize::from(pin)).map_or("?", |pin| pin.name);
+        return Err(Failure::Usage(format!("{name} is driven by --uart-in, so --set and --at cannot drive it")));
+    }
+    let baud = |why: String| Failure::value("--baud <RATE>", &args.baud.to_string(), &why);
+    let sender = Sender::new(pin, args.baud).map_err(baud)?;
+    sender.edges(clock, &texts).map_err(Failure::Usage)
 }
 
 /// The exit code: a condition of --until ends the run well unless --expect-uart still waits.

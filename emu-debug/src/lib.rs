@@ -7,6 +7,7 @@
 //!   until.rs     "pin PB5=1" to conditions                  close.rs  accesses waited for, RAM read before written
 //!   text.rs      "\n\x41" to bytes and back                 wave.rs   pins and bytes as a VCD file
 //!   cod/         programs that check themselves, as gpsim does
+//!   sender.rs    bytes to the edges of a serial line
 //!   devices/     devices at the pins             board.rs  the chip run with them
 //!   lints.rs     what programs do that is seldom meant, collected
 //!   bits.rs      bits with addresses of their own, and the bytes that they are parts of
@@ -24,6 +25,7 @@ pub mod devices;
 pub mod lints;
 pub mod place;
 pub mod run;
+pub mod sender;
 pub mod stimulus;
 pub mod text;
 pub mod time;
@@ -37,6 +39,7 @@ pub use close::Close;
 pub use lints::{Found, Lints};
 pub use place::{Names, Range};
 pub use run::{Ended, Plan, Reason, run};
+pub use sender::Sender;
 pub use stimulus::Drive;
 pub use time::Clock;
 pub use tools::Tools;
