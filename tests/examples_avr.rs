@@ -19,6 +19,29 @@ fn they_print_what_is_known() {
     }
 }
 
+/// Probes, conditions and what RAM holds at first change nothing of what a program does, nor when.
+#[test]
+fn they_end_in_the_same_cycle_whoever_looks() {
+    let wave = file("avr-wave.vcd").to_string_lossy().into_owned();
+    let lookers: [&[&str]; 4] = [
+        &["--vcd", &wave],
+        &["--lint", "--ram", "random:5"],
+        &["--ram", "trap"],
+        &["--until", "pc=0x7ffe", "--until", "read data:0x8ff", "--until", "uart \"never\""],
+    ];
+    for program in programs() {
+        let image = example(&format!("{}.elf", program.name));
+        let outcome = |more: &[&str]| {
+            let document = emu(&image, &[&program.flags, more].concat());
+            ["cycles", "instructions", "uart", "pins"].map(|key| document[key].clone())
+        };
+        let plain = outcome(&[]);
+        for more in lookers {
+            assert_eq!(outcome(more), plain, "{} {more:?}", program.name);
+        }
+    }
+}
+
 #[test]
 fn all_of_them_are_run() {
     let entries = std::fs::read_dir(example("")).expect("the folder").flatten();
