@@ -5,11 +5,9 @@ mod avr_programs;
 
 use std::path::PathBuf;
 
+use avr_programs::edges::{edges, pulses};
 use avr_programs::table::{log, programs, text};
-use avr_programs::{MCU, emu, example, sent};
-use emu_avr::{Avr, chips};
-use emu_core::image::{ElfMachine, load};
-use emu_core::{Cpu, Event, Level, PinId, Probe, RamInit, Stop};
+use avr_programs::{emu, example, sent};
 
 #[test]
 fn they_print_what_is_known() {
@@ -53,39 +51,11 @@ fn all_of_them_are_run() {
     assert_eq!(names, run);
 }
 
-/// Keeps the edges of a pin.
-struct Edges {
-    pin: PinId,
-    edges: Vec<(u64, bool)>,
-}
-
-impl Probe for Edges {
-    const EVENTS: bool = true;
-    fn event(&mut self, event: Event) -> bool {
-        if let Event::Edge { at, pin, level } = event
-            && pin == self.pin
-        {
-            self.edges.push((at.cycle, level == Level::High));
-        }
-        false
-    }
-}
-
-fn edges(name: &str, pin: &str) -> Vec<(u64, bool)> {
-    let chip = chips::chip(MCU).expect("the chip");
-    let bytes = std::fs::read(example(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
-    let loaded = load(name, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)).expect("an image");
-    let mut seen = Edges { pin: chip.pin(pin).expect("a pin"), edges: Vec::new() };
-    let stop = Avr::new(chip, &loaded.image, RamInit::Random(1)).run(20_000_000, &mut seen);
-    assert_eq!(stop, Stop::Halted, "{name}");
-    seen.edges
-}
-
 /// The lamp turns within the millisecond that it should, always at the same time in it: a count of the timer decides, and the
 /// code behind it takes the same way each time.
 #[test]
 fn the_lamp_of_the_clock_turns_every_100_ms() {
-    let edges = edges("millis.elf", "PB5");
+    let edges = edges(&example("millis.elf"), "PB5");
     let turns: Vec<u64> = edges.iter().map(|edge| edge.0).skip_while(|&cycle| cycle < 1_000).collect();
     assert_eq!(turns.len(), 10, "{edges:?}");
     for (n, turn) in (1u64..).zip(&turns) {
@@ -98,12 +68,7 @@ fn the_lamp_of_the_clock_turns_every_100_ms() {
 /// timer takes over at the end of its period.
 #[test]
 fn the_tone_is_a_sine_of_1_khz() {
-    let edges = edges("tone.elf", "PD3");
-    let rises: Vec<(u64, u64)> = edges
-        .windows(2)
-        .filter(|pair| pair[0].1 && pair[1].0 - pair[0].0 < 300)
-        .map(|pair| (pair[0].0, pair[1].0 - pair[0].0))
-        .collect();
+    let rises = pulses(&edges(&example("tone.elf"), "PD3"));
     assert!(rises.windows(2).all(|pair| pair[1].0 - pair[0].0 == 256), "a pulse every 256 cycles");
     assert!((1_249..=1_252).contains(&rises.len()), "{} pulses", rises.len());
     let sine = |n: usize| {

@@ -9,10 +9,12 @@ mod avr_programs;
 #[path = "peers/tools.rs"]
 mod tools;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock};
 
+use avr_programs::edges::{edges, pulses};
 use avr_programs::table::{programs, text};
 use avr_programs::{MCU, example, sent};
 use emu_avr::{Avr, chips};
@@ -59,9 +61,16 @@ fn hello() -> Vec<String> {
     texts.into_iter().flat_map(byte).collect()
 }
 
-/// Builds a program by the line in its head, at a level, with more flags, into a folder of its own.
+/// Builds a program by the line in its head, at a level, with more flags, into a folder of its own; once for all tests.
 fn build(name: &str, level: &str, more: &[&str]) -> PathBuf {
-    let dir = folder(&format!("avr_programs/{name}{level}{}", more.concat()));
+    static BUILT: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    let folder_name = format!("avr_programs/{name}{level}{}", more.concat());
+    let dir = folder(&folder_name);
+    let elf = dir.join(format!("{name}.elf"));
+    let mut built = BUILT.lock().unwrap_or_else(|e| panic!("another build failed: {e}"));
+    if built.contains(&folder_name) {
+        return elf;
+    }
     let c = example(&format!("{name}.c"));
     let head = fs::read_to_string(&c).unwrap_or_else(|e| panic!("{}: {e}", c.display()));
     let line = head.lines().find_map(|line| line.trim().strip_prefix("* Build: ")).unwrap_or_else(|| panic!("{name}"));
@@ -76,7 +85,8 @@ fn build(name: &str, level: &str, more: &[&str]) -> PathBuf {
     args.extend(["-Wall", "-Wextra", "-Werror"].into_iter().filter(|_| level != "-O0"));
     args.extend(more);
     run(Path::new(&compiler), &args, &dir);
-    dir.join(format!("{name}.elf"))
+    built.insert(folder_name);
+    elf
 }
 
 /// What `simavr_program` tells: kind of line, value, cycle.
@@ -175,5 +185,28 @@ fn programs_that_only_compute_write_each_byte_at_simavrs_cycle() {
             assert_eq!((differing, sink.0.len()), (None, theirs.len()), "{name} {level}: first ours, then theirs");
             println!("{name} {level}: {} bytes, the last at cycle {}", theirs.len(), theirs[theirs.len() - 1].1);
         }
+    }
+}
+
+/// The turns of a lamp, which lie as far apart there, and the duties of the PWM, told by simavr when they change.
+#[test]
+#[ignore = "needs avr-gcc and simavr: .ci/peers installs them"]
+fn pins_do_what_they_do_under_simavr() {
+    let of = |said: Vec<(char, u8, u64)>, kind| said.into_iter().filter(move |line| line.0 == kind);
+    for level in LEVELS {
+        let elf = build("millis", level, &[]);
+        let theirs: Vec<u64> = of(under_simavr(&elf, CYCLES, ""), 'p').map(|line| line.2).collect();
+        let ours: Vec<u64> = edges(&elf, "PB5").into_iter().map(|edge| edge.0).collect();
+        // The first edge is that of the pin as it becomes an output.
+        let apart = |cycles: &[u64]| cycles[1..].windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<u64>>();
+        assert_eq!(ours.len(), 11, "{level}: {ours:?}");
+        assert_eq!(apart(&ours), apart(&theirs), "millis {level}");
+
+        let elf = build("tone", level, &[]);
+        let theirs: Vec<u64> = of(under_simavr(&elf, CYCLES, ""), 'w').map(|line| u64::from(line.1)).collect();
+        let mut ours: Vec<u64> = pulses(&edges(&elf, "PD3")).into_iter().map(|pulse| pulse.1 - 1).collect();
+        ours.dedup();
+        assert!(ours.len() > 600, "{level}: {}", ours.len());
+        assert_eq!(ours[..600], theirs[..600], "tone {level}");
     }
 }

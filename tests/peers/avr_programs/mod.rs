@@ -1,5 +1,6 @@
 //! The programs of examples/avr, for the tests that run what is committed and for those that build it anew.
 
+pub mod edges;
 pub mod muldiv;
 pub mod table;
 
