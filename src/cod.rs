@@ -5,7 +5,7 @@ use emu_core::chip::{Chip, Family};
 use emu_core::cpu::Cpu;
 use emu_core::image::{SymbolFile, SymbolSpaces, load_messages, load_symbols};
 use emu_debug::cod::{Limits, Outcome, Refusal, Script, Verdict, run};
-use emu_debug::{Drive, Names};
+use emu_debug::{Drive, Source};
 use serde_json::{Value, json};
 
 use crate::codes::{MESSAGE, about_file};
@@ -71,11 +71,11 @@ fn refused(name: &str, refusal: &Refusal) -> Diagnostic {
 pub fn judge<C: Cpu>(
     cpu: &mut C,
     script: &Script,
-    (name, names): (&str, Names<'_>),
+    (name, source): (&str, Source<'_>),
     (limits, drives): (Limits, &[Drive]),
     as_json: bool,
 ) -> Result<u8, Failure> {
-    let outcome = run(cpu, script, names, limits, &mut |cpu: &mut C, at, pin, millivolts| {
+    let outcome = run(cpu, script, source.names, limits, &mut |cpu: &mut C, at, pin, millivolts| {
         cpu.drive_volts(at, pin, u32::try_from(millivolts).unwrap_or(0));
     });
     for warning in &outcome.warnings {
@@ -85,9 +85,9 @@ pub fn judge<C: Cpu>(
         return Err(Failure::Refused(vec![refused(name, refusal)], Vec::new()));
     }
     if as_json {
-        output::json(&document(cpu, &outcome, (&names, limits.hz), drives))?;
+        output::json(&document(cpu, &outcome, (&source, limits.hz), drives))?;
     } else {
-        output::print(text(cpu, &outcome, &names, drives))?;
+        output::print(text(cpu, &outcome, &source, drives))?;
     }
     Ok(match outcome.verdict {
         Verdict::Illegal { .. } | Verdict::Fault { .. } => exit::FAULT,
@@ -96,42 +96,36 @@ pub fn judge<C: Cpu>(
     })
 }
 
-/// `0x0012 (main+0x2)`.
-fn place(names: &Names<'_>, pc: u32) -> String {
-    let near = names.near(pc * names.chip.word_bytes);
-    near.map_or_else(|| format!("0x{pc:04x}"), |near| format!("0x{pc:04x} ({near})"))
-}
-
 /// How the run ended, in a sentence; the text of the message where one halted it.
-fn sentence<C: Cpu>(cpu: &C, outcome: &Outcome, names: &Names<'_>, drives: &[Drive]) -> String {
+fn sentence<C: Cpu>(cpu: &C, outcome: &Outcome, source: &Source<'_>, drives: &[Drive]) -> String {
     match &outcome.verdict {
         Verdict::Message { text, .. } => text.clone(),
         Verdict::Limit { cycle } => format!("the limit came at cycle {cycle}, before any message halted the program"),
         Verdict::Halted { pc, cycle } => {
             let why = held(cpu, drives).map_or_else(String::new, |why| format!(": {why}"));
-            format!("the program halted at {}, cycle {cycle}, without a message{why}", place(names, *pc))
+            format!("the program halted at {}, cycle {cycle}, without a message{why}", source.place(*pc))
         }
-        Verdict::Illegal { pc, word } => format!("no instruction: 0x{word:04x} at {}", place(names, *pc)),
-        Verdict::Fault { pc, fault } => format!("a fault of the program at {}: {fault}", place(names, *pc)),
+        Verdict::Illegal { pc, word } => format!("no instruction: 0x{word:04x} at {}", source.place(*pc)),
+        Verdict::Fault { pc, fault } => format!("a fault of the program at {}: {fault}", source.place(*pc)),
         Verdict::Unsettled { cycle } => format!("chip and parts answer each other without end in cycle {cycle}"),
         Verdict::Refused(refusal) => refusal.to_string(),
     }
 }
 
-fn text<C: Cpu>(cpu: &C, outcome: &Outcome, names: &Names<'_>, drives: &[Drive]) -> String {
-    let mut ended = sentence(cpu, outcome, names, drives);
+fn text<C: Cpu>(cpu: &C, outcome: &Outcome, source: &Source<'_>, drives: &[Drive]) -> String {
+    let mut ended = sentence(cpu, outcome, source, drives);
     if let Verdict::Message { broken, pc, cycle, .. } = &outcome.verdict {
         if let Some((assertion, values)) = broken {
             let values: Vec<String> = values.iter().map(|(name, value)| format!("{name} = {value}")).collect();
             ended.push_str(&format!("\nassertion  {assertion}\nvalues     {}", values.join(", ")));
         }
-        ended.push_str(&format!("\npc         {}, cycle {cycle}", place(names, *pc)));
+        ended.push_str(&format!("\npc         {}, cycle {cycle}", source.place(*pc)));
     }
     let verdict = if outcome.verdict.passed() { "passed" } else { "failed" };
     format!("verdict    {verdict}\nmessage    {ended}\nchecked    {} assertions\n", outcome.checked)
 }
 
-fn document<C: Cpu>(cpu: &C, outcome: &Outcome, (names, hz): (&Names<'_>, u64), drives: &[Drive]) -> Value {
+fn document<C: Cpu>(cpu: &C, outcome: &Outcome, (source, hz): (&Source<'_>, u64), drives: &[Drive]) -> Value {
     let (reason, broken) = match &outcome.verdict {
         Verdict::Message { broken, .. } => ("message", broken.as_ref()),
         Verdict::Limit { .. } => ("limit", None),
@@ -150,7 +144,7 @@ fn document<C: Cpu>(cpu: &C, outcome: &Outcome, (names, hz): (&Names<'_>, u64), 
         "clock_hz": hz,
         "passed": outcome.verdict.passed(),
         "reason": reason,
-        "message": sentence(cpu, outcome, names, drives),
+        "message": sentence(cpu, outcome, source, drives),
         "assertion": broken.map(|(assertion, of)| json!({ "text": assertion, "values": values(of) })),
         "checked": outcome.checked,
         "pc": cpu.pc(),

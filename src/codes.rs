@@ -21,6 +21,9 @@ pub const OTHER_PROGRAM: &str = "CLI007";
 /// The content of a memory does not fit into it.
 pub const SIZE: &str = "CLI008";
 
+/// Source lines are asked for where there are none.
+pub const NO_LINES: &str = "CLI009";
+
 /// All of them.
 #[rustfmt::skip]
 pub const CODES: &[Code] = &[
@@ -58,6 +61,11 @@ pub const CODES: &[Code] = &[
         explain: "A file of --eeprom or --attach holds plain bytes, from address 0 of the memory on, and has more of them than the \
                   memory has cells. A shorter file is taken; the rest is erased. Mend: give the file that was made for this \
                   memory; a file in Intel HEX needs a name that ends in .hex or .eep." },
+    Code { code: NO_LINES, title: "there are no source lines",
+        explain: "A warning: --source was asked for, and neither the image nor a file of symbols tells which line an instruction \
+                  was made of. A HEX file never does, an ELF file only when it was compiled with debugging information and \
+                  not stripped. Mend: compile with -gdwarf-4 (or -g where that writes DWARF) and give the ELF file; for the \
+                  8051 and PIC16 families give the files of symbols with --symbols." },
 ];
 
 /// An error about a whole file.

@@ -1,19 +1,24 @@
 //! `emu disasm`: the instructions of an image.
 
 use clap::Args;
+use diag::{Diagnostic, Severity};
 use emu_core::chip::Chip;
-use emu_core::image::Image;
-use emu_debug::Names;
+use emu_core::image::{Image, Lines};
+use emu_core::table::Line;
+use emu_debug::{Names, Source};
 use serde_json::{Value, json};
 
+use crate::codes::{NO_LINES, about_file};
 use crate::fail::{Failure, exit};
-use crate::report::Terminal;
+use crate::report::{Terminal, report};
+use crate::sources::Sources;
 use crate::{family, input, output};
 
 const EXAMPLES: &str = "\
 Examples:
   emu disasm blink.hex
   emu disasm blink.elf --from main --to 0x120
+  emu disasm blink.elf --source --from main.c:12
   emu disasm app.ihx --mcu at89s52 --symbols app.cdb
   emu disasm - --json < blink.hex";
 
@@ -34,13 +39,19 @@ pub struct DisasmArgs {
     /// file of gputils. Repeatable.
     #[arg(long, value_name = "FILE")]
     symbols: Vec<String>,
-    /// First address: bytes (on PIC16 words), as a number (0x80, 128) or a symbol of the program.
+    /// First address: bytes (on PIC16 words), as a number (0x80, 128), a symbol of the program (main, main+0x10) or a source
+    /// line (main.c:12).
     #[arg(long, value_name = "ADDRESS")]
     from: Option<String>,
     /// Address after the last, as --from.
     #[arg(long, value_name = "ADDRESS")]
     to: Option<String>,
-    /// One JSON document: addresses in bytes (on PIC16 words), words as numbers, text, labels.
+    /// Show the source lines that the instructions were made of: file and line, and its text where the file is found (where it
+    /// was compiled, beside the image, or here). From the debugging information (DWARF) of an ELF file, or from --symbols.
+    #[arg(long)]
+    source: bool,
+    /// One JSON document: addresses in bytes (on PIC16 words), words as numbers, text, labels, names of operands, and with
+    /// --source lines and their texts.
     #[arg(long)]
     pub json: bool,
 }
@@ -49,8 +60,8 @@ type Chosen = &'static Chip;
 
 /// A stretch of program memory.
 enum Piece {
-    /// An instruction: word address, its words, its text.
-    Instruction(u32, Vec<u16>, String),
+    /// An instruction: word address, its words, what it is.
+    Instruction(u32, Vec<u16>, Line),
     /// Erased words: first and after the last.
     Erased(u32, u32),
 }
@@ -59,25 +70,74 @@ enum Piece {
 pub fn disasm(args: &DisasmArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let image = input::image_with_symbols(&args.image, &args.symbols, args.chip, terminal)?;
     let names = Names { chip: args.chip, symbols: &image.symbols };
+    let source = Source { names, lines: &image.lines };
+    let range = range(args, &source);
+    let pieces = range.map(|(from, to)| Code::new(args.chip, &image).pieces(from, to));
+    let mut listing = args.source.then(|| Listing::new(args, &image.lines, terminal));
+    report(terminal, image.lines.warnings(), &[]);
+    let pieces = pieces?;
+    if args.json {
+        let list: Vec<Value> = pieces.iter().filter_map(|piece| document(piece, &source, listing.as_mut())).collect();
+        output::json(&json!({ "schema": 1, "mcu": args.chip.name, "instructions": list }))?;
+    } else {
+        output::print(pieces.iter().map(|piece| line(piece, &source, listing.as_mut())).collect::<String>())?;
+    }
+    Ok(exit::OK)
+}
+
+/// The program words that are asked for: from the first, to the one after the last.
+fn range(args: &DisasmArgs, source: &Source<'_>) -> Result<(u32, u32), Failure> {
+    let first = |text: &str| source.words(text).map(|words| words.into_iter().min().unwrap_or(0));
     let from = args
         .from
         .as_ref()
-        .map_or(Ok(0), |text| names.program_word(text).map_err(|why| Failure::value("--from <ADDRESS>", text, &why)))?;
+        .map_or(Ok(0), |text| first(text).map_err(|why| Failure::value("--from <ADDRESS>", text, &why)))?;
     let to = args.to.as_ref().map_or(Ok(args.chip.flash / args.chip.word_bytes), |text| {
-        names.program_end(text).map_err(|why| Failure::value("--to <ADDRESS>", text, &why))
+        let end = if text.contains(':') { first(text) } else { source.names.program_end(text) };
+        end.map_err(|why| Failure::value("--to <ADDRESS>", text, &why))
     })?;
     if from >= to {
         let (from, to) = (args.chip.code_address(from), args.chip.code_address(to));
         return Err(Failure::Usage(format!("--from 0x{from:x} is not before --to 0x{to:x}")));
     }
-    let pieces = Code::new(args.chip, &image).pieces(from, to);
-    if args.json {
-        let list: Vec<Value> = pieces.iter().filter_map(|piece| document(piece, &names)).collect();
-        output::json(&json!({ "schema": 1, "mcu": args.chip.name, "instructions": list }))?;
-    } else {
-        output::print(pieces.iter().map(|piece| line(piece, &names)).collect::<String>())?;
+    Ok((from, to))
+}
+
+/// Source lines between the instructions.
+struct Listing<'a> {
+    sources: Sources<'a>,
+    /// The line of the instruction before.
+    last: Option<String>,
+}
+
+impl<'a> Listing<'a> {
+    fn new(args: &DisasmArgs, lines: &'a Lines, terminal: &Terminal) -> Listing<'a> {
+        if lines.all().is_empty() && lines.warnings().is_empty() {
+            let hint = "give an ELF file that was compiled with -gdwarf-4, or files of symbols with --symbols";
+            let none = about_file(NO_LINES, &args.image, "there are no source lines".to_owned(), hint);
+            report(terminal, &[Diagnostic { severity: Severity::Warning, ..none }], &[]);
+        }
+        let files = std::iter::once(&args.image).chain(&args.symbols).map(String::as_str);
+        Listing { sources: Sources::new(lines, files), last: None }
     }
-    Ok(exit::OK)
+
+    /// Line and text at a program word.
+    fn at(&mut self, word: u32, source: &Source<'_>) -> Option<(String, Option<&str>)> {
+        let line = source.line_at(word)?;
+        Some((format!("{}:{}", line.file, line.line), self.sources.text(line)))
+    }
+
+    /// Line and text at a program word, where they are others than at the one before: `; main.c:12: x = 1;`.
+    fn heading(&mut self, word: u32, source: &Source<'_>) -> Option<String> {
+        let (line, text) = self.at(word, source).map(|(line, text)| (Some(line), text)).unwrap_or_default();
+        let heading = line.as_ref().map(|line| match text {
+            Some(text) => format!("; {line}: {text}\n"),
+            None => format!("; {line}\n"),
+        });
+        let new = line != self.last;
+        self.last = line;
+        heading.filter(|_| new)
+    }
 }
 
 /// Program memory.
@@ -119,7 +179,7 @@ impl Code {
                 let instruction = (self.chip.isa.disassemble)(here, at as u32);
                 let len = instruction.len.max(1);
                 let shown = here.get(..len).unwrap_or(here).to_vec();
-                pieces.push(Piece::Instruction(at as u32, shown, instruction.text));
+                pieces.push(Piece::Instruction(at as u32, shown, instruction));
                 at += len;
             }
         }
@@ -145,7 +205,8 @@ fn labels<'a>(names: &Names<'a>, word: u32, len: usize) -> impl Iterator<Item = 
     here.map(|s| (s.addr, s.name.as_str()))
 }
 
-fn line(piece: &Piece, names: &Names<'_>) -> String {
+fn line(piece: &Piece, source: &Source<'_>, listing: Option<&mut Listing<'_>>) -> String {
+    let names = &source.names;
     let (chip, size) = (names.chip, names.chip.word_bytes);
     match piece {
         Piece::Erased(from, to) => {
@@ -153,7 +214,7 @@ fn line(piece: &Piece, names: &Names<'_>) -> String {
             let unit = if chip.width(chip.code) == 1 { "bytes" } else { "words" };
             format!("; {from:04X} to {:04X} erased, {} {unit}\n", to - 1, to - from)
         }
-        Piece::Instruction(at, words, text) => {
+        Piece::Instruction(at, words, Line { text, operands, .. }) => {
             let mut out = String::new();
             let start = chip.code_address(*at);
             for (addr, name) in labels(names, *at, words.len()) {
@@ -164,18 +225,34 @@ fn line(piece: &Piece, names: &Names<'_>) -> String {
             }
             let digits = size as usize * 2;
             let hex: Vec<String> = words.iter().map(|word| format!("{word:0digits$X}")).collect();
+            out.push_str(&listing.and_then(|listing| listing.heading(*at, source)).unwrap_or_default());
+            let meant = source.operands(operands).join(", ");
+            let text = if meant.is_empty() { text.clone() } else { format!("{text:<20} ; {meant}") };
             out.push_str(&format!("{start:04X}  {:<9}  {text}\n", hex.join(" ")));
             out
         }
     }
 }
 
-fn document(piece: &Piece, names: &Names<'_>) -> Option<Value> {
-    let Piece::Instruction(at, words, text) = piece else { return None };
+fn document(piece: &Piece, source: &Source<'_>, listing: Option<&mut Listing<'_>>) -> Option<Value> {
+    let Piece::Instruction(at, words, Line { text, operands, .. }) = piece else { return None };
+    let names = &source.names;
     let mut entry = json!({ "addr": names.chip.code_address(*at), "words": words, "text": text });
     let labels: Vec<&str> = labels(names, *at, words.len()).map(|(_, name)| name).collect();
     if !labels.is_empty() {
         entry["labels"] = json!(labels);
+    }
+    let meant = source.operands(operands);
+    if !meant.is_empty() {
+        entry["names"] = json!(meant);
+    }
+    if let Some((line, text)) =
+        listing.and_then(|listing| listing.at(*at, source).map(|(line, text)| (line, text.map(str::to_owned))))
+    {
+        entry["line"] = json!(line);
+        if let Some(text) = text {
+            entry["source"] = json!(text);
+        }
     }
     Some(entry)
 }

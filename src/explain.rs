@@ -30,6 +30,7 @@ pub fn all() -> Vec<&'static Code> {
     let tables = [
         codes::CODES,
         emu_core::image::CODES,
+        emu_core::image::LINE_CODES,
         emu_core::image::SYMBOL_CODES,
         emu_core::table::CODES,
         emu_core::lint::CODES,

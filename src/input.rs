@@ -6,7 +6,7 @@ use std::io::{self, Read as _};
 
 use diag::{Diagnostic, Severity};
 use emu_core::chip::Chip;
-use emu_core::image::{self, CONSTANT, ElfMachine, Image, SymbolAt, SymbolFile, Symbols};
+use emu_core::image::{self, CONSTANT, ElfMachine, Image, Lines, SymbolAt, SymbolFile, Symbols};
 use ladder::{Dialect, Program};
 
 use crate::codes::{OTHER_PROCESSOR, OTHER_PROGRAM, UNREADABLE, about_file, reason};
@@ -17,6 +17,9 @@ use crate::report::{Terminal, report};
 
 /// Largest file, in bytes.
 const MAX_BYTES: u64 = 64 << 20;
+
+/// The first bytes of every ELF file.
+const ELF: &[u8] = b"\x7fELF";
 
 /// All bytes of a file; `-` is standard input.
 pub fn bytes(file: &str) -> Result<Vec<u8>, Failure> {
@@ -45,6 +48,9 @@ pub fn image(file: &str, chip: &Chip, terminal: &Terminal) -> Result<Image, Fail
         Ok(mut loaded) => {
             loaded.warnings.extend(guess(file, &bytes, chip, false));
             report(terminal, &loaded.warnings, &bytes);
+            if bytes.starts_with(ELF) {
+                loaded.image.lines = Lines::of_elf(file, bytes);
+            }
             Ok(loaded.image)
         }
         Err(mut faults) => {
@@ -83,7 +89,9 @@ pub fn image_with_symbols(file: &str, symbols: &[String], chip: &Chip, terminal:
             let constant = |(name, value)| SymbolAt { name, space: CONSTANT, addr: value, size: 0 };
             image.symbols.extend(found.symbols);
             image.symbols.extend(found.unplaced.into_iter().map(constant));
-            image.lines = found.lines;
+            if !symbols.is_empty() {
+                image.lines = Lines::new(found.lines);
+            }
             Ok(image)
         }
         Err(faults) => {

@@ -24,7 +24,7 @@ pub enum Lint {
 pub fn complain<C: Cpu>(story: &Story<'_, C>, lint: Lint, image: &str, terminal: &Terminal) {
     let severity = if lint == Lint::Error { Severity::Error } else { Severity::Warning };
     let each = story.ended.lints.iter().map(|found| {
-        let (place, what) = (story.place_of(found.pc), describe(found.lint, &story.names));
+        let (place, what) = (story.source.place(found.pc), describe(found.lint, &story.source.names));
         let cause = format!("at {place}: {what} ({})", times(found));
         Diagnostic::new(severity, found.lint.code(), image, Pos::default(), cause, found.lint.hint())
     });
@@ -45,14 +45,14 @@ pub fn document<C: Cpu>(story: &Story<'_, C>) -> Value {
     let each = story.ended.lints.iter().map(|found| {
         let mut object = json!({
             "code": found.lint.code(),
-            "pc": story.names.chip.code_address(found.pc),
-            "cause": describe(found.lint, &story.names),
+            "pc": story.source.names.chip.code_address(found.pc),
+            "cause": describe(found.lint, &story.source.names),
             "hint": found.lint.hint(),
             "count": found.count,
             "cycle": found.first,
         });
-        let byte = found.pc * story.names.chip.word_bytes;
-        for (key, value) in [("symbol", story.names.near(byte)), ("line", story.line_of(found.pc))] {
+        let byte = found.pc * story.source.names.chip.word_bytes;
+        for (key, value) in [("symbol", story.source.names.near(byte)), ("line", story.source.line(found.pc))] {
             if let Some(value) = value {
                 object[key] = json!(value);
             }

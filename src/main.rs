@@ -6,7 +6,7 @@
 //!   fail.rs    exit codes, ways to fail       codes.rs   the codes CLI0xx
 //!   family.rs  the families of chips          sink.rs    what the name of a result stands for
 //!   guess.rs   which chip a HEX file was made for   held.rs    why a chip can never go on
-//!   attach.rs  devices at the pins
+//!   attach.rs  devices at the pins            sources.rs the text of source lines
 //!   lint.rs    what `run --lint` found              store.rs  files that keep what a memory holds
 //!   avr.rs     flags of the AVR family        mcs51.rs  flags of the 8051 family
 //!   pic16.rs   flags of the PIC16 family
@@ -40,6 +40,7 @@ mod run;
 mod shell;
 mod sim;
 mod sink;
+mod sources;
 mod store;
 mod summary;
 mod wave;

@@ -12,8 +12,7 @@ use emu_debug::cod::{Limits, Script};
 use emu_debug::run::{levels, run_on};
 use emu_debug::stimulus::{Put, drive, put, queue};
 use emu_debug::text::unescape;
-use emu_debug::until::until;
-use emu_debug::{Board, Clock, Drive, Ended, Names, Plan, Range, Reason, Sender, Wave, time};
+use emu_debug::{Board, Clock, Drive, Ended, Names, Plan, Range, Reason, Sender, Source, Wave, time};
 
 use crate::args::Mcu;
 use crate::attach::{self, Attached, Bench};
@@ -22,7 +21,7 @@ use crate::family::{self, Job, Setup, on_machine};
 use crate::held::held;
 use crate::lint::Lint;
 use crate::output::Pending;
-use crate::report::Terminal;
+use crate::report::{Terminal, report};
 use crate::store::{self, Store};
 use crate::summary::{self, Story};
 use crate::{avr, cod, input, lint, mcs51, output, pic16};
@@ -267,10 +266,15 @@ impl Job for Headless<'_> {
             store
         });
         let clock = Clock { hz: self.hz, clocks_per_cycle: cpu.clocks_per_cycle() * self.avr.divider };
-        let names = Names { chip: cpu.chip(), symbols: &self.image.symbols };
-        let job = planned(self.args, &names, clock)?;
+        let source = self.source(cpu.chip());
+        let job = planned(self.args, &source, clock);
+        // Asking for a line of the image may have shown that its debugging information is damaged.
+        report(self.terminal, self.image.lines.warnings(), &[]);
+        let told = self.image.lines.warnings().len();
+        let job = job?;
         let mut board = self.bench.board(cpu.chip(), clock, &job.drives)?;
         let out = self.whole((&mut cpu, &mut board), job);
+        report(self.terminal, self.image.lines.warnings().get(told..).unwrap_or_default(), &[]);
         // However the run has ended: but a command line that makes no sense has run nothing.
         let wrong = matches!(out, Err(Failure::Usage(_)));
         if let Some(store) = store.filter(|_| !wrong) {
@@ -284,10 +288,15 @@ impl Job for Headless<'_> {
 }
 
 impl Headless<'_> {
+    /// What is known of the addresses of the program.
+    fn source(&self, chip: &'static Chip) -> Source<'_> {
+        Source { names: Names { chip, symbols: &self.image.symbols }, lines: &self.image.lines }
+    }
+
     /// The run, and what is told of it.
     fn whole<C: Cpu>(&self, (cpu, board): (&mut C, &mut Board), mut job: Planned) -> Result<u8, Failure> {
         let (args, image, chip) = (self.args, self.image, cpu.chip());
-        let names = Names { chip, symbols: &image.symbols };
+        let source = self.source(chip);
         let filled = image.segments.iter().filter(|s| s.space == chip.ram);
         job.plan.filled =
             filled.map(|s| Range { space: s.space, start: s.addr, end: s.addr + s.bytes.len() as u32 }).collect();
@@ -303,13 +312,13 @@ impl Headless<'_> {
         if let Some(script) = &self.script {
             let limits = Limits { cycle: job.plan.limit, hz: self.hz };
             let name = args.pic16.cod.as_deref().unwrap_or_default();
-            return cod::judge(cpu, script, (name, names), (limits, &job.drives), args.json);
+            return cod::judge(cpu, script, (name, source), (limits, &job.drives), args.json);
         }
         board.connect(cpu);
         let ended = recorded(args, (cpu, board), &job)?;
         let held = if ended.reason == Reason::Halted { held(cpu, &job.drives) } else { None };
         let Planned { clock, plan, peek, .. } = &job;
-        let story = Story { cpu, names, lines: &image.lines, clock: *clock, plan, ended: &ended, peek, held };
+        let story = Story { cpu, source, clock: *clock, plan, ended: &ended, peek, held };
         if let Some(how) = args.lint {
             lint::complain(&story, how, &args.image, self.terminal);
         }
@@ -370,8 +379,8 @@ fn recorded<C: Cpu>(args: &RunArgs, (cpu, board): (&mut C, &mut Board), job: &Pl
     Ok(ended)
 }
 
-fn planned(args: &RunArgs, names: &Names<'_>, clock: Clock) -> Result<Planned, Failure> {
-    let chip = names.chip;
+fn planned(args: &RunArgs, source: &Source<'_>, clock: Clock) -> Result<Planned, Failure> {
+    let (names, chip) = (&source.names, source.names.chip);
     let time = args.time.as_deref().unwrap_or(DEFAULT_LIMIT);
     let limit = match args.cycles {
         Some(n) if n > time::MAX_CYCLES => {
@@ -394,7 +403,7 @@ fn planned(args: &RunArgs, names: &Names<'_>, clock: Clock) -> Result<Planned, F
     let incoming = incoming(args, chip, clock, &drives)?;
     drives.extend(incoming);
     let conditions =
-        args.until.iter().map(|t| until(names, t).map_err(|why| Failure::value("--until <COND>", t, &why)));
+        args.until.iter().map(|t| source.until(t).map_err(|why| Failure::value("--until <COND>", t, &why)));
     let peek = args.peek.iter().map(|text| match names.range(text) {
         Ok(range) => Ok((text.clone(), range)),
         Err(why) => Err(Failure::value("--peek <RANGE>", text, &why)),

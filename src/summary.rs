@@ -1,12 +1,9 @@
 //! How a run went, for people and as JSON.
 
-use std::cmp::Reverse;
-
 use emu_core::cpu::{Cpu, Fault};
-use emu_core::image::LineAt;
 use emu_core::pins::Level;
 use emu_debug::text::escape;
-use emu_debug::{Clock, Ended, Names, Plan, Range, Reason};
+use emu_debug::{Clock, Ended, Plan, Range, Reason, Source};
 use serde_json::{Map, Value, json};
 
 use crate::output;
@@ -18,10 +15,8 @@ const LONGEST: u32 = 3;
 pub struct Story<'a, C> {
     /// The chip at the end.
     pub cpu: &'a C,
-    /// Names of addresses.
-    pub names: Names<'a>,
-    /// Source lines.
-    pub lines: &'a [LineAt],
+    /// Names and source lines of addresses.
+    pub source: Source<'a>,
     /// Seconds.
     pub clock: Clock,
     /// What was waited for.
@@ -59,23 +54,24 @@ impl<C: Cpu> Story<'_, C> {
 
     /// Its address as it is written for the chip.
     fn pc(&self) -> u32 {
-        self.names.chip.code_address(self.word())
+        self.source.names.chip.code_address(self.word())
     }
 
     /// The byte address of a program word, by which symbols and lines go.
     fn byte(&self, word: u32) -> u32 {
-        word * self.names.chip.word_bytes
+        word * self.source.names.chip.word_bytes
     }
 
     /// More about the end, where there is more.
     fn detail(&self) -> Option<String> {
         match self.ended.reason {
             Reason::Until(i, access) => {
-                let condition = self.plan.until.get(i)?.describe(&self.names);
+                let condition = self.plan.until.get(i)?.describe(&self.source.names);
                 Some(match access {
                     Some(a) => {
-                        let pc = self.names.chip.code_address(a.pc);
-                        format!("{condition}: 0x{:02x} at {}:0x{:x}, pc 0x{pc:04x}", a.value, a.space, a.addr)
+                        let object = self.object(a.space, a.addr.into());
+                        let (at, pc) = (format!("{}:0x{:x}{object}", a.space, a.addr), self.source.place(a.pc));
+                        format!("{condition}: 0x{:02x} at {at}, pc {pc}", a.value)
                     }
                     None => condition,
                 })
@@ -83,43 +79,32 @@ impl<C: Cpu> Story<'_, C> {
             Reason::Expected => self.plan.expect.as_deref().map(escape),
             Reason::Failed => self.plan.fail.as_deref().map(escape),
             Reason::Illegal { .. } => Some(self.instruction()),
-            Reason::Fault { fault, .. } => Some(format!("{}: {fault}", self.instruction())),
+            Reason::Fault { fault: Fault::UninitialisedRead { space, addr }, .. } => {
+                let (instruction, object) = (self.instruction(), self.object(space, addr.into()));
+                Some(format!("{instruction}: {space}:0x{addr:04x}{object} was read before it was written"))
+            }
             Reason::Halted => self.held.clone(),
             Reason::Limit | Reason::Host => None,
         }
     }
 
+    /// The symbol that an address of data memory belongs to, ` (buf+0x2)`; nothing where it is in none.
+    fn object(&self, space: &str, addr: u32) -> String {
+        self.source.names.object(space, addr).map_or(String::new(), |object| format!(" ({object})"))
+    }
+
     /// The instruction at the end, as text.
     fn instruction(&self) -> String {
-        let (chip, size) = (self.names.chip, self.names.chip.word_bytes);
+        let (chip, size) = (self.source.names.chip, self.source.names.chip.word_bytes);
         let byte = |addr: u32| u16::from(self.cpu.peek(chip.code, addr % chip.flash).unwrap_or(0xFF));
         let word = |start: u32| (0..size).rev().fold(0, |high, i| high << 8 | byte(start + i));
         let words: Vec<u16> = (0..LONGEST).map(|i| word(self.byte(self.word()) + i * size)).collect();
         (chip.isa.disassemble)(&words, self.word()).text
     }
 
-    /// A program word as a place: `0x0086 (main+0x4)`.
-    pub fn place_of(&self, word: u32) -> String {
-        let known: Vec<String> = self.names.near(self.byte(word)).into_iter().chain(self.line_of(word)).collect();
-        let addr = self.names.chip.code_address(word);
-        match known.as_slice() {
-            [] => format!("0x{addr:04x}"),
-            known => format!("0x{addr:04x} ({})", known.join(", ")),
-        }
-    }
-
-    /// The source line of a program word, `main.c:12`, where it is of the same function; C goes before others.
-    pub fn line_of(&self, word: u32) -> Option<String> {
-        let (chip, pc) = (self.names.chip, self.byte(word));
-        let function = self.names.symbols.iter().filter(|s| s.space == chip.code && s.addr <= pc).map(|s| s.addr).max();
-        let behind = self.lines.iter().filter(|line| (function.unwrap_or(0)..=pc).contains(&line.addr));
-        let line = behind.min_by_key(|line| (line.kind, Reverse(line.addr), Reverse(line.line)))?;
-        Some(format!("{}:{}", line.file, line.line))
-    }
-
     /// What stands at the addresses of a range, in hex: bytes, or words where its addresses count words (low byte first).
     fn cells(&self, range: &Range) -> Vec<String> {
-        let width = self.names.chip.width(range.space);
+        let width = self.source.names.chip.width(range.space);
         let byte = |addr: u32| self.cpu.peek(range.space, addr).map(|byte| format!("{byte:02x}"));
         let cell = |addr: u32| (0..width).rev().map(|i| byte(addr * width + i)).collect();
         (range.start..range.end).filter_map(cell).collect()
@@ -127,7 +112,7 @@ impl<C: Cpu> Story<'_, C> {
 
     /// Name and level of the pins that the package has.
     fn pins(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
-        self.names.chip.pins.iter().zip(0u8..).filter(|(def, _)| def.dip != 0).map(|(def, id)| {
+        self.source.names.chip.pins.iter().zip(0u8..).filter(|(def, _)| def.dip != 0).map(|(def, id)| {
             let level = match self.cpu.level(id) {
                 Level::Low => "0",
                 Level::High => "1",
@@ -139,13 +124,13 @@ impl<C: Cpu> Story<'_, C> {
 
     /// Pins that chip and outside drove against each other, with the first cycle of that.
     fn contention(&self) -> impl Iterator<Item = (&'static str, u64)> {
-        let name = |pin: u8| self.names.chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
+        let name = |pin: u8| self.source.names.chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
         self.ended.contention.iter().map(move |&(pin, cycle)| (name(pin), cycle))
     }
 
     fn register(&self, name: &str) -> u32 {
         match (name, self.cpu.reg(name)) {
-            ("PC", _) => self.names.chip.code_address(self.cpu.pc()),
+            ("PC", _) => self.source.names.chip.code_address(self.cpu.pc()),
             (_, value) => value.unwrap_or(0),
         }
     }
@@ -159,7 +144,7 @@ pub fn complain<C: Cpu>(story: &Story<'_, C>) {
              hint: let the pin go with --set {pin}=z or --at TIME:{pin}=z while the chip drives it\n"
         ));
     }
-    let erased = story.names.chip.isa.erased;
+    let erased = story.source.names.chip.isa.erased;
     let out_of_code = format!("0x{erased:x} is erased memory: the program ran or jumped out of its code");
     let (what, hint) = match story.ended.reason {
         Reason::Illegal { word, .. } if word == erased => ("no instruction", out_of_code.as_str()),
@@ -170,7 +155,7 @@ pub fn complain<C: Cpu>(story: &Story<'_, C>) {
         _ => return,
     };
     let detail = story.detail().unwrap_or_default();
-    let (place, cycle) = (story.place_of(story.word()), story.cpu.cycle());
+    let (place, cycle) = (story.source.place(story.word()), story.cpu.cycle());
     output::tell(&format!("error: {what} at {place}, cycle {cycle}: {detail}\n  hint: {hint}\n"));
 }
 
@@ -181,16 +166,17 @@ pub fn document<C: Cpu>(story: &Story<'_, C>) -> Value {
     if let Some(detail) = story.detail() {
         stop["detail"] = json!(detail);
     }
-    if let Some(line) = story.line_of(story.word()) {
+    if let Some(line) = story.source.line(story.word()) {
         stop["line"] = json!(line);
     }
-    let registers = story.names.chip.cpu_regs.iter().map(|name| ((*name).to_owned(), json!(story.register(name))));
+    let registers =
+        story.source.names.chip.cpu_regs.iter().map(|name| ((*name).to_owned(), json!(story.register(name))));
     let pins = story.pins().map(|(name, level)| (name.to_owned(), json!(level)));
     let peek = story.peek.iter().map(|(text, range)| (text.clone(), json!(story.cells(range).concat())));
     let contention: Vec<Value> = story.contention().map(|(pin, cycle)| json!({ "pin": pin, "cycle": cycle })).collect();
     let mut document = json!({
         "schema": 1,
-        "mcu": story.names.chip.name,
+        "mcu": story.source.names.chip.name,
         "clock_hz": story.clock.hz,
         "cycles": cpu.cycle(),
         "instructions": cpu.instructions(),
@@ -202,7 +188,7 @@ pub fn document<C: Cpu>(story: &Story<'_, C>) -> Value {
         "peek": Value::Object(peek.collect::<Map<_, _>>()),
     });
     if !story.peek.is_empty() {
-        let width = |(text, range): &(String, Range)| (text.clone(), json!(story.names.chip.width(range.space)));
+        let width = |(text, range): &(String, Range)| (text.clone(), json!(story.source.names.chip.width(range.space)));
         document["peek_width"] = Value::Object(story.peek.iter().map(width).collect());
     }
     if !contention.is_empty() {
@@ -218,7 +204,7 @@ pub fn text<C: Cpu>(story: &Story<'_, C>) -> String {
     if let Some(detail) = story.detail() {
         out.push_str(&format!(": {detail}"));
     }
-    out.push_str(&format!("\npc         {}\n", story.place_of(story.word())));
+    out.push_str(&format!("\npc         {}\n", story.source.place(story.word())));
     out.push_str(&format!(
         "time       {} s, {} cycles at {} Hz, {} instructions\n",
         story.clock.seconds(cpu.cycle()),
@@ -226,8 +212,15 @@ pub fn text<C: Cpu>(story: &Story<'_, C>) -> String {
         story.clock.hz,
         cpu.instructions()
     ));
-    let (general, special): (Vec<&str>, Vec<&str>) =
-        story.names.chip.cpu_regs.iter().copied().filter(|name| *name != "PC").partition(|name| name.starts_with('r'));
+    let (general, special): (Vec<&str>, Vec<&str>) = story
+        .source
+        .names
+        .chip
+        .cpu_regs
+        .iter()
+        .copied()
+        .filter(|name| *name != "PC")
+        .partition(|name| name.starts_with('r'));
     for (row, chunk) in general.chunks(16).enumerate() {
         let values: Vec<String> = chunk.iter().map(|name| format!("{:02x}", story.register(name))).collect();
         out.push_str(&format!("r{:<10}{}\n", row * 16, values.join(" ")));
@@ -239,7 +232,7 @@ pub fn text<C: Cpu>(story: &Story<'_, C>) -> String {
         out.push_str(&format!("uart       {}\n", escape(&story.ended.uart)));
     }
     for (text, range) in story.peek {
-        let columns = 16 / story.names.chip.width(range.space).clamp(1, 16) as usize;
+        let columns = 16 / story.source.names.chip.width(range.space).clamp(1, 16) as usize;
         for (row, chunk) in story.cells(range).chunks(columns).enumerate() {
             let head =
                 if row == 0 { text.clone() } else { format!("  0x{:04x}", range.start as usize + row * columns) };

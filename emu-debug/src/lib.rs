@@ -9,6 +9,7 @@
 //!   cod/         programs that check themselves, as gpsim does
 //!   sender.rs    bytes to the edges of a serial line
 //!   devices/     devices at the pins             board.rs  the chip run with them
+//!   source.rs    addresses as symbols and source lines, and back
 //!   lints.rs     what programs do that is seldom meant, collected
 //!   bits.rs      bits with addresses of their own, and the bytes that they are parts of
 //! ```
@@ -26,6 +27,7 @@ pub mod lints;
 pub mod place;
 pub mod run;
 pub mod sender;
+pub mod source;
 pub mod stimulus;
 pub mod text;
 pub mod time;
@@ -40,6 +42,7 @@ pub use lints::{Found, Lints};
 pub use place::{Names, Range};
 pub use run::{Ended, Plan, Reason, run};
 pub use sender::Sender;
+pub use source::Source;
 pub use stimulus::Drive;
 pub use time::Clock;
 pub use tools::Tools;

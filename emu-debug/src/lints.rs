@@ -103,8 +103,7 @@ pub fn describe(lint: Lint, names: &Names<'_>) -> String {
             format!("goes to 0x{target:04x}{near}, in a page that PCLATH was not set for here")
         }
         Lint::UnknownRead { space, addr } => {
-            let symbol = names.symbols.iter().find(|s| s.space == space && s.addr == u32::from(addr));
-            let symbol = symbol.map_or(String::new(), |symbol| format!(" ({})", symbol.name));
+            let symbol = names.object(space, addr.into()).map_or(String::new(), |symbol| format!(" ({symbol})"));
             format!("{space}:0x{addr:02x}{symbol} is read before it was written")
         }
         Lint::StackOverflow | Lint::StackUnderflow | Lint::NotSaved { .. } | Lint::NoSleep => lint.to_string(),

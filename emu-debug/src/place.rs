@@ -26,8 +26,9 @@ pub struct Range {
 }
 
 impl Names<'_> {
-    /// A part of a memory: `data:0x100` is one byte, `data:0x100..0x120` ends before 0x120. An address is a number (decimal
-    /// or 0x; of words where [`Chip::spaces`] says so), a symbol of the program, in the memory of the chip's registers one of them by name, and in `bit` a
+    /// A part of a memory: `data:0x100` is one byte, `data:0x100..0x120` ends before 0x120, `data:buf` are all bytes of a symbol
+    /// whose size is known. The memory may be left out before a name that only one memory has. An address is a number (decimal
+    /// or 0x; of words where [`Chip::spaces`] says so), a symbol of the program or a place behind it (`buf+2`), in the memory of the chip's registers one of them by name, and in `bit` a
     /// named bit or a bit of a byte (`0x20.3`, `P1.0`); what is none of these may be a constant of the program, in RAM one that is an
     /// address of RAM.
     ///
@@ -35,8 +36,15 @@ impl Names<'_> {
     /// No such memory, no address, a range without bytes or beyond the memory.
     pub fn range(&self, text: &str) -> Result<Range, String> {
         let spaces = || self.chip.spaces.iter().map(|(name, ..)| *name).collect::<Vec<_>>().join(", ");
-        let Some((space, addresses)) = text.split_once(':') else {
-            return Err(format!("`{text}` names no memory; write {} (memories: {})", self.example(), spaces()));
+        let (space, addresses) = match text.split_once(':') {
+            Some(parts) => parts,
+            None => match self.memories_of(text).as_slice() {
+                [space] => (*space, text),
+                [] => {
+                    return Err(format!("`{text}` names no memory; write {} (memories: {})", self.example(), spaces()));
+                }
+                several => return Err(format!("`{text}` is in several memories: {}", several.join(", "))),
+            },
         };
         let Some(&(space, size, width)) = self.chip.spaces.iter().find(|(name, ..)| *name == space.trim()) else {
             return Err(format!("{} has no memory `{space}`; memories are {}", self.chip.name, spaces()));
@@ -53,7 +61,10 @@ impl Names<'_> {
             Some((start, end)) => (self.address(space, start)?, self.address(space, end)?),
             None => {
                 let start = self.address(space, addresses)?;
-                (start, start.checked_add(1).ok_or_else(|| beyond(start))?)
+                // A number of the program is no object, even where it has a size.
+                let object = self.symbols.iter().find(|s| s.space == space && s.name == addresses.trim());
+                let size = object.map_or(1, |symbol| symbol.size.div_ceil(width).max(1));
+                (start, start.checked_add(size).ok_or_else(|| beyond(start))?)
             }
         };
         if start >= end {
@@ -64,6 +75,18 @@ impl Names<'_> {
             return Err(beyond(start));
         }
         Ok(Range { space, start, end })
+    }
+
+    /// The memories that have the name with which a text without a memory begins; the program's names go before the chip's.
+    fn memories_of(&self, text: &str) -> Vec<&'static str> {
+        let first = text.split("..").next().unwrap_or_default().trim();
+        let name = first.split_once('+').map_or(first, |(name, _)| name).trim_end();
+        let has = |space: &str| self.symbols.iter().any(|s| s.space == space && s.name == name);
+        let spaces = self.chip.spaces.iter().map(|(space, ..)| *space);
+        let found: Vec<&str> = spaces.clone().filter(|space| has(space)).collect();
+        let register = || self.chip.reg(name).map(|_| self.chip.reg_space);
+        let bit = || self.chip.bit(name).map(|_| BIT).filter(|bit| spaces.clone().any(|space| space == *bit));
+        if found.is_empty() { register().into_iter().chain(bit()).collect() } else { found }
     }
 
     /// The address in a memory of what data sheets and image files have at the word `word`, where words are what they count.
@@ -110,9 +133,20 @@ impl Names<'_> {
     #[must_use]
     pub fn near(&self, byte: u32) -> Option<String> {
         let code = self.symbols.iter().filter(|s| s.space == self.chip.code && s.addr <= byte);
-        let symbol = code.max_by_key(|s| (s.addr, s.size))?;
-        let offset = (byte - symbol.addr) / self.chip.width(self.chip.code);
-        Some(if offset == 0 { symbol.name.clone() } else { format!("{}+0x{offset:x}", symbol.name) })
+        Some(self.behind(strongest(code)?, byte))
+    }
+
+    /// The symbol that a byte address of a memory belongs to, as `buf` or `buf+0x2`; nothing where it is in none.
+    #[must_use]
+    pub fn object(&self, space: &str, byte: u32) -> Option<String> {
+        let covers = |s: &&SymbolAt| s.space == space && s.addr <= byte && byte - s.addr < s.size.max(1);
+        Some(self.behind(strongest(self.symbols.iter().filter(covers))?, byte))
+    }
+
+    /// A byte address as a place at or behind a symbol.
+    fn behind(&self, symbol: &SymbolAt, byte: u32) -> String {
+        let offset = (byte - symbol.addr) / self.chip.width(symbol.space);
+        if offset == 0 { symbol.name.clone() } else { format!("{}+0x{offset:x}", symbol.name) }
     }
 
     /// A place in RAM as it is written, for messages: `data:0x100`, `idata:0x30`.
@@ -124,8 +158,22 @@ impl Names<'_> {
 
     fn address(&self, space: &str, text: &str) -> Result<u32, String> {
         let text = text.trim();
-        if let Some(symbol) = self.symbols.iter().find(|s| s.space == space && s.name == text) {
-            return Ok(symbol.addr / self.chip.width(space));
+        let mut places: Vec<u32> =
+            self.symbols.iter().filter(|s| s.space == space && s.name == text).map(|s| s.addr).collect();
+        places.dedup();
+        match places.as_slice() {
+            [] => {}
+            [addr] => return Ok(addr / self.chip.width(space)),
+            several => {
+                let several: Vec<String> =
+                    several.iter().map(|addr| format!("0x{:x}", addr / self.chip.width(space))).collect();
+                return Err(format!("`{text}` is the name of several places in {space}: {}", several.join(", ")));
+            }
+        }
+        if let Some((name, offset)) = text.rsplit_once('+').filter(|(name, _)| !name.trim().is_empty()) {
+            let offset = number(offset.trim()).ok_or_else(|| format!("`{offset}` is no number of addresses"))?;
+            let addr = self.address(space, name)?.checked_add(offset);
+            return addr.ok_or_else(|| format!("`{text}` is no address"));
         }
         if let Some((byte, position)) = text.rsplit_once('.').filter(|_| space == BIT && self.chip.bit(text).is_none())
         {
@@ -172,6 +220,13 @@ impl Names<'_> {
             _ => Err(format!("`{position}` is no bit of a byte; those are 0 to 7")),
         }
     }
+}
+
+/// Of several symbols the one by which a place is known: the nearest before it, of those the largest, then that with the
+/// fewest underscores in front (`main`, not `_main`), then the last, since weak ones come first.
+fn strongest<'a>(symbols: impl Iterator<Item = &'a SymbolAt>) -> Option<&'a SymbolAt> {
+    let bare = |name: &str| std::cmp::Reverse(name.bytes().take_while(|byte| *byte == b'_').count());
+    symbols.max_by_key(|s| (s.addr, s.size, bare(&s.name)))
 }
 
 /// A number, decimal or with 0x.

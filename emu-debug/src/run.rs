@@ -165,6 +165,7 @@ fn run_with<C: Cpu, P: Probe>(
     for (i, until) in plan.until.iter().enumerate() {
         match until {
             Until::Pc(pc) => cpu.trap(*pc, true),
+            Until::Line(_, words) => words.iter().for_each(|pc| cpu.trap(*pc, true)),
             Until::Pin(pin, level) => {
                 pins.push((*pin, *level));
                 pin_conditions.push(i);
@@ -197,7 +198,12 @@ fn run_with<C: Cpu, P: Probe>(
             Stop::Illegal { pc, word } => break Reason::Illegal { pc, word },
             Stop::Fault { pc, fault } => break Reason::Fault { pc, fault },
             Stop::Trap { pc } => {
-                if let Some(i) = plan.until.iter().position(|u| *u == Until::Pc(pc)) {
+                let here = |until: &Until| match until {
+                    Until::Pc(word) => *word == pc,
+                    Until::Line(_, words) => words.contains(&pc),
+                    _ => false,
+                };
+                if let Some(i) = plan.until.iter().position(here) {
                     break Reason::Until(i, None);
                 }
             }

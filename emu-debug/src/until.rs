@@ -1,5 +1,6 @@
 //! Conditions that end a run.
 
+use emu_core::image::SymbolAt;
 use emu_core::pins::{Level, PinId};
 
 use crate::place::{Names, Range};
@@ -11,6 +12,8 @@ use crate::text::{escape, unescape};
 pub enum Until {
     /// The instruction at this program word is next.
     Pc(u32),
+    /// One of these program words is next, with which the code of a source line begins; the line as written, `main.c:12`.
+    Line(String, Vec<u32>),
     /// The pin has this level, from the start or by a change; [`Level::Float`] where nothing is to drive it.
     Pin(PinId, Level),
     /// The program reads one of these bytes of data memory, or one of these bits.
@@ -56,12 +59,19 @@ impl Until {
     /// What was waited for, for messages; the chip's pins by name.
     #[must_use]
     pub fn describe(&self, names: &Names<'_>) -> String {
-        let range = |r: &Range| match r.end - r.start {
-            1 => format!("{}:0x{:x}", r.space, r.start),
-            _ => format!("{}:0x{:x}..0x{:x}", r.space, r.start, r.end),
+        let range = |r: &Range| {
+            let width = names.chip.width(r.space);
+            let whole =
+                |s: &&SymbolAt| s.space == r.space && (s.addr, s.size) == (r.start * width, (r.end - r.start) * width);
+            match names.symbols.iter().find(whole) {
+                Some(symbol) if r.end - r.start > 1 => format!("{}:{}", r.space, symbol.name),
+                _ if r.end - r.start == 1 => format!("{}:0x{:x}", r.space, r.start),
+                _ => format!("{}:0x{:x}..0x{:x}", r.space, r.start, r.end),
+            }
         };
         match self {
             Until::Pc(word) => format!("pc=0x{:x}", names.chip.code_address(*word)),
+            Until::Line(line, _) => format!("pc={line}"),
             Until::Pin(pin, level) => {
                 let name = names.chip.pins.get(usize::from(*pin)).map_or("?", |p| p.name);
                 let level = match level {

@@ -121,6 +121,21 @@ pub const CODES: &[Code] = &[
         "At most 100 errors of an ELF file are shown. The closing note counts the others that were seen."),
 ];
 
+/// All codes of the warnings of [`super::Lines`], for `emu explain`.
+#[rustfmt::skip]
+pub const LINE_CODES: &[Code] = &[
+    row("ELF012", "damaged debugging information",
+        "A warning: source lines were asked for, and what the file says of them (DWARF, in .debug_info and .debug_line) contradicts \
+         itself or goes beyond its end. What can be read is used, so lines may be missing. The program itself is not touched by \
+         that. Mend: build anew."),
+    row("ELF013", "compressed debugging information",
+        "A warning: source lines were asked for, and the sections that hold them are compressed, which is not read. Mend: link \
+         without -gz, or unpack them: avr-objcopy --decompress-debug-sections app.elf."),
+    row("ELF014", "debugging information that is not DWARF",
+        "A warning: source lines were asked for, and the file has them as stabs, an old format, which is not read. Compilers of the \
+         AVR before GCC 8 write it for a mere -g. Mend: compile with -gdwarf-4."),
+];
+
 /// All codes that [`super::load_symbols`] gives, for `emu explain`.
 #[rustfmt::skip]
 pub const SYMBOL_CODES: &[Code] = &[

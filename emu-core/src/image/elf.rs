@@ -1,17 +1,20 @@
 //! ELF32, little-endian: sections to load addresses, and symbols. System V ABI, chapters 4 and 5; parsed by `object`.
 
+use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
+
 use diag::{Diagnostic, Pos};
 use object::LittleEndian as Le;
 use object::elf::{
-    self, FileHeader32, PF_X, PT_LOAD, ProgramHeader32, SHF_ALLOC, SHF_EXECINSTR, SHT_NOBITS, SHT_SYMTAB, STT_FILE,
-    STT_SECTION,
+    self, FileHeader32, PF_X, PT_LOAD, ProgramHeader32, SHF_ALLOC, SHF_COMPRESSED, SHF_EXECINSTR, SHT_NOBITS,
+    SHT_SYMTAB, STB_LOCAL, STB_WEAK, STT_FILE, STT_SECTION,
 };
 use object::read::Error;
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, SectionTable, Sym};
 
 use super::faults::Faults;
 use super::place::{Origin, Placed, Trouble, describe, window};
-use super::{ElfMachine, Image, Loaded, Space, SymbolAt};
+use super::{ElfMachine, Image, Lines, Loaded, Space, SymbolAt};
 
 /// The first bytes of every ELF file.
 pub(super) const MAGIC: &[u8] = &elf::ELFMAG;
@@ -35,19 +38,53 @@ pub fn load_elf(file: &str, bytes: &[u8], spaces: &[Space], e_machine: u16) -> R
     if !faults.none() {
         return faults.finish(Image::default());
     }
-    // The tables are read in place and need an aligned start; a slice out of something larger may not have it.
-    let copy;
-    let bytes = if bytes.as_ptr().align_offset(8) == 0 {
-        bytes
-    } else {
-        copy = bytes.to_vec();
-        &copy
-    };
-    let image = read(bytes, spaces, &mut faults).unwrap_or_else(|error| {
+    let image = read(&aligned(bytes), spaces, &mut faults).unwrap_or_else(|error| {
         corrupt(&mut faults, &error.to_string());
         Image::default()
     });
     faults.finish(image)
+}
+
+/// The tables are read in place and need an aligned start; a slice out of something larger may not have it.
+pub(super) fn aligned(bytes: &[u8]) -> Cow<'_, [u8]> {
+    if bytes.as_ptr().align_offset(8) == 0 { Cow::Borrowed(bytes) } else { Cow::Owned(bytes.to_vec()) }
+}
+
+/// A section with debugging information.
+pub(super) enum DebugSection<'b> {
+    /// Its bytes.
+    Plain(&'b [u8]),
+    /// It is compressed (System V ABI, "Compressed sections", or as GNU tools did it before: `.zdebug_info`).
+    Compressed,
+}
+
+impl<'b> DebugSection<'b> {
+    /// Its bytes; none where it is compressed.
+    pub fn bytes(&self) -> &'b [u8] {
+        match self {
+            DebugSection::Plain(bytes) => bytes,
+            DebugSection::Compressed => &[],
+        }
+    }
+}
+
+/// The sections with debugging information by name; nothing where the table of sections, or one of them, lies outside of the
+/// file.
+pub(super) fn debug_sections(bytes: &[u8]) -> Option<Vec<(&str, DebugSection<'_>)>> {
+    let header = FileHeader32::<Le>::parse(bytes).ok()?;
+    let sections = header.sections(Le, bytes).ok()?;
+    let mut found = Vec::new();
+    for section in sections.iter() {
+        let Some(name) = sections.section_name(Le, section).ok().and_then(|name| str::from_utf8(name).ok()) else {
+            continue;
+        };
+        if name.starts_with(".zdebug_") || name.starts_with(".debug_") && section.sh_flags(Le) & SHF_COMPRESSED != 0 {
+            found.push((name, DebugSection::Compressed));
+        } else if name.starts_with(".debug_") || name == ".stab" {
+            found.push((name, DebugSection::Plain(section.data(Le, bytes).ok()?)));
+        }
+    }
+    Some(found)
 }
 
 /// Checks what can be read without knowing the layout of the rest.
@@ -141,7 +178,7 @@ fn read(bytes: &[u8], spaces: &[Space], faults: &mut Faults) -> Result<Image, Er
         faults.error("ELF010", Pos::default(), cause, "link a program, not only data");
     }
     let symbols = symbols(&sections, bytes, spaces, faults)?;
-    Ok(Image { segments: placed.into_segments(), symbols, lines: Vec::new(), entry: Some(header.e_entry(Le)) })
+    Ok(Image { segments: placed.into_segments(), symbols, lines: Lines::default(), entry: Some(header.e_entry(Le)) })
 }
 
 fn tell(trouble: Trouble, pieces: &[Piece], piece: &Piece, spaces: &[Space], faults: &mut Faults) {
@@ -226,10 +263,16 @@ fn symbols(
     let table = sections.symbols(Le, bytes, SHT_SYMTAB)?;
     let mut found = Vec::new();
     let mut budget = bytes.len().saturating_mul(NAME_SHARING);
+    // The symbols of a module that are its own stand behind the name of its file (System V ABI, "Symbol Table").
+    let mut module: &[u8] = &[];
     for symbol in table.iter() {
         let kind = symbol.st_type();
         let home = symbol.st_shndx(Le);
-        if kind == STT_FILE || kind == STT_SECTION || matches!(home, elf::SHN_UNDEF | elf::SHN_ABS | elf::SHN_COMMON) {
+        if kind == STT_FILE {
+            module = symbol.name(Le, table.strings()).unwrap_or_default();
+            continue;
+        }
+        if kind == STT_SECTION || matches!(home, elf::SHN_UNDEF | elf::SHN_ABS | elf::SHN_COMMON) {
             continue;
         }
         let addr = symbol.st_value(Le);
@@ -244,11 +287,50 @@ fn symbols(
             continue;
         }
         let Some(space) = spaces.get(at) else { continue };
+        let (local, weak) = (symbol.st_bind() == STB_LOCAL, symbol.st_bind() == STB_WEAK);
         let name = String::from_utf8_lossy(name).into_owned();
-        found.push((at, SymbolAt { name, space: space.name, addr: addr - space.start, size: symbol.st_size(Le) }));
+        let at_addr = SymbolAt { name, space: space.name, addr: addr - space.start, size: symbol.st_size(Le) };
+        let module = if local { module.get(..module.len().min(MOST_MODULE)).unwrap_or_default() } else { &[] };
+        found.push(Named { at, weak, module, symbol: at_addr });
     }
-    found.sort_by(|(a, x), (b, y)| (a, x.addr, &x.name, x.size).cmp(&(b, y.addr, &y.name, y.size)));
-    Ok(found.into_iter().map(|(_, symbol)| symbol).collect())
+    tell_apart(&mut found);
+    found.sort_by(|a, b| a.key().cmp(&b.key()));
+    Ok(found.into_iter().map(|named| named.symbol).collect())
+}
+
+/// Longest name of a module that goes into names of symbols.
+const MOST_MODULE: usize = 60;
+
+/// A symbol and what its names are ordered by.
+struct Named<'b> {
+    /// Position of its memory.
+    at: usize,
+    weak: bool,
+    /// File of the module that it belongs to alone; empty where it is global.
+    module: &'b [u8],
+    symbol: SymbolAt,
+}
+
+impl Named<'_> {
+    fn key(&self) -> (usize, u32, bool, &str, u32) {
+        (self.at, self.symbol.addr, !self.weak, &self.symbol.name, self.symbol.size)
+    }
+}
+
+/// Statics of several modules that have one name are named by their module, as `main.count`; a global keeps the name.
+fn tell_apart(found: &mut [Named<'_>]) {
+    let mut places: HashMap<(usize, &str), HashSet<u32>> = HashMap::new();
+    for named in found.iter() {
+        places.entry((named.at, &named.symbol.name)).or_default().insert(named.symbol.addr);
+    }
+    let several = |named: &Named<'_>| places.get(&(named.at, &*named.symbol.name)).is_some_and(|all| all.len() > 1);
+    let shared: Vec<bool> = found.iter().map(|named| !named.module.is_empty() && several(named)).collect();
+    for (named, _) in found.iter_mut().zip(shared).filter(|(_, shared)| *shared) {
+        let file = String::from_utf8_lossy(named.module);
+        let stem = file.rsplit('/').next().unwrap_or_default();
+        let stem = stem.split('.').next().unwrap_or_default();
+        named.symbol.name = format!("{stem}.{}", named.symbol.name);
+    }
 }
 
 /// A section's name for messages, of bearable length.

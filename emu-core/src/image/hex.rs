@@ -6,7 +6,7 @@ use ihex::Record;
 use super::faults::Faults;
 use super::line::{self, Line};
 use super::place::{Origin, Placed, Trouble, describe};
-use super::{Bits, Image, Loaded, Space};
+use super::{Bits, Image, Lines, Loaded, Space};
 
 /// Offsets within a segment end here: an offset has 16 bits.
 const SEGMENT: usize = 0x1_0000;
@@ -45,7 +45,7 @@ pub fn load_hex(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Ve
     let image = Image {
         segments: placed.into_segments(),
         symbols: Vec::new(),
-        lines: Vec::new(),
+        lines: Lines::default(),
         entry: start.map(|(entry, _)| entry),
     };
     faults.finish(image)

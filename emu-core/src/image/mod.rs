@@ -9,25 +9,28 @@
 //!   line.rs  one line and its faults                place.rs bytes into memories: outside, overlap, half words
 //!   write.rs segments to HEX                        faults.rs the list of faults and its limit
 //!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC and gputils write
+//!   lines.rs source lines by address, and back      dwarf.rs those in ELF files
 //! ```
 
 mod codes;
+mod dwarf;
 mod elf;
 mod faults;
 mod hex;
 mod line;
+mod lines;
 mod place;
 mod symbols;
 mod write;
 
 use diag::Diagnostic;
 
-pub use codes::{CODES, SYMBOL_CODES};
+pub use codes::{CODES, LINE_CODES, SYMBOL_CODES};
 pub use elf::load_elf;
 pub use faults::LIMIT;
 pub use hex::load_hex;
-
-pub use symbols::{LineAt, LineKind, Message, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols};
+pub use lines::{LineAt, LineKind, Lines};
+pub use symbols::{Message, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols};
 pub use write::write_hex;
 
 /// One memory that an image may fill: a window in the address space of the image file.
@@ -89,10 +92,11 @@ pub struct Image {
     /// The bytes: in the order of the memories given to the loader, then by address; neighbours are merged and none
     /// overlap.
     pub segments: Vec<Segment>,
-    /// The symbols in the order of the memories, then by address and name. Empty for a HEX file.
+    /// The symbols in the order of the memories, then by address, weak ones first, then by name. Empty for a HEX file.
     pub symbols: Vec<SymbolAt>,
-    /// Source lines of the program by address; none unless a file of symbols was read.
-    pub lines: Vec<LineAt>,
+    /// Source lines of the program; none unless a file of symbols was read, or an ELF file was given to [`Lines::of_elf`],
+    /// which [`load`] leaves to those who want lines.
+    pub lines: Lines,
     /// Start address that the file names, a byte address of the image file. For information: a chip starts at its
     /// reset vector.
     pub entry: Option<u32>,

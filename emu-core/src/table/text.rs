@@ -39,6 +39,8 @@ pub struct Line {
     pub len: usize,
     /// Position of the row; `None` when no row matches.
     pub row: Option<usize>,
+    /// Operands in the order of the row: the name of the kind and the value. None where no row matches.
+    pub operands: Vec<(&'static str, i32)>,
 }
 
 /// Directives for a program word as it is.
@@ -52,7 +54,12 @@ const BYTE: &str = ".db";
 pub fn disassemble(rows: &[Row], word_bits: u32, words: &[u16], site: &Site) -> Line {
     let first = words.first().copied().unwrap_or(0);
     let (directive, digits) = if word_bits == 8 { (BYTE, 2) } else { (WORD, 4) };
-    let raw = |why: &str| Line { text: format!("{directive} 0x{first:0digits$x}{why}"), len: 1, row: None };
+    let raw = |why: &str| Line {
+        text: format!("{directive} 0x{first:0digits$x}{why}"),
+        len: 1,
+        row: None,
+        operands: Vec::new(),
+    };
     let Some((index, bits)) = find(rows, word_bits, words) else {
         return raw("");
     };
@@ -79,7 +86,10 @@ pub fn disassemble(rows: &[Row], word_bits: u32, words: &[u16], site: &Site) -> 
     let shown: Vec<i32> =
         row.operands.iter().zip(&values).filter(|(s, _)| row.pattern.has(s.letter)).map(|(_, &v)| v).collect();
     match row.encode(&shown, &site) {
-        Ok(back) if back == bits => Line { text, len: row.len() as usize, row: Some(index) },
+        Ok(back) if back == bits => {
+            let operands = row.operands.iter().map(|slot| slot.kind.name).zip(values).collect();
+            Line { text, len: row.len() as usize, row: Some(index), operands }
+        }
         _ => raw(&format!("  ; {text}")),
     }
 }

@@ -290,3 +290,43 @@ fn the_list_of_faults_has_an_end() {
     assert_eq!(found.len(), 101);
     assert_eq!(found.last().map(|d| (d.code, d.cause.as_str())), Some(("ELF011", "1 more faults are not shown")));
 }
+
+/// Statics of two modules with one name are told apart by it; a global keeps the name, and others have theirs alone. Of several
+/// names of one place the weak ones come first.
+#[test]
+fn names_of_modules() {
+    const FILE: u8 = 4;
+    const GLOBAL: u8 = 0x10;
+    const WEAK: u8 = 0x20;
+    let mut elf = program();
+    elf.symbols = vec![
+        ("src/main.c", 0, 0, FILE, 0xFFF1),
+        ("init", 0, 2, FUNC, 1),
+        ("count", 0x80_0100, 1, OBJECT, 2),
+        ("alone", 0x80_0101, 1, OBJECT, 2),
+        ("util.c", 0, 0, FILE, 0xFFF1),
+        ("init", 2, 2, FUNC, 1),
+        ("count", 0x80_0102, 1, OBJECT, 2),
+        ("count", 0x81_0000, 1, OBJECT, 4),
+        ("zero", 0, 2, GLOBAL | FUNC, 1),
+        ("_weak", 0, 2, WEAK | FUNC, 1),
+        ("zz_weak", 0, 2, WEAK | FUNC, 1),
+        ("count", 0x80_0103, 1, GLOBAL | OBJECT, 2),
+    ];
+    let loaded = load("a.elf", &elf.build(), &[], MEMORIES, AVR).unwrap();
+    let found: Vec<String> =
+        loaded.image.symbols.iter().map(|s| format!("{}:{:x} {}", s.space, s.addr, s.name)).collect();
+    let wanted = [
+        "flash:0 _weak",
+        "flash:0 zz_weak",
+        "flash:0 main.init",
+        "flash:0 zero",
+        "flash:2 util.init",
+        "data:100 main.count",
+        "data:101 alone",
+        "data:102 util.count",
+        "data:103 count",
+        "eeprom:0 count",
+    ];
+    assert_eq!(found, wanted);
+}

@@ -86,6 +86,6 @@ fn agrees(what: &str, files: &[(String, Vec<u8>)], hex: &[u8]) {
     }
     // mov AUXR, #1 is all that line 47 does.
     assert!(body.windows(3).any(|w| w == [0x75, at("sfr", "AUXR") as u8, 1]));
-    let line = symbols.lines.iter().find(|l| l.file == "main.c" && l.line == 47).expect("line 47");
+    let line = symbols.lines.iter().find(|l| &*l.file == "main.c" && l.line == 47).expect("line 47");
     assert_eq!(code[line.addr as usize..][..3], [0x75, at("sfr", "AUXR") as u8, 1]);
 }

@@ -24,7 +24,7 @@ mod spaces;
 use diag::{Diagnostic, Pos};
 
 use super::faults::Faults;
-use super::{Image, SymbolAt};
+use super::{Image, LineAt, LineKind, SymbolAt};
 pub use gputils::message::{Message, load_messages};
 use names::Entry;
 use spaces::Mem;
@@ -37,30 +37,6 @@ pub struct SymbolFile<'b> {
     pub name: &'b str,
     /// Its content.
     pub bytes: &'b [u8],
-}
-
-/// What a line belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum LineKind {
-    /// A line of C.
-    C,
-    /// A line of an assembler source, most often one that the compiler wrote.
-    Asm,
-    /// A line of the listing that was read, counted in that file.
-    Listing,
-}
-
-/// The line that the code from an address on was made of.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct LineAt {
-    /// Byte address in program memory.
-    pub addr: u32,
-    /// What the line belongs to.
-    pub kind: LineKind,
-    /// Name of the file, without a path where SDCC left it out.
-    pub file: String,
-    /// Line, from 1.
-    pub line: u32,
 }
 
 /// What files of symbols say.
@@ -166,7 +142,7 @@ impl Found {
             let hint = "code banks are not emulated: link the program without them";
             return faults.error("SYM004", pos, cause, hint);
         }
-        self.lines.push(LineAt { addr, kind, file: file.to_owned(), line });
+        self.lines.push(LineAt { addr, kind, file: file.into(), line, len: 0 });
     }
 
     fn into_symbols(mut self, symbols: Vec<SymbolAt>, warnings: Vec<Diagnostic>) -> Symbols {

@@ -50,7 +50,7 @@ fn data(addr: u32, names: Vec<Name>, pos: Pos, found: &mut Found, faults: &mut F
 /// Adds the line of a word of program memory; IDs, configuration and EEPROM have no lines.
 fn line(word: u32, kind: LineKind, file: &str, number: u32, found: &mut Found) {
     if let Some((Mem::Flash, addr)) = program(word) {
-        found.lines.push(super::LineAt { addr, kind, file: file.to_owned(), line: number });
+        found.lines.push(super::LineAt { addr, kind, file: file.into(), line: number, len: 0 });
     }
 }
 

@@ -1,0 +1,294 @@
+//! Source lines out of the debugging information of ELF files: DWARF 2 to 5, parsed by `gimli`.
+//!
+//! ```text
+//!   .debug_info   units: where each has code, the folder of its compilation, its line program
+//!   .debug_line   line programs: rows of address, file, line
+//! ```
+//!
+//! A linker that drops a section leaves its line program behind, at address 0. It is told by the ranges of its unit, in which the
+//! section is empty; rows outside of them are left out. Several units may name one line program (AVR-LibC describes
+//! the chip in a unit without code, which names whatever comes first), so it is read once, with the ranges of all of them.
+//!
+//! Whatever the bytes are, reading ends: every table is read once, and what could be named again and again (line programs,
+//! ranges) has a budget of the order of the file's size.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::ops::Range;
+use std::sync::Arc;
+
+use diag::{Diagnostic, Pos, Severity};
+use gimli::{
+    AttributeValue, DebugAbbrev, DebugAbbrevOffset, DebugLineOffset, Dwarf, EndianSlice, Error, IncompleteLineProgram,
+    LineProgramHeader, LittleEndian as Le, Reader as _, Section as _, SectionId, Unit,
+};
+
+use super::elf::{self, DebugSection};
+use super::lines::{Found, LineAt, LineKind};
+
+type Slice<'b> = EndianSlice<'b, Le>;
+
+/// Code of the warning about what is damaged.
+const DAMAGED: &str = "ELF012";
+/// Code of the warning about what is compressed.
+const COMPRESSED: &str = "ELF013";
+/// Code of the warning about another format.
+const OTHER_FORMAT: &str = "ELF014";
+/// Longest name of a source file; longer ones are of a damaged file.
+const MOST_NAME: usize = 4096;
+
+/// The lines of an ELF file; none and no warning where it has none.
+pub(super) fn read(file: &str, bytes: &[u8]) -> Found {
+    let mut found = Found::default();
+    let warn = |code, cause, hint| Diagnostic::new(Severity::Warning, code, file, Pos::default(), cause, hint);
+    let bytes = elf::aligned(bytes);
+    let sections = elf::debug_sections(&bytes);
+    let Some(sections) = sections else {
+        let hint = "the file is cut off or damaged: build or get it again";
+        found.warnings.push(warn(DAMAGED, "the debugging information cannot be found".to_owned(), hint));
+        return found;
+    };
+    if sections.iter().any(|(_, section)| matches!(section, DebugSection::Compressed)) {
+        let cause = "the debugging information is compressed, so source lines are not known".to_owned();
+        let hint = "link without -gz, or avr-objcopy --decompress-debug-sections";
+        found.warnings.push(warn(COMPRESSED, cause, hint));
+        return found;
+    }
+    let has = |name| sections.iter().any(|(known, _)| *known == name);
+    if has(".stab") && !has(".debug_line") {
+        let cause = "the debugging information is stabs, so source lines are not known".to_owned();
+        found.warnings.push(warn(OTHER_FORMAT, cause, "compile with -gdwarf-4 in place of -g"));
+        return found;
+    }
+    let section = |id: SectionId| -> Result<Slice<'_>, Error> {
+        let named = sections.iter().find(|(name, _)| *name == id.name());
+        Ok(EndianSlice::new(named.map_or(&[], |(_, section)| section.bytes()), Le))
+    };
+    let mut reader = Reader { names: HashMap::new(), found: &mut found, fault: None };
+    if let Ok(dwarf) = Dwarf::load(section) {
+        reader.read(&dwarf);
+    }
+    if let Some(fault) = reader.fault {
+        let cause = format!("the debugging information is damaged, so source lines may be missing: {fault}");
+        found.warnings.push(warn(DAMAGED, cause, "build the program anew"));
+    }
+    found.lines.sort_unstable();
+    found.lines.dedup();
+    found
+}
+
+/// A line program that units name.
+struct Program<'b> {
+    program: IncompleteLineProgram<Slice<'b>>,
+    folder: String,
+    /// Where the units have code; empty where they do not tell.
+    ranges: Vec<Range<u64>>,
+    /// True when a unit tells where it has code, be it nowhere.
+    told: bool,
+}
+
+struct Reader<'f> {
+    /// Names of files that occurred.
+    names: HashMap<String, Arc<str>>,
+    found: &'f mut Found,
+    /// The first thing that was wrong.
+    fault: Option<String>,
+}
+
+impl Reader<'_> {
+    fn damaged(&mut self, why: impl ToString) {
+        self.fault.get_or_insert_with(|| why.to_string());
+    }
+
+    fn read(&mut self, dwarf: &Dwarf<Slice<'_>>) {
+        let mut headers = Vec::new();
+        let mut units = dwarf.units();
+        loop {
+            match units.next() {
+                Ok(Some(header)) => headers.push(header),
+                Ok(None) => break,
+                Err(error) => {
+                    self.damaged(error);
+                    break;
+                }
+            }
+        }
+        // The abbreviations of a unit end where those of another begin, at the latest.
+        let starts: BTreeSet<usize> = headers.iter().map(|header| header.debug_abbrev_offset().0).collect();
+        let mut abbreviations = HashMap::new();
+        let mut programs: BTreeMap<usize, Program<'_>> = BTreeMap::new();
+        let all = dwarf.debug_abbrev.reader().slice();
+        let mut budget = Budget { heads: dwarf.debug_line.reader().len() * 4 + (1 << 20), ranges: 1 << 16 };
+        for header in headers {
+            let DebugAbbrevOffset(start) = header.debug_abbrev_offset();
+            let end = starts.range(start.saturating_add(1)..).next().copied().unwrap_or(all.len());
+            let table = abbreviations.entry(start).or_insert_with(|| {
+                let table = all.get(start..end.min(all.len())).unwrap_or_default();
+                DebugAbbrev::from(EndianSlice::new(table, Le)).abbreviations(DebugAbbrevOffset(0)).map(Arc::new)
+            });
+            let result = match table {
+                Ok(table) => Unit::new_with_abbreviations(dwarf, header, Arc::clone(table))
+                    .and_then(|unit| add_unit(dwarf, unit, &mut programs, &mut budget)),
+                Err(error) => Err(*error),
+            };
+            if let Err(error) = result {
+                self.damaged(error);
+            }
+            if budget.is_spent() {
+                self.damaged("its units have more ranges, or heads of line programs, than a program can have");
+                break;
+            }
+        }
+        let mut rows = dwarf.debug_line.reader().len();
+        for program in programs.into_values() {
+            if let Err(error) = self.program(dwarf, program, &mut rows) {
+                self.damaged(error);
+            }
+        }
+    }
+
+    /// Adds the rows of a line program. A row takes a byte of it at least, so that `most` rows of all programs suffice.
+    fn program(&mut self, dwarf: &Dwarf<Slice<'_>>, program: Program<'_>, most: &mut usize) -> Result<(), Error> {
+        let Program { program, folder, ranges, told } = program;
+        let mut files: HashMap<u64, Option<Arc<str>>> = HashMap::new();
+        let mut rows = program.rows();
+        let mut last: Option<(u64, u64, u32)> = None;
+        while let Some((header, row)) = rows.next_row()? {
+            let Some(left) = most.checked_sub(1) else {
+                self.damaged("its line programs overlap");
+                return Ok(());
+            };
+            *most = left;
+            let (addr, index) = (row.address(), row.file_index());
+            if let Some((start, file, line)) = last.take().filter(|(start, ..)| *start < addr) {
+                let known = !told || ranges.iter().any(|range| range.contains(&start));
+                let name = files.entry(file).or_insert_with(|| self.file(dwarf, header, file, &folder));
+                if let (true, Some(file), Ok(at), Ok(len)) =
+                    (known && line > 0, name, u32::try_from(start), u32::try_from(addr - start))
+                {
+                    let (kind, file) = (kind(file), Arc::clone(file));
+                    self.found.lines.push(LineAt { addr: at, kind, file, line, len });
+                }
+            }
+            // Of several rows at one address the last is that of the code.
+            let line = row.line().map_or(0, |line| u32::try_from(line.get()).unwrap_or(0));
+            last = (!row.end_sequence()).then_some((addr, index, line));
+        }
+        Ok(())
+    }
+
+    /// The name of a file of a line program, below the folder of the compilation or absolute.
+    fn file(
+        &mut self,
+        dwarf: &Dwarf<Slice<'_>>,
+        header: &LineProgramHeader<Slice<'_>>,
+        index: u64,
+        folder: &str,
+    ) -> Option<Arc<str>> {
+        let text = |value| dwarf.attr_line_string(value).ok().map(short);
+        let file = header.file(index)?;
+        let name = text(file.path_name())?;
+        // Folder 0 is that of the compilation; before DWARF 5 it does not stand in the table.
+        let inner = match (file.directory_index(), header.version()) {
+            (0, _) => String::new(),
+            _ => file.directory(header).and_then(text)?,
+        };
+        let path = join(&inner, &name);
+        let below = path.strip_prefix(folder).filter(|_| !folder.is_empty()).and_then(|path| path.strip_prefix('/'));
+        let path = below.unwrap_or(&path);
+        let path = path.strip_prefix("./").unwrap_or(path);
+        if let Some(known) = self.names.get(path) {
+            return Some(Arc::clone(known));
+        }
+        let file: Arc<str> = path.into();
+        self.names.insert(path.to_owned(), Arc::clone(&file));
+        if !folder.is_empty() {
+            self.found.folders.push((Arc::clone(&file), folder.to_owned()));
+        }
+        Some(file)
+    }
+}
+
+/// What units together may still name.
+struct Budget {
+    /// Bytes of heads of line programs, which are read once a unit.
+    heads: usize,
+    /// Ranges of code.
+    ranges: usize,
+}
+
+impl Budget {
+    fn is_spent(&self) -> bool {
+        self.heads == 0 || self.ranges == 0
+    }
+}
+
+/// Adds what a unit says to its line program.
+fn add_unit<'b>(
+    dwarf: &Dwarf<Slice<'b>>,
+    unit: Unit<Slice<'b>>,
+    programs: &mut BTreeMap<usize, Program<'b>>,
+    budget: &mut Budget,
+) -> Result<(), Error> {
+    let Some(program) = unit.line_program.clone() else { return Ok(()) };
+    let DebugLineOffset(offset) = program.header().offset();
+    budget.heads = budget.heads.saturating_sub(program.header().header_length());
+    let folder = unit.comp_dir.map(short).unwrap_or_default();
+    let ranges = ranges(dwarf, &unit, budget)?;
+    let known = programs.entry(offset).or_insert_with(|| Program {
+        program,
+        folder: String::new(),
+        ranges: Vec::new(),
+        told: false,
+    });
+    if ranges.is_some() || known.folder.is_empty() {
+        known.folder = folder;
+    }
+    known.told |= ranges.is_some();
+    known.ranges.extend(ranges.unwrap_or_default());
+    Ok(())
+}
+
+/// Where a unit has code; nothing where it does not tell.
+fn ranges(
+    dwarf: &Dwarf<Slice<'_>>,
+    unit: &Unit<Slice<'_>>,
+    budget: &mut Budget,
+) -> Result<Option<Vec<Range<u64>>>, Error> {
+    let mut entries = unit.entries();
+    let Some(root) = entries.next_dfs()? else { return Ok(None) };
+    if let Some(value) = root.attr_value(gimli::DW_AT_ranges)
+        && let Some(mut list) = dwarf.attr_ranges(unit, value)?
+    {
+        let mut ranges = Vec::new();
+        while let Some(range) = list.next()? {
+            ranges.push(range.begin..range.end);
+            budget.ranges = budget.ranges.saturating_sub(1);
+            if budget.is_spent() {
+                break;
+            }
+        }
+        return Ok(Some(ranges));
+    }
+    let Some(low) = root.attr_value(gimli::DW_AT_low_pc).and(Some(unit.low_pc)) else { return Ok(None) };
+    let high = match root.attr_value(gimli::DW_AT_high_pc) {
+        Some(AttributeValue::Udata(size)) => low.checked_add(size),
+        Some(value) => dwarf.attr_address(unit, value)?,
+        None => None,
+    };
+    Ok(high.map(|high| std::iter::once(low..high).collect()))
+}
+
+fn short(text: Slice<'_>) -> String {
+    let bytes = text.slice();
+    String::from_utf8_lossy(bytes.get(..bytes.len().min(MOST_NAME)).unwrap_or_default()).into_owned()
+}
+
+fn join(folder: &str, name: &str) -> String {
+    if folder.is_empty() || name.starts_with('/') { name.to_owned() } else { format!("{folder}/{name}") }
+}
+
+/// By the extension: compilers leave assembler alone, and assemblers take no C.
+fn kind(file: &str) -> LineKind {
+    let asm = [".S", ".s", ".sx", ".asm", ".inc"].iter().any(|ending| file.ends_with(ending));
+    if asm { LineKind::Asm } else { LineKind::C }
+}

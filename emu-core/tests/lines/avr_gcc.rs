@@ -1,0 +1,171 @@
+//! Programs built by avr-gcc: our lines are those of avr-addr2line at every instruction.
+
+use std::path::Path;
+use std::process::Command;
+
+use emu_core::image::{ElfMachine, Lines, Space, load};
+
+use crate::{DIR, told};
+
+/// Several files, functions that are dropped by the linker, inline functions of headers, AVR-LibC.
+const SOURCE: &str = r#"
+#include <avr/io.h>
+#include <avr/interrupt.h>
+#include <util/delay.h>
+#include <stdio.h>
+#include "scale.h"
+volatile int counter[10];
+int dropped(int x) { return x * 3; }
+ISR(TIMER0_OVF_vect) { counter[0]++; }
+static int put(char c, FILE *f)
+{
+    while (!(UCSR0A & _BV(UDRE0)))
+        ;
+    UDR0 = c;
+    return 0;
+}
+static FILE out = FDEV_SETUP_STREAM(put, NULL, _FDEV_SETUP_WRITE);
+int main(void)
+{
+    stdout = &out;
+    for (int i = 0; i < 4; i++)
+        counter[i] = scale(i);
+    _delay_ms(2);
+    printf("%d %d\n", counter[1], far(counter[2]));
+    for (;;) {
+    }
+}
+"#;
+/// The lines of `dropped` and `unused`.
+const DROPPED: &[&str] = &["/app.c:8", "/far.c:2"];
+const SCALE: &str = "int far(int);
+static inline int scale(int a)
+{
+    if (a & 1)
+        return far(a);
+    return a << 3;
+}
+";
+const FAR: &str = "#include \"scale.h\"
+int unused(int a) { return scale(a); }
+int far(int a)
+{
+    while (a > 100)
+        a -= 7;
+    return a;
+}
+";
+
+fn run(program: &str, args: &[&str], folder: &Path) -> String {
+    let out =
+        Command::new(program).args(args).current_dir(folder).output().unwrap_or_else(|e| panic!("{program}: {e}"));
+    assert!(out.status.success(), "{program} {args:?}: {}", String::from_utf8_lossy(&out.stderr));
+    String::from_utf8_lossy(&out.stdout).into_owned()
+}
+
+/// Addresses of all instructions in the listing of avr-objdump.
+fn instructions(folder: &Path, elf: &str) -> Vec<String> {
+    let listing = run("avr-objdump", &["-d", elf], folder);
+    let rows = listing.lines().filter_map(|line| line.strip_prefix(' '));
+    let addresses = rows.filter_map(|row| row.split_once(":\t")).map(|(addr, _)| format!("0x{}", addr.trim()));
+    addresses.collect()
+}
+
+/// Our line of every instruction beside that of avr-addr2line; gives how many have one.
+fn compare(folder: &Path, elf: &str, dropped: &[&str]) -> usize {
+    let addresses = instructions(folder, elf);
+    assert!(!addresses.is_empty());
+    let mut args = vec!["-e", elf];
+    args.extend(addresses.iter().map(String::as_str));
+    let theirs = run("avr-addr2line", &args, folder);
+    let lines = Lines::of_elf(elf, std::fs::read(folder.join(elf)).unwrap());
+    let mut known = 0;
+    assert_eq!(theirs.lines().count(), addresses.len());
+    for (addr, theirs) in addresses.iter().zip(theirs.lines()) {
+        let byte = u32::from_str_radix(&addr[2..], 16).unwrap();
+        let line = lines.at(byte, 0).map(|line| (line, lines.folder(&line.file).unwrap_or_default()));
+        let ours = line.map_or("??:0".to_owned(), |(line, home)| match line.file.starts_with('/') {
+            true => format!("{}:{}", line.file, line.line),
+            false => format!("{home}/{}:{}", line.file, line.line),
+        });
+        // Binutils add the discriminator, and where no line is known the name of a file, if it stands among the symbols.
+        let theirs = theirs.split(" (").next().unwrap_or_default().replace("/./", "/");
+        let theirs = if theirs.ends_with(":?") || theirs.ends_with(":0") { "??:0".to_owned() } else { theirs };
+        // Lines of functions that the linker has dropped have no code; binutils 2.26 give them that of others all the same.
+        if dropped.iter().any(|line| theirs.ends_with(line)) && !ours.ends_with(":0") {
+            assert!(!dropped.iter().any(|line| ours.ends_with(line)), "{elf} {addr}: {ours}");
+            continue;
+        }
+        assert_eq!(ours, theirs, "{elf} {addr}");
+        known += usize::from(line.is_some());
+    }
+    assert_eq!(lines.warnings(), []);
+    println!("{elf}: {} instructions, {known} of them with a line", addresses.len());
+    known
+}
+
+#[test]
+#[ignore = "needs avr-gcc"]
+fn lines_are_those_of_addr2line() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lines-avr-gcc");
+    std::fs::create_dir_all(folder.join("sub")).unwrap();
+    for (name, text) in [("app.c", SOURCE), ("scale.h", SCALE), ("sub/far.c", FAR)] {
+        std::fs::write(folder.join(name), text).unwrap();
+    }
+    let mut known = 0;
+    for (at, version) in ["-gdwarf-2", "-gdwarf-3", "-gdwarf-4", "-gdwarf-5"].into_iter().enumerate() {
+        for (level, optimise) in ["-O0", "-O1", "-Os", "-O2"].into_iter().enumerate() {
+            for sections in ["-ffunction-sections", "-fno-function-sections"] {
+                let elf = format!("app{at}{level}{}.elf", sections.len());
+                let flags = ["-mmcu=atmega328p", "-DF_CPU=16000000UL", "-w", "-I.", "-Wl,--gc-sections"];
+                let all = [&flags[..], &[version, optimise, sections, "app.c", "sub/far.c", "-o", &elf]].concat();
+                run("avr-gcc", &all, &folder);
+                let dropped = if sections == "-ffunction-sections" { DROPPED } else { &[] };
+                known += compare(&folder, &elf, dropped);
+            }
+        }
+    }
+    assert!(known > 2_000, "{known}");
+}
+
+/// The file in `tests/cli/in` is what its sources say, whatever the version of the compiler: at each line that it has code for
+/// the same names of files, and the same symbols.
+#[test]
+#[ignore = "needs avr-gcc"]
+fn the_program_of_the_tests_is_what_its_sources_say() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lines-fixture");
+    std::fs::create_dir_all(&folder).unwrap();
+    for name in ["lines.c", "lines.h", "twice.S"] {
+        std::fs::copy(format!("{DIR}/{name}"), folder.join(name)).unwrap();
+    }
+    let map = format!("-fdebug-prefix-map={}=/src", folder.display());
+    let flags =
+        ["-mmcu=atmega328p", "-Os", "-gdwarf-4", "-nostartfiles", "-nostdlib", "lines.c", "twice.S", "-o", "lines.elf"];
+    run("avr-gcc", &[&[map.as_str()][..], &flags].concat(), &folder);
+    let flash = [Space { name: "flash", start: 0, len: 0x8000, word: 2, bits: emu_core::image::Bits::All }];
+    let read = |file: &str| {
+        let bytes = std::fs::read(file).unwrap();
+        let image = load(file, &bytes, &[], &flash, ElfMachine::AVR).unwrap().image;
+        let mut names: Vec<String> =
+            image.symbols.iter().map(|s| s.name.clone()).filter(|n| !n.starts_with('_')).collect();
+        names.sort();
+        let lines = Lines::of_elf(file, bytes);
+        let starts = ["start", "put", "twice", "main"].map(|name| {
+            let symbol = image.symbols.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("{name}"));
+            told(&lines, symbol.addr).rsplit_once(':').map(|(file, _)| file.to_owned())
+        });
+        let mut places: Vec<String> = lines.all().iter().map(|l| format!("{}:{}", l.file, l.line)).collect();
+        places.sort();
+        places.dedup();
+        (names, starts, places)
+    };
+    let (ours, built) = (read(&format!("{DIR}/lines.elf")), read(&folder.join("lines.elf").to_string_lossy()));
+    assert_eq!((&ours.0, &ours.1), (&built.0, &built.1));
+    // Which lines get code of their own is the compiler's choice; these do with any.
+    for line in ["lines.c:14", "lines.c:20", "lines.c:27", "twice.S:4", "twice.S:5"] {
+        for (who, places) in [("ours", &ours.2), ("built", &built.2)] {
+            assert!(places.iter().any(|place| place == line), "{who}: {line} {places:?}");
+        }
+    }
+    compare(&folder, "lines.elf", &[]);
+}

@@ -1,0 +1,129 @@
+//! Damaged files give lines or warnings and nothing else, and soon.
+
+use emu_core::image::{ElfMachine, Lines, load};
+use emu_core::rng::Rng;
+
+use crate::elf::build;
+use crate::input;
+
+/// Reads all that can be asked for; how many lines and warnings there are.
+fn ask(bytes: &[u8]) -> (usize, usize) {
+    let lines = Lines::of_elf("a.elf", bytes);
+    for byte in (0..0x60).chain([0x7FFE, u32::MAX]) {
+        if let Some(line) = lines.at(byte, 0) {
+            assert!(line.line > 0 && line.addr <= byte);
+        }
+    }
+    for line in lines.all() {
+        assert!(lines.of(&line.file, line.line).is_ok_and(|places| places.contains(&line.addr)));
+    }
+    for warning in lines.warnings() {
+        assert!(!warning.is_error() && ["ELF012", "ELF013"].contains(&warning.code), "{warning:?}");
+    }
+    // An image is read from it all the same, or refused.
+    _ = load("a.elf", bytes, &[], &[], ElfMachine::AVR);
+    (lines.all().len(), lines.warnings().len())
+}
+
+#[test]
+fn cut_files() {
+    let file = input("lines.elf");
+    let mut told = 0;
+    for end in 0..file.len() {
+        let (lines, warnings) = ask(&file[..end]);
+        // The table of sections stands behind all debugging information, so a file without it has no lines.
+        assert!(lines == 0 || warnings == 0, "{end}");
+        told += warnings;
+    }
+    assert!(told > file.len() / 2, "{told}");
+}
+
+#[test]
+fn flipped_bits() {
+    let file = input("lines.elf");
+    let whole = ask(&file);
+    let (mut fewer, mut told) = (0, 0);
+    for seed in 0..6_000u64 {
+        let mut rng = Rng::new(seed);
+        let mut bytes = file.clone();
+        for _ in 0..=rng.below(4) {
+            // Half of the damage falls on debugging information.
+            let place = if rng.below(2) == 0 { 0xF8..0x6FC } else { 0..file.len() as u64 };
+            let at = (place.start + rng.below(place.end - place.start)) as usize;
+            match rng.below(3) {
+                0 => bytes[at] ^= 1 << rng.below(8),
+                1 => bytes[at] = 0xFF,
+                _ => bytes[at] = rng.next_u64() as u8,
+            }
+        }
+        let (lines, warnings) = ask(&bytes);
+        fewer += usize::from(lines < whole.0);
+        told += usize::from(warnings > 0);
+    }
+    assert!(fewer > 100 && told > 100, "{fewer} {told}");
+}
+
+/// One flipped bit at every place of the tables that are read.
+#[test]
+fn every_bit() {
+    let file = input("lines.elf");
+    for at in 0xF8..0x6FC {
+        for bit in 0..8 {
+            let mut bytes = file.clone();
+            bytes[at] ^= 1 << bit;
+            ask(&bytes);
+        }
+    }
+}
+
+/// Many units that all name one long line program, one long table of abbreviations, or one long list of ranges: what is read
+/// again for each of them has its limits.
+#[test]
+fn units_without_end() {
+    let unit = |abbreviations: u32| {
+        // DWARF 4: length, version, abbreviations, size of addresses; the root: abbreviation 1, line program 0, ranges 0.
+        let mut unit = vec![16, 0, 0, 0, 4, 0];
+        unit.extend(abbreviations.to_le_bytes());
+        unit.extend([4, 1, 0, 0, 0, 0, 0, 0, 0, 0]);
+        unit[0] = unit.len() as u8 - 4;
+        unit
+    };
+    // Root without children: line program and ranges, both offsets in sections.
+    let abbreviation = [1, 0x11, 0, 0x10, 0x17, 0x55, 0x17, 0, 0];
+    // Unused abbreviations of four bytes each.
+    let unused = |count: u32| (2..2 + count).flat_map(|_| [0x7F, 0x11, 0, 0, 0]).collect::<Vec<u8>>();
+    let mut table = abbreviation.to_vec();
+    table.extend(unused(1));
+    table.push(0);
+    let mut long_table = unused(20_000);
+    long_table.splice(0..0, abbreviation);
+    long_table.push(0);
+    let ranges: Vec<u8> = (0..20_000u32).flat_map(|n| [n * 2 + 2, n * 2 + 4]).flat_map(u32::to_le_bytes).collect();
+    let mut head = vec![0u8; 0];
+    // Version 2, length of the head, least instruction, default, base, range, first opcode, no folders, many files.
+    let files: Vec<u8> = (0..20_000).flat_map(|_| [b'a', 0, 0, 0, 0]).collect();
+    let body = [&[1, 1, 0xFB, 14, 1, 0][..], &files, &[0]].concat();
+    head.extend((body.len() as u32 + 6).to_le_bytes());
+    head.extend([2, 0]);
+    head.extend((body.len() as u32).to_le_bytes());
+    head.extend(body);
+    let same: Vec<u8> = (0..20_000).flat_map(|_| unit(0)).collect();
+    for (name, table, ranges, head) in [
+        ("ranges", &table, &ranges[..], &[][..]),
+        ("heads", &table, &[][..], &head[..]),
+        ("abbreviations", &long_table, &[][..], &[][..]),
+    ] {
+        let file = build(&[
+            (".debug_info", 0, &same),
+            (".debug_abbrev", 0, table),
+            (".debug_ranges", 0, ranges),
+            (".debug_line", 0, head),
+        ]);
+        let (lines, warnings) = ask(&file);
+        assert_eq!((lines, warnings), (0, 1), "{name}");
+    }
+    // Tables that begin in the middle of each other.
+    let shifted: Vec<u8> = (0..20_000).flat_map(|n| unit(9 + 5 * n)).collect();
+    let file = build(&[(".debug_info", 0, &shifted), (".debug_abbrev", 0, &long_table), (".debug_line", 0, &[])]);
+    assert_eq!(ask(&file), (0, 1));
+}

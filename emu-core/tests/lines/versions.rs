@@ -1,0 +1,125 @@
+//! The same lines in every version of DWARF, written by `gimli`; and what is no DWARF that is read.
+
+use emu_core::image::{LINE_CODES, Lines};
+use gimli::write::{
+    Address, AttributeValue, DwarfUnit, EndianVec, LineProgram, LineString, Range, RangeList, Sections,
+};
+use gimli::{Encoding, Format, LineEncoding, LittleEndian};
+
+use crate::elf::build;
+use crate::told;
+
+/// Compiled in /src: main.c, a file in a folder below, one of the system, one whose absolute path lies below /src; code from
+/// 0x10 to 0x18 and from 0x40 to 0x44. A function of 6 bytes was dropped by the linker, which leaves its lines at 0.
+fn file(version: u16, format: Format) -> Vec<u8> {
+    let encoding = Encoding { format, version, address_size: 4 };
+    let mut dwarf = DwarfUnit::new(encoding);
+    let text = |dwarf: &mut DwarfUnit, text: &str| LineString::new(text, encoding, &mut dwarf.line_strings);
+    let names = ["/src", "main.c", "lib", "/usr/include", "/src/deep", "sub.c", "delay.h", "far.c"];
+    let [folder, main, lib, system, deep, sub, delay, far] = names.map(|name| text(&mut dwarf, name));
+    let mut program = LineProgram::new(encoding, LineEncoding::default(), folder.clone(), None, main.clone(), None);
+    let here = program.default_directory();
+    let main = program.add_file(main, here, None);
+    let lib = program.add_directory(lib);
+    let sub = program.add_file(sub, lib, None);
+    let system = program.add_directory(system);
+    let delay = program.add_file(delay, system, None);
+    let deep = program.add_directory(deep);
+    let far = program.add_file(far, deep, None);
+    let sequences: [(u64, &[_], u64); 3] = [
+        (0x10, &[(0, main, 3), (2, sub, 7), (2, main, 4), (4, delay, 100), (6, main, 0)], 8),
+        (0x40, &[(0, far, 9)], 4),
+        (0, &[(0, main, 90), (4, main, 91)], 6),
+    ];
+    for (start, rows, end) in sequences {
+        program.begin_sequence(Some(Address::Constant(start)));
+        for &(offset, file, line) in rows {
+            let row = program.row();
+            (row.address_offset, row.file, row.line) = (offset, file, line);
+            program.generate_row();
+        }
+        program.end_sequence(end);
+    }
+    dwarf.unit.line_program = program;
+    let ranges = [(0x10, 0x18), (0x40, 0x44)]
+        .map(|(begin, end)| Range::StartEnd { begin: Address::Constant(begin), end: Address::Constant(end) });
+    let ranges = dwarf.unit.ranges.add(RangeList(ranges.to_vec()));
+    let root = dwarf.unit.root();
+    let root = dwarf.unit.get_mut(root);
+    root.set(gimli::DW_AT_ranges, AttributeValue::RangeListRef(ranges));
+    root.set(gimli::DW_AT_comp_dir, AttributeValue::String(b"/src".to_vec()));
+    root.set(gimli::DW_AT_low_pc, AttributeValue::Address(Address::Constant(0)));
+    let mut sections = Sections::new(EndianVec::new(LittleEndian));
+    dwarf.write(&mut sections).expect("DWARF is written");
+    let mut all = Vec::new();
+    let each = sections.for_each(|id, data| {
+        all.push((id.name(), 0, data.slice().to_vec()));
+        Ok::<(), ()>(())
+    });
+    each.expect("nothing fails");
+    let used: Vec<_> = all.iter().filter(|s| !s.2.is_empty()).map(|(n, f, b)| (*n, *f, b.as_slice())).collect();
+    build(&used)
+}
+
+const LINES: &str = "
+0x00 -
+0x04 -
+0x0f -
+0x10 main.c:3
+0x11 main.c:3
+0x12 main.c:4
+0x14 /usr/include/delay.h:100
+0x16 -
+0x18 -
+0x3f -
+0x40 deep/far.c:9
+0x43 deep/far.c:9
+0x44 -
+";
+
+#[test]
+fn every_version_is_read() {
+    for (version, format) in [
+        (2, Format::Dwarf32),
+        (3, Format::Dwarf32),
+        (4, Format::Dwarf32),
+        (5, Format::Dwarf32),
+        (4, Format::Dwarf64),
+        (5, Format::Dwarf64),
+    ] {
+        let lines = Lines::of_elf("a.elf", file(version, format));
+        for row in LINES.lines().filter(|row| !row.is_empty()) {
+            let (addr, line) = row.split_once(' ').unwrap();
+            let addr = u32::from_str_radix(&addr[2..], 16).unwrap();
+            assert_eq!(told(&lines, addr), line, "DWARF {version}, 0x{addr:x}, {:?}", lines.all());
+        }
+        assert_eq!(lines.warnings(), [], "DWARF {version}");
+        assert_eq!(lines.folder("main.c"), Some("/src"));
+        // The line of sub.c made no code: the next row begins at the same address.
+        assert_eq!(lines.of("sub.c", 7).unwrap_err(), format!("the program has no source file `sub.c`; it has {ALL}"));
+        assert_eq!(lines.of("far.c", 9), Ok(vec![0x40]));
+        assert_eq!(lines.of("main.c", 90).unwrap_err(), "line 90 of main.c has no code");
+    }
+}
+
+const ALL: &str = "/usr/include/delay.h, deep/far.c, main.c";
+
+#[test]
+fn what_is_no_dwarf_is_told() {
+    let codes = |file: &[u8]| {
+        let lines = Lines::of_elf("a.elf", file);
+        assert_eq!(lines.all(), []);
+        lines.warnings().iter().map(|warning| warning.code).collect::<Vec<_>>()
+    };
+    const COMPRESSED: u32 = 1 << 11;
+    assert_eq!(codes(&build(&[(".debug_line", COMPRESSED, &[1, 0, 0, 0])])), ["ELF013"]);
+    assert_eq!(codes(&build(&[(".zdebug_line", 0, b"ZLIB")])), ["ELF013"]);
+    assert_eq!(codes(&build(&[(".stab", 0, &[0; 12]), (".stabstr", 0, &[0])])), ["ELF014"]);
+    assert_eq!(codes(&build(&[(".text", 0, &[0; 4])])), [""; 0]);
+    assert_eq!(codes(&build(&[(".debug_info", 0, &[0xFF; 40])])), ["ELF012"]);
+    assert_eq!(codes(b"\x7fELF"), ["ELF012"]);
+    assert_eq!(codes(b""), ["ELF012"]);
+    assert_eq!(codes(b":00000001FF\n"), ["ELF012"]);
+    let all: Vec<&str> = LINE_CODES.iter().map(|row| row.code).collect();
+    assert_eq!(all, ["ELF012", "ELF013", "ELF014"]);
+}
