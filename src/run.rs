@@ -32,6 +32,7 @@ Examples:
   emu run hello.elf --mcu atmega328p --uart - --expect-uart 'done\\n' --fail-uart FAIL
   emu run press.hex --mcu atmega328p --set PD2=1 --at 10ms:PD2=0 --until 'pin PB5=1' --for 1s
   emu run app.elf --mcu atmega328p --until pc=main --peek data:0x100..0x120 --json
+  emu run app.elf --mcu atmega328p --until pc=main.c:12 --peek buf
   emu run test.ihx --mcu at89s52 --symbols test.map --until 'read xdata:0x7654' --uart -
 
 Exit codes: 0 halted, or what was waited for came, or a limit that was asked for; 1 --fail-uart was seen, or the program
@@ -82,12 +83,14 @@ pub struct RunArgs {
     /// Bits per second of --uart-in; 8 bits, no parity, a stop bit. It is not the chip's: a wrong one is received wrong.
     #[arg(long, value_name = "RATE", default_value = "9600", requires = "uart_in", value_parser = baud)]
     baud: u64,
-    /// End when this comes true: pc=0x1a2 (byte address, on PIC16 a word address, or symbol), 'pin PB5=1' (or 0, or z), 'write data:0x100', 'read xdata:0x7654',
+    /// End when this comes true: pc=0x1a2 (byte address, on PIC16 a word address), pc=main or pc=main+0x4 (symbol), pc=main.c:12
+    /// (source line), 'pin PB5=1' (or 0, or z), 'write data:0x100', 'read xdata:0x7654', 'write buf' (all bytes of a variable),
     /// 'uart "text"'. Repeatable; any of them ends the run.
     #[arg(long, value_name = "COND")]
     until: Vec<String>,
     /// Show memory at the end: data:0x100..0x120 (end excluded), flash:0, sfr:P1, bit:0x20.3; names of registers and of
-    /// the program are addresses too. Repeatable.
+    /// the program are addresses too, with all bytes of a variable whose size is known: data:buf, data:buf+2, or buf where only
+    /// one memory has that name. Repeatable.
     #[arg(long, value_name = "RANGE")]
     peek: Vec<String>,
     /// Names for addresses: for the 8051 family a .map, .cdb or .rst file of SDCC, for the PIC16 family a .cod, .lst or .map

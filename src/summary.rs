@@ -166,8 +166,11 @@ pub fn document<C: Cpu>(story: &Story<'_, C>) -> Value {
     if let Some(detail) = story.detail() {
         stop["detail"] = json!(detail);
     }
-    if let Some(line) = story.source.line(story.word()) {
-        stop["line"] = json!(line);
+    let symbol = story.source.names.near(story.byte(story.word()));
+    for (key, value) in [("symbol", symbol), ("line", story.source.line(story.word()))] {
+        if let Some(value) = value {
+            stop[key] = json!(value);
+        }
     }
     let registers =
         story.source.names.chip.cpu_regs.iter().map(|name| ((*name).to_owned(), json!(story.register(name))));

@@ -196,3 +196,36 @@ fn damaged_files_never_break_emu() {
         assert_eq!(out.status.code() == Some(3), told.contains("] error: "), "seed {seed}: {told}");
     }
 }
+
+/// A damaged ELF file is taken or refused, and where only its source lines are damaged it is taken with a warning.
+#[test]
+fn damaged_elf_files_never_break_emu() {
+    let folder = folder("damaged-elf");
+    let whole = fs::read(folder.join("lines.elf")).expect("an input");
+    let (mut refused, mut warned) = (0, 0);
+    for seed in 0..60u64 {
+        let mut rng = Rng::new(seed);
+        let mut bytes = whole.clone();
+        for _ in 0..=rng.below(3) {
+            let at = rng.below(bytes.len() as u64) as usize;
+            bytes[at] ^= 1 << rng.below(8);
+        }
+        let args: &[&str] = match seed % 3 {
+            0 => &["disasm", "-", "--source"],
+            1 => &["disasm", "-", "--source", "--json"],
+            _ => &["run", "-", "--mcu", "atmega328p", "--lint", "--cycles", "200"],
+        };
+        let args: Vec<String> = args.iter().map(|&a| a.to_owned()).collect();
+        let out = emu(&folder, &args, &bytes);
+        let told = String::from_utf8_lossy(&out.stderr);
+        assert!(matches!(out.status.code(), Some(0 | 3 | 4)), "seed {seed}: {:?} {told}", out.status);
+        assert_eq!(
+            out.status.code() == Some(3),
+            told.contains("] error: ") || out.stdout.starts_with(b"{\n  \"schema\": 1,\n  \"errors\""),
+            "seed {seed}: {told}"
+        );
+        refused += u32::from(out.status.code() == Some(3));
+        warned += u32::from(told.contains("[ELF012] warning: "));
+    }
+    assert!(refused > 0 && warned > 0, "{refused} {warned}");
+}

@@ -143,6 +143,15 @@ impl Names<'_> {
         Some(self.behind(strongest(self.symbols.iter().filter(covers))?, byte))
     }
 
+    /// The symbol that lies exactly in a range.
+    #[must_use]
+    pub fn whole(&self, range: &Range) -> Option<&str> {
+        let width = self.chip.width(range.space);
+        let place = (range.start.checked_mul(width)?, range.end.checked_sub(range.start)?.checked_mul(width)?);
+        let same = |s: &&SymbolAt| s.space == range.space && (s.addr, s.size) == place;
+        strongest(self.symbols.iter().filter(same)).map(|symbol| symbol.name.as_str())
+    }
+
     /// A byte address as a place at or behind a symbol.
     fn behind(&self, symbol: &SymbolAt, byte: u32) -> String {
         let offset = (byte - symbol.addr) / self.chip.width(symbol.space);

@@ -1,6 +1,5 @@
 //! Conditions that end a run.
 
-use emu_core::image::SymbolAt;
 use emu_core::pins::{Level, PinId};
 
 use crate::place::{Names, Range};
@@ -59,15 +58,10 @@ impl Until {
     /// What was waited for, for messages; the chip's pins by name.
     #[must_use]
     pub fn describe(&self, names: &Names<'_>) -> String {
-        let range = |r: &Range| {
-            let width = names.chip.width(r.space);
-            let whole =
-                |s: &&SymbolAt| s.space == r.space && (s.addr, s.size) == (r.start * width, (r.end - r.start) * width);
-            match names.symbols.iter().find(whole) {
-                Some(symbol) if r.end - r.start > 1 => format!("{}:{}", r.space, symbol.name),
-                _ if r.end - r.start == 1 => format!("{}:0x{:x}", r.space, r.start),
-                _ => format!("{}:0x{:x}..0x{:x}", r.space, r.start, r.end),
-            }
+        let range = |r: &Range| match (r.end - r.start, names.whole(r)) {
+            (1, _) => format!("{}:0x{:x}", r.space, r.start),
+            (_, Some(name)) => format!("{}:{name}", r.space),
+            _ => format!("{}:0x{:x}..0x{:x}", r.space, r.start, r.end),
         };
         match self {
             Until::Pc(word) => format!("pc=0x{:x}", names.chip.code_address(*word)),

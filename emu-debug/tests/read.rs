@@ -11,7 +11,15 @@ use emu_debug::{Clock, Names};
 fn read(section: &str, text: &str) -> Result<String, String> {
     let symbol = |name: &str, space, addr| SymbolAt { name: name.to_owned(), space, addr, size: 2 };
     let constant = |name: &str, value| symbol(name, CONSTANT, value);
-    let places = [symbol("main", "flash", 0x80), symbol("cell", "data", 0x104)];
+    let places = [
+        symbol("main", "flash", 0x80),
+        symbol("twin", "flash", 0x200),
+        symbol("cell", "data", 0x104),
+        symbol("twin", "data", 0x118),
+        symbol("pair", "data", 0x120),
+        symbol("pair", "data", 0x130),
+        symbol("edge", "data", 0x8FF),
+    ];
     let symbols = [constant("LAST", 0x120), constant("BIT", 5), constant("main", 7)].into_iter().chain(places);
     let symbols: Vec<SymbolAt> = symbols.collect();
     let names = Names { chip: &ATMEGA328P, symbols: &symbols };
