@@ -132,8 +132,8 @@ pub const LINE_CODES: &[Code] = &[
         "A warning: source lines were asked for, and the sections that hold them are compressed, which is not read. Mend: link \
          without -gz, or unpack them: avr-objcopy --decompress-debug-sections app.elf."),
     row("ELF014", "debugging information that is not DWARF",
-        "A warning: source lines were asked for, and the file has them as stabs, an old format, which is not read. Compilers of the \
-         AVR before GCC 8 write it for a mere -g. Mend: compile with -gdwarf-4."),
+        "A warning: source lines were asked for, and the file has them as stabs, an old format, which is not read. Older compilers \
+         for AVR (GCC 5.4 is one) write it for a mere -g. Mend: compile with -gdwarf-4."),
 ];
 
 /// All codes that [`super::load_symbols`] gives, for `emu explain`.

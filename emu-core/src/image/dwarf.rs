@@ -38,42 +38,41 @@ const MOST_NAME: usize = 4096;
 
 /// The lines of an ELF file; none and no warning where it has none.
 pub(super) fn read(file: &str, bytes: &[u8]) -> Found {
-    let mut found = Found::default();
     let warn = |code, cause, hint| Diagnostic::new(Severity::Warning, code, file, Pos::default(), cause, hint);
     let bytes = elf::aligned(bytes);
     let sections = elf::debug_sections(&bytes);
     let Some(sections) = sections else {
         let hint = "the file is cut off or damaged: build or get it again";
-        found.warnings.push(warn(DAMAGED, "the debugging information cannot be found".to_owned(), hint));
-        return found;
+        return only(warn(DAMAGED, "the debugging information cannot be found".to_owned(), hint));
     };
     if sections.iter().any(|(_, section)| matches!(section, DebugSection::Compressed)) {
         let cause = "the debugging information is compressed, so source lines are not known".to_owned();
         let hint = "link without -gz, or avr-objcopy --decompress-debug-sections";
-        found.warnings.push(warn(COMPRESSED, cause, hint));
-        return found;
+        return only(warn(COMPRESSED, cause, hint));
     }
     let has = |name| sections.iter().any(|(known, _)| *known == name);
     if has(".stab") && !has(".debug_line") {
         let cause = "the debugging information is stabs, so source lines are not known".to_owned();
-        found.warnings.push(warn(OTHER_FORMAT, cause, "compile with -gdwarf-4 in place of -g"));
-        return found;
+        return only(warn(OTHER_FORMAT, cause, "compile with -gdwarf-4 in place of -g"));
     }
     let section = |id: SectionId| -> Result<Slice<'_>, Error> {
         let named = sections.iter().find(|(name, _)| *name == id.name());
         Ok(EndianSlice::new(named.map_or(&[], |(_, section)| section.bytes()), Le))
     };
-    let mut reader = Reader { names: HashMap::new(), found: &mut found, fault: None };
+    let mut reader = Reader::default();
     if let Ok(dwarf) = Dwarf::load(section) {
         reader.read(&dwarf);
     }
-    if let Some(fault) = reader.fault {
+    let warning = reader.fault.map(|fault| {
         let cause = format!("the debugging information is damaged, so source lines may be missing: {fault}");
-        found.warnings.push(warn(DAMAGED, cause, "build the program anew"));
-    }
-    found.lines.sort_unstable();
-    found.lines.dedup();
-    found
+        warn(DAMAGED, cause, "build the program anew")
+    });
+    Found::of(reader.lines, reader.folders, warning.into_iter().collect())
+}
+
+/// No lines, and why.
+fn only(warning: Diagnostic) -> Found {
+    Found::of(Vec::new(), Vec::new(), vec![warning])
 }
 
 /// A line program that units name.
@@ -86,15 +85,18 @@ struct Program<'b> {
     told: bool,
 }
 
-struct Reader<'f> {
+#[derive(Default)]
+struct Reader {
+    lines: Vec<LineAt>,
     /// Names of files that occurred.
     names: HashMap<String, Arc<str>>,
-    found: &'f mut Found,
+    /// The folders of their compilations.
+    folders: Vec<(Arc<str>, String)>,
     /// The first thing that was wrong.
     fault: Option<String>,
 }
 
-impl Reader<'_> {
+impl Reader {
     fn damaged(&mut self, why: impl ToString) {
         self.fault.get_or_insert_with(|| why.to_string());
     }
@@ -166,7 +168,7 @@ impl Reader<'_> {
                     (known && line > 0, name, u32::try_from(start), u32::try_from(addr - start))
                 {
                     let (kind, file) = (kind(file), Arc::clone(file));
-                    self.found.lines.push(LineAt { addr: at, kind, file, line, len });
+                    self.lines.push(LineAt { addr: at, kind, file, line, len });
                 }
             }
             // Of several rows at one address the last is that of the code.
@@ -202,7 +204,7 @@ impl Reader<'_> {
         let file: Arc<str> = path.into();
         self.names.insert(path.to_owned(), Arc::clone(&file));
         if !folder.is_empty() {
-            self.found.folders.push((Arc::clone(&file), folder.to_owned()));
+            self.folders.push((Arc::clone(&file), folder.to_owned()));
         }
         Some(file)
     }

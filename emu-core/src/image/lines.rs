@@ -50,12 +50,25 @@ struct Elf {
 /// What was read.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Found {
-    /// Sorted.
-    pub lines: Vec<LineAt>,
+    /// By address, kind, file and number; none twice.
+    lines: Vec<LineAt>,
+    /// The kinds that occur, the one that is preferred first.
+    kinds: Vec<LineKind>,
     /// The folder of the compilation by file, each file once.
-    pub folders: Vec<(Arc<str>, String)>,
+    folders: Vec<(Arc<str>, String)>,
     /// What could not be read.
-    pub warnings: Vec<Diagnostic>,
+    warnings: Vec<Diagnostic>,
+}
+
+impl Found {
+    /// Puts the lines in order.
+    pub fn of(mut lines: Vec<LineAt>, folders: Vec<(Arc<str>, String)>, warnings: Vec<Diagnostic>) -> Found {
+        lines.sort_unstable();
+        lines.dedup();
+        let mut kinds: Vec<LineKind> = [LineKind::C, LineKind::Asm, LineKind::Listing].into();
+        kinds.retain(|kind| lines.iter().any(|line| line.kind == *kind));
+        Found { lines, kinds, folders, warnings }
+    }
 }
 
 impl PartialEq for Lines {
@@ -70,10 +83,8 @@ impl Eq for Lines {}
 impl Lines {
     /// The lines of files of symbols.
     #[must_use]
-    pub fn new(mut lines: Vec<LineAt>) -> Lines {
-        lines.sort_unstable();
-        lines.dedup();
-        Lines { elf: None, found: OnceLock::from(Found { lines, ..Found::default() }) }
+    pub fn new(lines: Vec<LineAt>) -> Lines {
+        Lines { elf: None, found: OnceLock::from(Found::of(lines, Vec::new(), Vec::new())) }
     }
 
     /// Those of the debugging information (DWARF 2 to 5) of an ELF file, or none where it has none. Nothing is read yet, and
@@ -105,8 +116,8 @@ impl Lines {
     pub fn at(&self, byte: u32, from: u32) -> Option<&LineAt> {
         let end = self.all().partition_point(|line| line.addr <= byte);
         let behind = self.all().get(..end)?;
-        [LineKind::C, LineKind::Asm, LineKind::Listing].into_iter().find_map(|kind| {
-            let last = behind.iter().rev().find(|line| line.kind == kind)?;
+        self.found().kinds.iter().find_map(|kind| {
+            let last = behind.iter().rev().find(|line| line.kind == *kind)?;
             let covers = if last.len == 0 { last.addr >= from } else { byte - last.addr < last.len };
             covers.then_some(last)
         })

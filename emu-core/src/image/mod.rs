@@ -2,7 +2,7 @@
 //!
 //! [`load`] looks at the first bytes and hands on to [`load_elf`] or [`load_hex`]. Both are strict: a file is either
 //! taken whole or refused with all its faults, each with a place, a stable code (see [`CODES`]) and a hint. What is
-//! accepted stands in `docs/formats/hex.md`. [`write_hex`] is the way back.
+//! accepted stands in `docs/formats/hex.md` and `elf.md`. [`write_hex`] is the way back.
 //!
 //! ```text
 //!   hex.rs   lines to records to addresses          elf.rs   sections to load addresses, symbols

@@ -101,10 +101,10 @@ fn every_code_has_a_case() {
     let known: BTreeSet<String> = CODES.iter().map(|code| code.code.to_owned()).collect();
     assert_eq!(tried, known);
     assert_eq!(known.len(), CODES.len(), "a code stands twice");
-    let docs = docs();
+    let docs = page("hex.md") + &page("elf.md");
     for code in CODES {
         assert!(!code.title.is_empty() && code.explain.len() > 60, "{}", code.code);
-        assert!(docs.contains(code.code), "docs/formats/hex.md says nothing of {}", code.code);
+        assert!(docs.contains(code.code), "docs/formats say nothing of {}", code.code);
         if code.code.starts_with("HEX") {
             file(&code.code.to_lowercase());
         }
@@ -169,7 +169,7 @@ fn the_hint_fits_the_address() {
 fn examples_in_the_docs() {
     const FLASH: &[Space] = &[Space { name: "flash", start: 0, len: 0x8000, word: 2, bits: Bits::All }];
     let mut tried = 0;
-    for row in docs().lines().filter(|line| line.starts_with("| HEX")) {
+    for row in page("hex.md").lines().filter(|line| line.starts_with("| HEX")) {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();
         let (code, example) = (cells[1], cells[3]);
         let Some(example) = example.strip_prefix('`').and_then(|text| text.strip_suffix('`')) else { continue };
@@ -182,6 +182,6 @@ fn examples_in_the_docs() {
     assert_eq!(tried, 18);
 }
 
-fn docs() -> String {
-    std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/formats/hex.md")).unwrap()
+fn page(name: &str) -> String {
+    std::fs::read_to_string(format!("{}/../docs/formats/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
 }

@@ -122,4 +122,8 @@ fn what_is_no_dwarf_is_told() {
     assert_eq!(codes(b":00000001FF\n"), ["ELF012"]);
     let all: Vec<&str> = LINE_CODES.iter().map(|row| row.code).collect();
     assert_eq!(all, ["ELF012", "ELF013", "ELF014"]);
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/formats/elf.md")).unwrap();
+    for row in LINE_CODES {
+        assert!(page.contains(&format!("| {} |", row.code)) && row.explain.len() > 60, "{}", row.code);
+    }
 }
