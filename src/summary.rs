@@ -88,9 +88,13 @@ impl<C: Cpu> Story<'_, C> {
         }
     }
 
-    /// The symbol that an address of data memory belongs to, ` (buf+0x2)`; nothing where it is in none.
+    /// The symbol that an address of data memory belongs to, or the register of the chip there, ` (buf+0x2)`; nothing where it is
+    /// in none.
     fn object(&self, space: &str, addr: u32) -> String {
-        self.source.names.object(space, addr).map_or(String::new(), |object| format!(" ({object})"))
+        let chip = self.source.names.chip;
+        let register = || chip.regs.iter().find(|reg| space == chip.reg_space && u32::from(reg.addr) == addr);
+        let object = self.source.names.object(space, addr).or_else(|| Some(register()?.name.to_owned()));
+        object.map_or(String::new(), |object| format!(" ({object})"))
     }
 
     /// The instruction at the end, as text.
