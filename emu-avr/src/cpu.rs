@@ -11,6 +11,7 @@ use emu_core::rng::Rng;
 
 use crate::chips::{self, Part};
 use crate::flags::Flags;
+use crate::lint::Lints;
 use crate::periph::spm::Bytes;
 use crate::predecode::Code;
 use crate::soc::{LOW, Put, Soc};
@@ -85,6 +86,7 @@ impl Avr {
         let mut soc = Soc::new(part, options, beside, Arc::new(eeprom));
         // RAM below 100h is the chip's to keep.
         soc.fill_low(&bytes[LOW..RAM]);
+        soc.lints = Lints::of(image, part);
         bytes[32..RAM].fill(0);
         let mut avr = Avr {
             part,

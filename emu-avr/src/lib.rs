@@ -13,6 +13,7 @@ mod boundary;
 mod cpu;
 mod exec;
 mod flags;
+mod lint;
 pub mod periph;
 mod predecode;
 mod record;

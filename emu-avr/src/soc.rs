@@ -76,6 +76,7 @@ macro_rules! unit {
 }
 use unit as with_unit;
 
+mod lint;
 mod memory;
 mod pins;
 mod power;
@@ -158,6 +159,7 @@ pub struct Soc {
     orders: VecDeque<Order>,
     stall: u64,
     out: Outbox,
+    pub(crate) lints: crate::lint::Lints,
 }
 
 impl Soc {
@@ -205,6 +207,7 @@ impl Soc {
             orders: VecDeque::new(),
             stall: 0,
             out: Outbox::new(),
+            lints: crate::lint::Lints::default(),
         };
         soc.reset(Reset::PowerOn, 0);
         soc
@@ -486,12 +489,6 @@ impl Bus for Soc {
             || self.usarts.iter().any(Usart::sending)
             || (0..4).any(moves)
             || units.iter().any(|&n| self.nexts[n] != NEVER)
-    }
-}
-
-impl Soc {
-    fn site(&self, reg: u16) -> Site {
-        self.part.sites.get(usize::from(reg)).copied().unwrap_or(Site::Reserved)
     }
 }
 

@@ -376,6 +376,9 @@ macro_rules! turn {
             m.hot.time.force();
             break;
         }
+        if P::LINT {
+            m.lint(op);
+        }
         execute!(m, op, {
             m.hot.escape = true;
             m.hot.time.force();
@@ -404,6 +407,9 @@ impl<P: Probe> Turn<'_, P> {
         let mut turn = self;
         let m = &mut turn;
         let op = &op;
+        if P::LINT {
+            m.lint(op);
+        }
         execute!(m, op, ());
         turn.hot
     }
@@ -414,6 +420,9 @@ impl<P: Probe> Turn<'_, P> {
     pub fn interrupt(self, vector: u32) -> Hot {
         let mut turn = self;
         let m = &mut turn;
+        if P::LINT {
+            m.lint_interrupt(vector);
+        }
         m.charge(4);
         push_pc(m);
         m.hot.flags.set(Flag::I, false);

@@ -36,7 +36,7 @@ pub enum Lint {
         /// The register.
         register: &'static str,
     },
-    /// RAM was read that nothing has written since power-up.
+    /// RAM was read that nothing has written since power-up (machines that see reads alone).
     UnknownRead {
         /// The memory, as the chip's row names it.
         space: &'static str,
@@ -46,9 +46,58 @@ pub enum Lint {
     /// An instruction that puts the chip to sleep has done nothing, because a flag that would wake it was set already, and no
     /// interrupt was to come of it.
     NoSleep,
+    /// What a byte of RAM or a register held made a difference, and nothing has written it since power-up (machines that follow
+    /// values).
+    UnknownUse {
+        /// The memory, as the chip's row names it.
+        space: &'static str,
+        /// Address in it; that of a register, where registers have addresses there.
+        addr: u16,
+    },
+    /// The stack grows down over what lies below it: static data, the heap, or the beginning of RAM.
+    StackMeets {
+        /// The address below which the stack must not reach.
+        limit: u16,
+    },
+    /// Something was written at an address of data memory where nothing is.
+    NothingThere {
+        /// The address.
+        addr: u16,
+    },
+    /// Reserved bits of a register were written as ones.
+    ReservedBits {
+        /// Address of the register.
+        addr: u16,
+        /// The bits.
+        bits: u8,
+    },
+    /// A serial port sends or listens at more than 2 % off the nearest usual baud rate.
+    Baud {
+        /// The port, from 0.
+        uart: u8,
+        /// Its baud rate.
+        baud: u32,
+    },
+    /// An interrupt was taken for which there is no service routine.
+    NoHandler {
+        /// Its vector.
+        vector: u8,
+    },
+    /// An interrupt can come for which there is no service routine.
+    Unhandled {
+        /// Its vector.
+        vector: u8,
+    },
+    /// The level of pins made a difference on which nothing stands.
+    FloatingRead {
+        /// Address of the port.
+        port: u16,
+        /// The pins, one bit each.
+        bits: u8,
+    },
 }
 
-/// The codes of lints: row by row in the order of the variants of [`Lint`].
+/// The codes of lints.
 #[rustfmt::skip]
 pub const CODES: &[Code] = &[
     Code { code: "LINT001", title: "a port is read whose pins are analog inputs",
@@ -74,14 +123,57 @@ pub const CODES: &[Code] = &[
         explain: "After RETFIE a register holds something else than when the interrupt came, so the interrupted code goes on \
                   with a wrong W, wrong flags or bank, or a wrong page. Mend: save W, STATUS and PCLATH first in the service \
                   routine and restore them last, with SWAPF, which leaves the flags alone." },
-    Code { code: "LINT007", title: "RAM is read that was never written",
-        explain: "After power-up RAM holds anything, and something else on the next chip. The emulator fills it with zeros unless \
-                  --ram says otherwise, so such a program may run well here and fail on the desk. Bytes that the image fills \
-                  count as written; every byte is told of once. Mend: write it first." },
+    Code { code: "LINT007", title: "RAM or a register is read that was never written",
+        explain: "After power-up RAM holds anything, and something else on the next chip; so do the registers of an AVR. The \
+                  emulator fills them with zeros unless --ram says otherwise, so such a program may run well here and fail on \
+                  the desk. Bytes that the image fills count as written; every byte is told of once. On AVR values are \
+                  followed bit by bit, and it is told where they first make a difference: in a branch, an address, a register \
+                  of the chip. Mend: write it first." },
     Code { code: "LINT008", title: "SLEEP does nothing",
         explain: "SLEEP is a NOP while an interrupt flag and its enable bit are set, and with GIE clear nothing else tells of it. \
                   A flag that nothing clears makes every SLEEP a NOP. Mend: clear the flag before SLEEP." },
+    Code { code: "LINT009", title: "the stack grows over what lies below it",
+        explain: "The stack grows down, and static data and the heap up. Where a push, a call, an interrupt or a frame reaches \
+                  below the end of static data (of the heap, where malloc has grown it), variables and return addresses \
+                  overwrite each other. Without symbols only the beginning of RAM is known. A stack that a program places in \
+                  static data itself, as those of tasks, is held to the beginning of RAM. Mend: smaller buffers and frames, \
+                  less recursion." },
+    Code { code: "LINT010", title: "a write to an address where nothing is",
+        explain: "The address is reserved, or beyond the end of RAM. Reserved addresses are never to be written, says the data \
+                  sheet. Often the image is for another chip, or a pointer is wild. Mend: look at the address." },
+    Code { code: "LINT011", title: "reserved bits are written as ones",
+        explain: "Reserved bits are to be written as zeros, says the data sheet, for later chips give them a meaning. Often the \
+                  number of a bit is wrong, or the image is for another chip. Not told of absent pins of a port, and of flags \
+                  that ones clear. Mend: write zeros there." },
+    Code { code: "LINT012", title: "a baud rate is more than 2 % off",
+        explain: "Both sides of an asynchronous line may differ by a few percent in all before bits are read wrong, so each \
+                  should be within 2 % of the rate. The rate is worked out from the clock after CLKPR, UBRR and U2X, and held \
+                  against the nearest usual one (300 to 2000000 baud). Mend: U2X, another UBRR, or a crystal that divides well." },
+    Code { code: "LINT013", title: "an interrupt is taken that has no service routine",
+        explain: "Its vector is erased, or jumps back to the beginning, as avr-libc has it where a program defines no routine: the \
+                  program starts over without a reset. Mend: write an ISR for it (a misspelt name of a vector makes none), or do \
+                  not enable it." },
+    Code { code: "LINT014", title: "an interrupt is enabled that has no service routine",
+        explain: "Its enable bit is set, and so is I in SREG; when its flag comes, the program jumps into an erased vector or \
+                  back to the beginning. Mend: write an ISR for it, or do not enable it." },
+    Code { code: "LINT015", title: "a pin is read on which nothing stands",
+        explain: "The pin is an input without pull-up, and nothing outside drives it: on the desk it reads anything, and picks up \
+                  what is near it. Told where the bit makes a difference, once a pin: a port may be read whole if bits of such \
+                  pins are masked out. Mend: turn on its pull-up, or drive it (--set PD2=1, --set PD2=pullup)." },
 ];
+
+/// Baud rates that serial lines have: the usual ones, and those of MIDI, S.BUS and DMX512.
+const BAUDS: [u32; 26] = [
+    110, 150, 300, 600, 1_200, 2_400, 4_800, 9_600, 14_400, 19_200, 28_800, 31_250, 38_400, 57_600, 76_800, 100_000,
+    115_200, 128_000, 230_400, 250_000, 256_000, 460_800, 500_000, 921_600, 1_000_000, 2_000_000,
+];
+
+/// The usual baud rate that is nearest to `baud`, by what it is off.
+#[must_use]
+pub fn usual_baud(baud: u32) -> u32 {
+    let off = |usual: u32| u64::from(baud.abs_diff(usual)) * 1_000_000 / u64::from(usual);
+    BAUDS.into_iter().min_by_key(|&usual| off(usual)).unwrap_or(baud)
+}
 
 impl Lint {
     /// Its row of [`CODES`].
@@ -94,8 +186,15 @@ impl Lint {
             Lint::StackUnderflow => 3,
             Lint::Page { .. } => 4,
             Lint::NotSaved { .. } => 5,
-            Lint::UnknownRead { .. } => 6,
+            Lint::UnknownRead { .. } | Lint::UnknownUse { .. } => 6,
             Lint::NoSleep => 7,
+            Lint::StackMeets { .. } => 8,
+            Lint::NothingThere { .. } => 9,
+            Lint::ReservedBits { .. } => 10,
+            Lint::Baud { .. } => 11,
+            Lint::NoHandler { .. } => 12,
+            Lint::Unhandled { .. } => 13,
+            Lint::FloatingRead { .. } => 14,
         };
         &CODES[row]
     }
@@ -118,6 +217,13 @@ impl Lint {
             Lint::NotSaved { .. } => "save W, STATUS and PCLATH first in the service routine and restore them last",
             Lint::UnknownRead { .. } => "write the cell first; after power-up RAM holds anything",
             Lint::NoSleep => "clear the flag before SLEEP",
+            Lint::UnknownUse { .. } => "write it first; after power-up it holds anything",
+            Lint::StackMeets { .. } => "smaller buffers and frames, less recursion",
+            Lint::NothingThere { .. } => "look at the address; is the image for this chip?",
+            Lint::ReservedBits { .. } => "write reserved bits as zeros; is the image for this chip?",
+            Lint::Baud { .. } => "try U2X, another UBRR, or a crystal that divides well; --clock gives its frequency",
+            Lint::NoHandler { .. } | Lint::Unhandled { .. } => "write a service routine for it, or do not enable it",
+            Lint::FloatingRead { .. } => "turn on the pull-up, or drive the pin (--set PIN=LEVEL)",
         }
     }
 }
@@ -145,6 +251,29 @@ impl fmt::Display for Lint {
             Lint::NotSaved { register } => write!(f, "the service routine returns with another value in {register}"),
             Lint::UnknownRead { space, addr } => write!(f, "{space}:0x{addr:02x} is read before it was written"),
             Lint::NoSleep => f.write_str("SLEEP does nothing: a flag that would end it is set already"),
+            Lint::UnknownUse { space, addr } => write!(f, "{space}:0x{addr:02x} is used before it was written"),
+            Lint::StackMeets { limit } => write!(f, "the stack grows below 0x{limit:04x}"),
+            Lint::NothingThere { addr } => write!(f, "0x{addr:02x} is written, where nothing is"),
+            Lint::ReservedBits { addr, bits } => {
+                write!(f, "the reserved bits 0x{bits:02x} of the register at 0x{addr:02x} are written as ones")
+            }
+            Lint::Baud { uart, baud } => {
+                let usual = usual_baud(*baud);
+                let tenths = (i64::from(*baud) - i64::from(usual)) * 1000;
+                let (sign, tenths) = (if tenths < 0 { '-' } else { '+' }, tenths.unsigned_abs() + u64::from(usual) / 2);
+                let tenths = tenths / u64::from(usual.max(1));
+                let off = format!("{sign}{}.{}", tenths / 10, tenths % 10);
+                write!(f, "serial port {uart} runs at {baud} baud, {off} % off {usual}")
+            }
+            Lint::NoHandler { vector } => {
+                write!(f, "the interrupt of vector {vector} is taken, and has no service routine")
+            }
+            Lint::Unhandled { vector } => {
+                write!(f, "the interrupt of vector {vector} is enabled, and has no service routine")
+            }
+            Lint::FloatingRead { port, bits } => {
+                write!(f, "the bits 0x{bits:02x} of the port at 0x{port:02x} are read, and nothing drives their pins")
+            }
         }
     }
 }

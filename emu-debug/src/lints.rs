@@ -1,10 +1,11 @@
 //! Collects what programs do that is seldom meant ([`Lint`]), each once with how often and when first.
 //!
-//! What a core has diagnostics of it tells itself; of the RAM of every chip this looks for reads of what was never written.
+//! What a core has diagnostics of it tells itself. Reads of RAM that was never written are looked for here, but on machines that
+//! follow values, which tell themselves where those make a difference.
 
 use std::collections::BTreeMap;
 
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, Family};
 use emu_core::cpu::Probe;
 use emu_core::lint::Lint;
 
@@ -62,6 +63,9 @@ impl Probe for Lints {
     }
 
     fn data(&mut self, at: u64, space: u8, addr: u16, _value: u8, write: bool) -> bool {
+        if self.chip.family == Family::Avr {
+            return false;
+        }
         if let Some(byte) = self.fresh.reads_unwritten(self.chip, space, addr, write) {
             // Every byte is told of once, wherever it is read.
             self.fresh.fill(byte);
@@ -102,11 +106,35 @@ pub fn describe(lint: Lint, names: &Names<'_>) -> String {
             let target = names.chip.code_address(target.into());
             format!("goes to 0x{target:04x}{near}, in a page that PCLATH was not set for here")
         }
-        Lint::UnknownRead { space, addr } => {
-            let symbol = names.object(space, addr.into()).map_or(String::new(), |symbol| format!(" ({symbol})"));
-            format!("{space}:0x{addr:02x}{symbol} is read before it was written")
+        Lint::UnknownRead { space, addr } => format!("{} is read before it was written", cell(names, space, addr)),
+        Lint::UnknownUse { space, addr } => format!("{} is used before it was written", cell(names, space, addr)),
+        Lint::StackMeets { limit } => {
+            let limit = match names.symbols.iter().find(|s| s.space == names.chip.ram && s.addr == u32::from(limit)) {
+                _ if limit == names.chip.ram_start => format!("0x{limit:04x}, where RAM begins"),
+                Some(symbol) => format!("0x{limit:04x} ({})", symbol.name),
+                None => format!("0x{limit:04x}, up to where the heap reaches"),
+            };
+            format!("the stack grows below {limit}")
         }
-        Lint::StackOverflow | Lint::StackUnderflow | Lint::NotSaved { .. } | Lint::NoSleep => lint.to_string(),
+        Lint::NothingThere { addr } => format!("{}:0x{addr:02x} is written, where nothing is", names.chip.reg_space),
+        Lint::ReservedBits { addr, bits } => {
+            let list = (0..8).filter(|bit| bits >> bit & 1 == 1).map(|bit| bit.to_string()).collect::<Vec<_>>();
+            let (what, verb) = if list.len() == 1 { ("bit", "is") } else { ("bits", "are") };
+            format!("the reserved {what} {} of {} {verb} written as 1", list.join(", "), register(names, addr))
+        }
+        Lint::NoHandler { vector } => {
+            format!("the interrupt {} is taken, and has no service routine", interrupt(names, vector))
+        }
+        Lint::Unhandled { vector } => {
+            format!("the interrupt {} is enabled, and has no service routine", interrupt(names, vector))
+        }
+        Lint::FloatingRead { port, bits } => {
+            let (port, pins) = (register(names, port), pins(names, port, bits));
+            format!("{port} is read and used, and nothing drives {pins}")
+        }
+        Lint::StackOverflow | Lint::StackUnderflow | Lint::NotSaved { .. } | Lint::NoSleep | Lint::Baud { .. } => {
+            lint.to_string()
+        }
     }
 }
 
@@ -116,11 +144,27 @@ fn register(names: &Names<'_>, addr: u16) -> String {
     named.map_or_else(|| format!("{}:0x{addr:02x}", names.chip.reg_space), |reg| reg.name.to_owned())
 }
 
-/// The names of pins of a port: those of PORTB are RB0 to RB7.
+/// A byte of RAM with the variable that it belongs to, or a register of the core, where those have addresses.
+fn cell(names: &Names<'_>, space: &str, addr: u16) -> String {
+    let cpu_reg = if names.chip.family == Family::Avr { names.chip.cpu_regs.get(usize::from(addr)) } else { None };
+    if let Some(name) = cpu_reg.filter(|_| addr < 32) {
+        return (*name).to_owned();
+    }
+    let symbol = names.object(space, addr.into()).map_or(String::new(), |symbol| format!(" ({symbol})"));
+    format!("{space}:0x{addr:02x}{symbol}")
+}
+
+/// The name of an interrupt.
+fn interrupt(names: &Names<'_>, vector: u8) -> String {
+    names.chip.vectors.get(usize::from(vector)).map_or_else(|| vector.to_string(), |name| (*name).to_owned())
+}
+
+/// The names of pins of a port: those of PORTB are RB0 to RB7 on a PIC16, those of PINB PB0 to PB7 on an AVR.
 fn pins(names: &Names<'_>, port: u16, bits: u8) -> String {
     let port = register(names, port);
     let name = |bit: u8| {
         let pin = port.strip_prefix("PORT").map(|letter| format!("R{letter}{bit}"));
+        let pin = pin.or_else(|| port.strip_prefix("PIN").map(|letter| format!("P{letter}{bit}")));
         pin.filter(|pin| names.chip.pin(pin).is_some()).unwrap_or_else(|| format!("bit {bit}"))
     };
     (0..8).filter(|bit| bits >> bit & 1 == 1).map(name).collect::<Vec<_>>().join(", ")

@@ -34,7 +34,7 @@ fn found<C: Cpu>(mut cpu: C, waits: &str) -> String {
     let ended = emu_debug::run(&mut cpu, &plan, None, &mut |_| true).expect("no file is written");
     let each = ended.lints.iter().map(|found| {
         let place = match found.lint {
-            Lint::UnknownRead { space, addr } => format!(" {space}:{addr:x}"),
+            Lint::UnknownRead { space, addr } | Lint::UnknownUse { space, addr } => format!(" {space}:{addr:x}"),
             _ => String::new(),
         };
         format!("{:x} {}{place} x{} @{}", found.pc, found.lint.code(), found.count, found.first)
@@ -111,6 +111,31 @@ fn names_of_registers_pins_and_symbols() {
         (Lint::StackOverflow,                                  "the stack is full: the oldest return address is overwritten"),
         // What no row of a chip has keeps its number.
         (Lint::AnalogRead { port: 0x20, bits: 1 },             "data:0x20 is read, where bit 0 read 0 as analog inputs"),
+    ];
+    for (lint, wanted) in cases {
+        assert_eq!(describe(lint, &names), wanted);
+    }
+
+    let symbol = |name: &str, addr, size| SymbolAt { name: name.into(), space: "data", addr, size };
+    let symbols = [symbol("buf", 0x100, 8), symbol("_end", 0x120, 0)];
+    let names = Names { chip: &emu_avr::chips::ATMEGA328P, symbols: &symbols };
+    #[rustfmt::skip]
+    let cases = [
+        (Lint::UnknownUse { space: "data", addr: 5 },          "r5 is used before it was written"),
+        (Lint::UnknownUse { space: "data", addr: 0x100 },      "data:0x100 (buf) is used before it was written"),
+        (Lint::UnknownUse { space: "data", addr: 0x107 },      "data:0x107 (buf+0x7) is used before it was written"),
+        (Lint::UnknownUse { space: "data", addr: 0x108 },      "data:0x108 is used before it was written"),
+        (Lint::StackMeets { limit: 0x120 },                    "the stack grows below 0x0120 (_end)"),
+        (Lint::StackMeets { limit: 0x100 },                    "the stack grows below 0x0100, where RAM begins"),
+        (Lint::StackMeets { limit: 0x180 },                    "the stack grows below 0x0180, up to where the heap reaches"),
+        (Lint::NothingThere { addr: 0xE0 },                    "data:0xe0 is written, where nothing is"),
+        (Lint::ReservedBits { addr: 0xC5, bits: 0x10 },        "the reserved bit 4 of UBRR0H is written as 1"),
+        (Lint::ReservedBits { addr: 0x45, bits: 0x30 },        "the reserved bits 4, 5 of TCCR0B are written as 1"),
+        (Lint::Baud { uart: 0, baud: 111_111 },                "serial port 0 runs at 111111 baud, -3.5 % off 115200"),
+        (Lint::Baud { uart: 0, baud: 117_647 },                "serial port 0 runs at 117647 baud, +2.1 % off 115200"),
+        (Lint::NoHandler { vector: 16 },                       "the interrupt TIMER0_OVF is taken, and has no service routine"),
+        (Lint::Unhandled { vector: 1 },                        "the interrupt INT0 is enabled, and has no service routine"),
+        (Lint::FloatingRead { port: 0x29, bits: 0x84 },        "PIND is read and used, and nothing drives PD2, PD7"),
     ];
     for (lint, wanted) in cases {
         assert_eq!(describe(lint, &names), wanted);

@@ -22,7 +22,7 @@ impl Probe for Seen {
             Lint::Page { target } => format!(" {target:04X}"),
             Lint::NotSaved { register } => format!(" {register}"),
             Lint::UnknownRead { addr, .. } => format!(" {addr:02X}"),
-            Lint::StackOverflow | Lint::StackUnderflow | Lint::NoSleep => String::new(),
+            _ => String::new(),
         };
         self.0.push(format!("{at} {pc:04X} {}{more}", lint.code()));
     }
@@ -96,8 +96,9 @@ fn lints() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    // What the core itself never tells of is told by tools.
+    // What the core itself never tells of is told by tools; from LINT009 on it is for other families.
     let silent = |code: &str| fired.iter().all(|seen| !seen.contains(code));
-    let silent: Vec<&str> = CODES.iter().map(|row| row.code).filter(|code| silent(code)).collect();
+    let codes = CODES.iter().map(|row| row.code).filter(|&code| code < "LINT009");
+    let silent: Vec<&str> = codes.filter(|code| silent(code)).collect();
     assert_eq!(silent, [Lint::UnknownRead { space: "data", addr: 0 }.code()]);
 }

@@ -9,6 +9,7 @@ mod m16;
 mod m162;
 mod m8;
 mod old;
+mod present;
 mod x8;
 
 use emu_core::chip::{Chip, Family};

@@ -247,6 +247,7 @@ impl Soc {
     /// Resets all units to their initial values at the cycle `now`, MCUSR by cause (11.9.1). Outside drives stay.
     pub fn reset(&mut self, why: Reset, now: u64) {
         self.run(now);
+        self.lints.reset();
         self.mcusr = match why {
             Reset::PowerOn => 1,
             Reset::External => self.mcusr | 1 << 1,

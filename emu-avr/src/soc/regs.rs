@@ -44,6 +44,11 @@ macro_rules! write {
 }
 
 impl Soc {
+    /// What stands at a data address.
+    pub(super) fn site(&self, reg: u16) -> Site {
+        self.part.site(reg)
+    }
+
     /// The unit of a register, where it has one.
     const fn unit_of(site: Site) -> Option<usize> {
         Some(match site {

@@ -55,8 +55,15 @@ impl Kind {
     pub const MEGA128: Kind = Kind { ints: 8, asynchronous: 0x0F, edge_only: 0, masks: [0; 4] };
 
     /// The inputs INT that there are, a bit for each.
-    pub(super) const fn inputs(&self) -> u8 {
+    #[must_use]
+    pub const fn inputs(&self) -> u8 {
         ((1u16 << self.ints) - 1) as u8
+    }
+
+    /// The bits of PCMSK0 to PCMSK3 that there are, by number.
+    #[must_use]
+    pub fn pins(&self, group: usize) -> u8 {
+        self.masks.get(group).copied().unwrap_or(0)
     }
 
     /// The groups of pins that there are, a bit for each.

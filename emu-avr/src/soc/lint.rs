@@ -1,0 +1,83 @@
+//! What diagnostics ask of the chip. Nothing of it changes anything.
+
+use super::Soc;
+use crate::chips::{Part, unit};
+use crate::periph::{Device, adc, comparator, eeprom, external, guard, spi, spm, timers, twi, usart};
+
+use emu_core::pins::Level;
+
+impl Soc {
+    /// The chip's row.
+    pub(crate) const fn part(&self) -> &'static Part {
+        self.part
+    }
+
+    /// A byte of RAM below 100h.
+    pub(crate) fn low_at(&self, addr: u16) -> u8 {
+        u8::try_from(addr).map_or(0, |addr| self.low_byte(addr))
+    }
+
+    /// The pins of a port on which nothing stands and whose level an instruction would read.
+    pub(crate) fn floating(&self, port: usize) -> u8 {
+        let exist = self.part.ports.get(port).copied().unwrap_or(0) & !self.analog_only(port);
+        let floats = |bit: &u8| self.ports.pin(port as u8 * 8 + bit).level() == Level::Float;
+        (0..8).filter(|bit| exist >> bit & 1 == 1).filter(floats).fold(0, |bits, bit| bits | 1 << bit)
+    }
+
+    /// The receiver of a serial port is on.
+    pub(crate) fn listens_at(&self, n: usize, t: u64) -> bool {
+        self.usarts[n % 2].peek(usart::Reg::UCSRB, t) & usart::RXEN != 0
+    }
+
+    /// The transmitter of a serial port is on.
+    pub(crate) fn sends_at(&self, n: usize, t: u64) -> bool {
+        self.usarts[n % 2].peek(usart::Reg::UCSRB, t) & usart::TXEN != 0
+    }
+
+    /// The clock in Hz and the clocks to a bit of an asynchronous serial port (20.3.1).
+    pub(crate) fn baud(&self, n: usize, t: u64) -> Option<(u64, u64)> {
+        let usart = &self.usarts[n % 2];
+        let [a, c, low, high] =
+            [usart::Reg::UCSRA, usart::Reg::UCSRC, usart::Reg::UBRRL, usart::Reg::UBRRH].map(|reg| usart.peek(reg, t));
+        // UMSEL is one bit where there is no master SPI mode, which does not change what 0 means.
+        let asynchronous = c >> 6 == 0;
+        let per_bit = if a & usart::U2X != 0 { 8 } else { 16 };
+        asynchronous.then(|| (self.power.hz(), per_bit * (u64::from(u16::from_be_bytes([high, low])) + 1)))
+    }
+
+    /// Interrupts whose enable is set, by their vectors.
+    pub(crate) fn enabled(&self, t: u64) -> u64 {
+        let units: [u8; unit::COUNT] = std::array::from_fn(|number| self.enables(number, t));
+        let vectors = self.part.vectors.iter().zip(1u32..64);
+        vectors.fold(0, |all, (&(number, irq), vector)| {
+            all | u64::from(units.get(number).copied().unwrap_or(0) >> irq & 1) << vector
+        })
+    }
+
+    /// Interrupts of a unit whose enable is set.
+    fn enables(&self, number: usize, t: u64) -> u8 {
+        let bit = |value: u8, bit: u8| value >> bit & 1;
+        match number {
+            n @ unit::TIMER..unit::USART => {
+                let shape = self.part.timers.get(n - unit::TIMER);
+                shape.map_or(0, |shape| shape.irqs_of(self.timers[n - unit::TIMER].peek(timers::Reg::TIMSK, t)))
+            }
+            n @ unit::USART..unit::SPI => {
+                let b = self.usarts[n - unit::USART].peek(usart::Reg::UCSRB, t);
+                bit(b, 7) | bit(b, 5) << 1 | bit(b, 6) << 2
+            }
+            unit::SPI => bit(self.spi.peek(spi::Reg::SPCR, t), 7),
+            unit::TWI => bit(self.twi.peek(twi::Reg::TWCR, t), 0),
+            unit::ADC => bit(self.adc.peek(adc::Reg::ADCSRA, t), 3),
+            unit::COMPARATOR => bit(self.comparator.peek(comparator::Reg::ACSR, t), 3),
+            unit::EEPROM => bit(self.eeprom.peek(eeprom::Reg::EECR, t), 3),
+            unit::SPM => bit(self.spm.peek(spm::Reg::SPMCSR, t), 7),
+            unit::WATCHDOG => bit(self.watchdog.peek(guard::Reg::WDTCSR, t), 6),
+            _ => {
+                let ints = self.part.external.inputs();
+                let pins = self.external.peek(external::Reg::PCICR, t);
+                self.external.peek(external::Reg::EIMSK, t) & ints | pins.checked_shl(ints.count_ones()).unwrap_or(0)
+            }
+        }
+    }
+}

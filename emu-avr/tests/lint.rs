@@ -1,0 +1,144 @@
+//! The diagnostics of the family, case by case in `lint.txt`: a program, and every lint that it gives with its cycle.
+
+use emu_avr::{Avr, Options, chips, isa};
+use emu_core::cpu::{Cpu, Probe, RamInit, Stop};
+use emu_core::image::{Image, Segment, SymbolAt};
+use emu_core::lint::{CODES, Lint};
+use emu_core::pins::{Level, Time};
+
+#[derive(Default)]
+struct Seen(Vec<String>);
+
+impl Probe for Seen {
+    const LINT: bool = true;
+
+    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
+        let more = match lint {
+            Lint::UnknownUse { addr, .. } | Lint::NothingThere { addr } => format!("{addr:X}"),
+            Lint::StackMeets { limit } => format!("{limit:X}"),
+            Lint::ReservedBits { addr, bits } => format!("{addr:X}/{bits:02X}"),
+            Lint::FloatingRead { port, bits } => format!("{port:X}/{bits:02X}"),
+            Lint::Baud { uart, baud } => format!("{uart}/{baud}"),
+            Lint::NoHandler { vector } | Lint::Unhandled { vector } => vector.to_string(),
+            other => panic!("{other:?}"),
+        };
+        self.0.push(format!("{at} {:X} {} {more}", 2 * pc, lint.code()));
+    }
+}
+
+fn hex(text: &str) -> u32 {
+    u32::from_str_radix(text, 16).unwrap_or_else(|_| panic!("{text}: no number"))
+}
+
+/// Instructions with `;` between, `@ADDR` in front of one that stands elsewhere than behind the last.
+fn segments(program: &str) -> Vec<Segment> {
+    let (mut segments, mut at) = (Vec::new(), 0);
+    for item in program.split(';').map(str::trim) {
+        let line = match item.strip_prefix('@').and_then(|rest| rest.split_once(' ')) {
+            Some((addr, line)) => {
+                at = hex(addr);
+                line
+            }
+            None => item,
+        };
+        let words = isa::assemble(line, at / 2).unwrap_or_else(|e| panic!("{line}: {e}"));
+        let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        segments.push(Segment { space: "flash", addr: at, bytes });
+        at += 2 * words.len() as u32;
+    }
+    segments
+}
+
+/// The machine of a case, and how long it runs.
+fn machine(chip: &str, program: &str, wiring: &str) -> (Avr, u64) {
+    let chip = chips::chip(&format!("atmega{chip}")).unwrap_or_else(|| panic!("no atmega{chip}"));
+    let mut image = Image { segments: segments(program), ..Image::default() };
+    let (mut drives, mut cycles, mut hz) = (Vec::new(), 100, 16_000_000);
+    for word in wiring.split_whitespace() {
+        match word.split_once('=').expect("a level or a number") {
+            ("for", number) => cycles = number.parse().expect("cycles"),
+            ("hz", number) => hz = number.parse().expect("a clock"),
+            ("fill", addr) => image.segments.push(Segment { space: "data", addr: hex(addr), bytes: vec![0] }),
+            (name, addr) if name.starts_with('_') => {
+                image.symbols.push(SymbolAt { name: name.to_owned(), space: "data", addr: hex(addr), size: 0 });
+            }
+            (pin, level) => {
+                let level = match level {
+                    "1" => Level::High,
+                    "0" => Level::Low,
+                    "up" => Level::PullUp,
+                    other => panic!("{other}: no level"),
+                };
+                drives.push((chip.pin(pin).unwrap_or_else(|| panic!("no {pin}")), level));
+            }
+        }
+    }
+    let options = Options { hz, fuses: None, lock: None, start_up: false };
+    let mut avr = Avr::with(chip, &image, RamInit::Zero, options);
+    for (pin, level) in drives {
+        avr.drive(Time::default(), pin, level);
+    }
+    (avr, cycles)
+}
+
+/// What a program could see.
+fn state(avr: &Avr) -> (u64, u32, Vec<Option<u8>>) {
+    (avr.cycle(), avr.pc(), (0..0x300).map(|addr| avr.peek("data", addr)).collect())
+}
+
+#[test]
+fn lints() {
+    let (mut wrong, mut fired, mut count) = (Vec::new(), Vec::new(), 0);
+    for line in include_str!("lint.txt").lines().filter(|l| !l.is_empty() && !l.starts_with('#')) {
+        let columns: Vec<&str> = line.split('|').map(str::trim).collect();
+        let [chip, program, wiring, wanted] = columns[..] else { panic!("four columns wanted: {line}") };
+        let (start, cycles) = machine(chip, program, wiring);
+        count += 1;
+
+        let (mut avr, mut seen) = (start.clone(), Seen::default());
+        avr.run(cycles, &mut seen);
+        let found = seen.0.join("; ");
+        if found != wanted {
+            wrong.push(format!("{line}\n    found {found}"));
+        }
+        fired.extend(seen.0);
+
+        // Cut into cycles it is the same, and no diagnostic changes what the machine does.
+        let (mut steps, mut seen) = (start.clone(), Seen::default());
+        _ = (1..=cycles).any(|until| steps.run(until, &mut seen) != Stop::Limit);
+        let mut plain = start;
+        plain.run(cycles, &mut ());
+        if seen.0.join("; ") != found || state(&steps) != state(&avr) || state(&plain) != state(&avr) {
+            wrong.push(format!("{line}\n    differs when it is cut or not looked at: {}", seen.0.join("; ")));
+        }
+    }
+    assert!(count > 100, "only {count} cases were read");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    // Each code of the family is told of somewhere.
+    let silent = |code: &&str| fired.iter().all(|seen| !seen.contains(code));
+    let ours = CODES.iter().map(|row| row.code).filter(|&code| code == "LINT007" || code > "LINT008");
+    assert_eq!(ours.filter(silent).collect::<Vec<_>>(), Vec::<&str>::new());
+}
+
+/// A probe that comes later knows nothing of what was written before, and so tells nothing of it.
+#[test]
+fn what_ran_before_counts_as_written() {
+    let program = "ldi r16,1; nop; add r17,r16; out 0x05,r17; lds r18,0x100; out 0x05,r18; rjmp 0x0010";
+    let (mut avr, _) = machine("328p", program, "");
+    avr.run(1, &mut ());
+    let mut seen = Seen::default();
+    avr.run(100, &mut seen);
+    assert!(seen.0.is_empty(), "{:?}", seen.0);
+}
+
+/// Without the wish nothing is kept, and a clone costs what it did.
+#[test]
+fn a_reset_leaves_ram_as_unknown_as_it_was() {
+    let program = "sts 0x100,r1; lds r16,0x100; out 0x05,r16; rjmp 0x000A";
+    let (mut avr, _) = machine("328p", program, "");
+    let mut seen = Seen::default();
+    avr.run(20, &mut seen);
+    avr.reset(emu_core::cpu::Reset::External);
+    avr.run(50, &mut seen);
+    assert_eq!(seen.0, ["4 8 LINT007 1"]);
+}
