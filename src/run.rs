@@ -123,7 +123,8 @@ pub struct RunArgs {
     timeout: Option<Duration>,
     /// Tell what the program does that is allowed, but seldom meant, each with its code, place and count. HOW is warn, as it is
     /// without it, or error: a run that would end with exit code 0 then ends with 1. On every chip: RAM that is read before it
-    /// was written. On PIC16 also analog pins that are read, latches changed along with others, the stack, PCLATH, service
+    /// was written. On AVR also registers, the stack over data or heap, reserved addresses and bits, baud rates, interrupts
+    /// without a service routine, pins that float. On PIC16 also analog pins that are read, latches changed along with others, the stack, PCLATH, service
     /// routines that do not save W, STATUS or PCLATH, SLEEP that does nothing.
     #[arg(long, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "warn")]
     #[arg(hide_possible_values = true)]

@@ -75,7 +75,7 @@ impl Lints {
     }
 }
 
-/// Kept while a probe asks for diagnostics.
+/// Kept while a probe asks for diagnostics. What a tool pokes into RAM stays as unknown as it was.
 #[derive(Debug, Clone)]
 struct Live {
     part: &'static Part,

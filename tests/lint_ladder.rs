@@ -1,0 +1,75 @@
+//! The compiler's own images run without a lint: every example, inputs driven at random, from RAM that nobody has written.
+
+use emu_avr::{Avr, chips};
+use emu_core::lint::Lint;
+use emu_core::rng::Rng;
+use emu_core::{Cpu, Level, Probe, RamInit, Stop, Time, image};
+use ladder_compile::{Options, compile};
+
+/// Every lint with its cycle and place.
+#[derive(Default)]
+struct Seen(Vec<String>);
+
+impl Probe for Seen {
+    const LINT: bool = true;
+
+    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
+        self.0.push(format!("cycle {at}, 0x{:04x}: {lint}", 2 * pc));
+    }
+}
+
+/// Scans that each example is run for.
+const SCANS: u64 = 20;
+
+#[test]
+fn every_example_runs_without_a_lint() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/examples");
+    let (mut wrong, mut count, mut floating) = (Vec::new(), 0, 0);
+    for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
+        let path = entry.path();
+        if path.extension().is_none_or(|end| end != "ld") {
+            continue;
+        }
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(&path).expect("a program");
+        let program = ladder::parse(&name, &text).expect("a sound program").program;
+        let options = Options { mcu: "atmega328p".into(), ..Options::default() };
+        let compiled = compile(&program, &options).expect("an image");
+        let chip = chips::chip("atmega328p").expect("a chip");
+        let loaded = image::load_hex("image", compiled.hex.as_bytes(), chip.hex).expect("a sound image");
+        let mut cpu = Avr::new(chip, &loaded.image, RamInit::Random(7));
+        let inputs: Vec<u8> = compiled
+            .map
+            .pins
+            .iter()
+            .filter(|pin| pin.name.starts_with('X'))
+            .filter_map(|pin| chip.pin(&pin.pin))
+            .collect();
+        let (mut rng, mut seen) = (Rng::new(3), Seen::default());
+        let scan = compiled.map.cycle.num.div_ceil(compiled.map.cycle.den);
+        for _ in 0..SCANS {
+            for &pin in &inputs {
+                let level = Level::of(rng.one_in(2));
+                cpu.drive(Time::at(cpu.cycle()), pin, level);
+            }
+            let stop = cpu.run(cpu.cycle() + scan, &mut seen);
+            assert_eq!(stop, Stop::Limit, "{name}");
+        }
+        // Inputs have pull-ups; without those, and with nothing at the pins, it would be another matter.
+        for &pin in &inputs {
+            cpu.drive(Time::at(cpu.cycle()), pin, Level::Float);
+        }
+        cpu.run(cpu.cycle() + 2 * scan, &mut seen);
+        for port in ["PORTB", "PORTC", "PORTD"] {
+            assert!(cpu.poke("data", chip.reg(port).expect("a port").into(), 0));
+        }
+        let mut floats = Seen::default();
+        cpu.run(cpu.cycle() + 2 * scan, &mut floats);
+        floating += usize::from(floats.0.iter().any(|lint| lint.contains("nothing drives")));
+        assert!(cpu.instructions() > SCANS * 10, "{name}: it does not run");
+        wrong.extend(seen.0.into_iter().map(|lint| format!("{name}: {lint}")));
+        count += 1;
+    }
+    assert!(count > 5 && floating > 5, "{count} examples, {floating} of them with inputs");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
