@@ -445,7 +445,7 @@ impl Soc {
             (true, false) => {
                 // The dividers have stood with the I/O clock.
                 for prescaler in &mut self.prescalers {
-                    prescaler.shift(t - self.power.io_stopped);
+                    prescaler.shift(t.saturating_sub(self.power.io_stopped));
                 }
                 self.tell_prescaler(0, t);
                 self.tell_prescaler(1, t);
