@@ -16,87 +16,95 @@ struct Wire {
 
 #[test]
 fn ports_agree_with_wires_stepped_at_every_cycle() {
+    let fresh = chip();
     for seed in 0..24 {
-        let mut rng = Rng::new(seed);
-        let mut soc = chip();
-        soc.log(true, 0);
-        let (mut ddr, mut port, mut pud) = ([0u8; 3], [0u8; 3], false);
-        let mut wires = [Wire::default(); 24];
-        let mut shown = [Level::Float; 24];
-        let mut queue: Vec<(u64, u8, Level)> = Vec::new();
-        let mut fought = [false; 24];
-        for now in 0..2000 {
-            if rng.one_in(6) {
-                let (at, pin, level) = (now + rng.below(9), rng.below(24) as u8, LEVELS[rng.below(3) as usize]);
-                soc.drive(at, now, pin, level);
-                queue.push((at, pin, level));
+        ports_agree(&fresh, seed, 2000);
+    }
+    for seed in 24..if cfg!(debug_assertions) { 1_000 } else { 100_000 } {
+        ports_agree(&fresh, seed, 40);
+    }
+}
+
+fn ports_agree(fresh: &Soc, seed: u64, cycles: u64) {
+    let mut rng = Rng::new(seed);
+    let mut soc = fresh.clone();
+    soc.log(true, 0);
+    let (mut ddr, mut port, mut pud) = ([0u8; 3], [0u8; 3], false);
+    let mut wires = [Wire::default(); 24];
+    let mut shown = [Level::Float; 24];
+    let mut queue: Vec<(u64, u8, Level)> = Vec::new();
+    let mut fought = [false; 24];
+    for now in 0..cycles {
+        if rng.one_in(6) {
+            let (at, pin, level) = (now + rng.below(9), rng.below(24) as u8, LEVELS[rng.below(3) as usize]);
+            soc.drive(at, now, pin, level);
+            queue.push((at, pin, level));
+        }
+        queue.retain(|&(at, pin, level)| {
+            if at == now {
+                wires[usize::from(pin)].outside = level;
             }
-            queue.retain(|&(at, pin, level)| {
-                if at == now {
-                    wires[usize::from(pin)].outside = level;
-                }
-                at > now
-            });
-            let (mut edges, mut fights) = (Vec::new(), Vec::new());
-            for (i, wire) in wires.iter_mut().enumerate() {
-                let (n, bit) = (i / 8, i % 8);
-                let [output, high] = [ddr[n], port[n]].map(|reg| reg >> bit & 1 == 1);
-                let pull = !output && high && !pud;
-                let own = if output { Level::of(high) } else { Level::Float };
-                let driven = if own == Level::Float { wire.outside } else { own };
-                let level = if driven == Level::Float && pull { Level::High } else { driven };
-                wire.charge = [level == Level::High || level == Level::Float && wire.charge[0], wire.charge[0]];
-                let fight = own != Level::Float && wire.outside != Level::Float && own != wire.outside;
-                if fight && !fought[i] {
-                    fights.push(i as u8);
-                }
-                fought[i] = fight;
-                if level != shown[i] {
-                    shown[i] = level;
-                    edges.push((i as u8, level));
-                }
+            at > now
+        });
+        let (mut edges, mut fights) = (Vec::new(), Vec::new());
+        for (i, wire) in wires.iter_mut().enumerate() {
+            let (n, bit) = (i / 8, i % 8);
+            let [output, high] = [ddr[n], port[n]].map(|reg| reg >> bit & 1 == 1);
+            let pull = !output && high && !pud;
+            let own = if output { Level::of(high) } else { Level::Float };
+            let driven = if own == Level::Float { wire.outside } else { own };
+            let level = if driven == Level::Float && pull { Level::High } else { driven };
+            wire.charge = [level == Level::High || level == Level::Float && wire.charge[0], wire.charge[0]];
+            let fight = own != Level::Float && wire.outside != Level::Float && own != wire.outside;
+            if fight && !fought[i] {
+                fights.push(i as u8);
             }
-            if rng.one_in(3) {
-                soc.fire(now);
+            fought[i] = fight;
+            if level != shown[i] {
+                shown[i] = level;
+                edges.push((i as u8, level));
             }
-            for n in 0..3 {
-                let exist = if n == 1 { 0x7F } else { 0xFF };
-                let want = (0..8).fold(0u8, |bits, b| bits | u8::from(wires[n * 8 + b].charge[1]) << b) & exist;
-                assert_eq!(soc.peek(0x23 + 3 * n as u16, now), want, "PIN of port {n}, seed {seed}, cycle {now}");
-            }
+        }
+        if rng.one_in(3) {
             soc.fire(now);
-            for (pin, want) in shown.iter().enumerate() {
-                assert_eq!(soc.level(pin as u8), *want, "pin {pin}, seed {seed}, cycle {now}");
+        }
+        for n in 0..3 {
+            let exist = if n == 1 { 0x7F } else { 0xFF };
+            let want = (0..8).fold(0u8, |bits, b| bits | u8::from(wires[n * 8 + b].charge[1]) << b) & exist;
+            assert_eq!(soc.peek(0x23 + 3 * n as u16, now), want, "PIN of port {n}, seed {seed}, cycle {now}");
+        }
+        soc.fire(now);
+        for (pin, want) in shown.iter().enumerate() {
+            assert_eq!(soc.level(pin as u8), *want, "pin {pin}, seed {seed}, cycle {now}");
+        }
+        // Two drives of one pin in one cycle log two edges; the last one of each pin counts.
+        let mut logged = [None; 24];
+        while let Some(event) = soc.drain() {
+            assert_eq!(event.at().cycle, now, "{event:?}, seed {seed}");
+            match event {
+                Event::Edge { pin, level, .. } => logged[usize::from(pin)] = Some(level),
+                Event::Contention { pin, .. } => fights.retain(|&fight| fight != pin),
+                Event::Sent { .. } => panic!("{event:?}"),
             }
-            // Two drives of one pin in one cycle log two edges; the last one of each pin counts.
-            let mut logged = [None; 24];
-            while let Some(event) = soc.drain() {
-                assert_eq!(event.at().cycle, now, "{event:?}, seed {seed}");
-                match event {
-                    Event::Edge { pin, level, .. } => logged[usize::from(pin)] = Some(level),
-                    Event::Contention { pin, .. } => fights.retain(|&fight| fight != pin),
-                    Event::Sent { .. } => panic!("{event:?}"),
-                }
+        }
+        assert!(fights.is_empty(), "contention at {fights:?} not told, seed {seed}, cycle {now}");
+        for (pin, level) in edges {
+            assert_eq!(logged[usize::from(pin)], Some(level), "edge of pin {pin}, seed {seed}, cycle {now}");
+        }
+        if rng.one_in(3) {
+            let (n, value, mask) = (rng.below(3) as usize, rng.next_u64() as u8, rng.next_u64() as u8);
+            let exist = if n == 1 { 0x7F } else { 0xFF };
+            let (kind, mask) = (rng.below(4), if rng.one_in(2) { 0xFF } else { mask });
+            match kind {
+                0 => port[n] = (port[n] ^ value & mask) & exist,
+                1 => ddr[n] = (ddr[n] & !mask | value & mask) & exist,
+                2 => port[n] = (port[n] & !mask | value & mask) & exist,
+                _ => pud = value & 0x10 != 0,
             }
-            assert!(fights.is_empty(), "contention at {fights:?} not told, seed {seed}, cycle {now}");
-            for (pin, level) in edges {
-                assert_eq!(logged[usize::from(pin)], Some(level), "edge of pin {pin}, seed {seed}, cycle {now}");
-            }
-            if rng.one_in(3) {
-                let (n, value, mask) = (rng.below(3) as usize, rng.next_u64() as u8, rng.next_u64() as u8);
-                let exist = if n == 1 { 0x7F } else { 0xFF };
-                let (kind, mask) = (rng.below(4), if rng.one_in(2) { 0xFF } else { mask });
-                match kind {
-                    0 => port[n] = (port[n] ^ value & mask) & exist,
-                    1 => ddr[n] = (ddr[n] & !mask | value & mask) & exist,
-                    2 => port[n] = (port[n] & !mask | value & mask) & exist,
-                    _ => pud = value & 0x10 != 0,
-                }
-                if kind == 3 {
-                    soc.write(0x55, value, now);
-                } else {
-                    soc.write_bits(0x23 + 3 * n as u16 + kind as u16, mask, value, now);
-                }
+            if kind == 3 {
+                soc.write(0x55, value, now);
+            } else {
+                soc.write_bits(0x23 + 3 * n as u16 + kind as u16, mask, value, now);
             }
         }
     }

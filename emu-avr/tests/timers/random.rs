@@ -321,29 +321,51 @@ fn run(seed: u64, shape: Shape, cycles: u64, heard: &mut Heard) {
 
 /// Fewer of them where everything is slow.
 const LIVES: u64 = if cfg!(debug_assertions) { 400 } else { 15_000 };
+/// Lives of each shape where there is time.
+const MANY: u64 = 100_000;
 
-fn check(from: u64, shapes: &[usize]) -> Heard {
+fn check(from: u64, shapes: &[usize], lives: u64) -> Heard {
     let mut heard = Heard::default();
-    for seed in 0..LIVES {
+    for seed in 0..lives {
         for &i in shapes {
             let cycles = if SHAPES[i].asynchronous { 240 } else { 120 } + seed % 97;
             run(from + seed * 8 + i as u64, SHAPES[i], cycles, &mut heard);
         }
     }
-    assert!(heard.drives > LIVES && heard.told > LIVES, "{heard:?}");
+    assert!(heard.drives > lives && heard.told > lives, "{heard:?}");
     heard
+}
+
+fn without_a_crystal(lives: u64) {
+    let heard = check(0, &[0, 1, 4, 6], lives);
+    assert!(heard.flags[5] > lives && heard.flags[2] > lives, "{heard:?}");
+}
+
+fn others(lives: u64) {
+    let heard = check(1 << 40, &[2, 3, 5], lives);
+    assert!(heard.busy > lives && heard.stale > lives / 10 && heard.flags[3] > lives / 2, "{heard:?}");
 }
 
 #[test]
 fn timers_without_a_crystal_agree_with_a_model_that_ticks() {
-    let heard = check(0, &[0, 1, 4, 6]);
-    assert!(heard.flags[5] > LIVES && heard.flags[2] > LIVES, "{heard:?}");
+    without_a_crystal(LIVES);
+}
+
+#[test]
+#[ignore = "takes a minute; .ci/run does it"]
+fn each_timer_without_a_crystal_in_many_lives() {
+    without_a_crystal(MANY);
 }
 
 #[test]
 fn other_timers_agree_with_a_model_that_ticks() {
-    let heard = check(1 << 40, &[2, 3, 5]);
-    assert!(heard.busy > LIVES && heard.stale > LIVES / 10 && heard.flags[3] > LIVES / 2, "{heard:?}");
+    others(LIVES);
+}
+
+#[test]
+#[ignore = "takes a minute; .ci/run does it"]
+fn each_other_timer_in_many_lives() {
+    others(MANY);
 }
 
 #[test]

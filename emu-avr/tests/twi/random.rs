@@ -83,7 +83,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
 
 #[test]
 fn agrees_with_the_model() {
-    let lives = if cfg!(debug_assertions) { 1_000 } else { 50_000 };
+    let lives = if cfg!(debug_assertions) { 1_000 } else { 100_000 };
     let mut seen = [0; 32];
     for seed in 0..lives {
         compare(seed, 150 + seed % 9 * 50, &mut seen);
