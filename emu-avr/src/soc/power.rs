@@ -300,14 +300,16 @@ impl Soc {
 
     /// The chip is held in reset or let go.
     pub(super) fn hold(&mut self, t: u64) {
-        if self.ports.held != self.power.held() {
-            self.ports.held = self.power.held();
+        let held = self.power.held();
+        let released = self.ports.held && !held;
+        if self.ports.held != held {
+            self.ports.held = held;
             self.settle_all(t);
         }
-        if !self.power.held() && self.power.starts != 0 {
+        if released && self.power.starts != 0 {
             // Start-up begins when the reset ends (11.2).
             self.power.starts = (t + self.power.start_wait()).max(1);
-        } else if self.power.held() && self.power.starts == 0 {
+        } else if held && self.power.starts == 0 {
             self.power.starts = t.max(1);
         }
     }

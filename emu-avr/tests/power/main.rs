@@ -1,0 +1,3 @@
+//! Resets, start-up, clock and sleep of a chip.
+
+mod cases;
