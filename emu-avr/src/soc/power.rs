@@ -342,7 +342,10 @@ impl Soc {
     /// CLKPR: CLKPCE alone opens the window, in which CLKPS can be written (9.12.2).
     pub(super) fn store_clkpr(&mut self, value: u8, t: u64) {
         if value == CLKPCE {
-            self.power.windows[0] = t + WINDOW;
+            // Writing it again does not prolong the time.
+            if t > self.power.windows[0] {
+                self.power.windows[0] = t + WINDOW;
+            }
         } else if t <= self.power.windows[0] && value & CLKPCE == 0 {
             self.power.windows[0] = 0;
             // Settings above 256 are reserved.

@@ -6,9 +6,27 @@ use emu_avr::{Avr, Options};
 use emu_core::image::Image;
 use emu_core::{Bus, Level, RamInit, Reset};
 
+const CLKPR: u16 = 0x61;
+
 fn chip(fuses: [u8; 3], start_up: bool) -> Soc {
     let options = Options { hz: 8_000_000, fuses: Some(fuses), lock: None, start_up };
     Avr::with(&ATMEGA328P, &Image::default(), RamInit::Zero, options).soc().clone()
+}
+
+/// Rewriting CLKPCE neither prolongs its four cycles nor ends them (9.12.2).
+#[test]
+fn clkpce_once_more() {
+    for (at, clkpr) in [(13, 2), (14, 2), (15, 0), (16, 0)] {
+        let mut soc = chip([0xFF, 0xD9, 0xFF], false);
+        soc.write(CLKPR, 0x80, 10);
+        soc.write(CLKPR, 0x80, 12);
+        soc.write(CLKPR, 0x02, at);
+        assert_eq!(soc.peek(CLKPR, 20), clkpr, "CLKPS written in cycle {at}");
+    }
+    let mut soc = chip([0xFF, 0xD9, 0xFF], false);
+    soc.write(CLKPR, 0x80, 10);
+    soc.write(CLKPR, 0x80, 12);
+    assert_eq!([11, 13, 14, 15, 16].map(|t| soc.peek(CLKPR, t)), [0x80, 0x80, 0x80, 0, 0]);
 }
 
 /// Start-up of 6 + 14 clocks is counted from the end of a reset (11.2), not from what the supply does later.
