@@ -411,6 +411,10 @@ impl Soc {
             SleepMode::Standby | SleepMode::ExtendedStandby => 6,
             SleepMode::PowerDown | SleepMode::PowerSave => self.power.wake_up >> self.power.clkps,
         };
+        // The brown-out detector is on again, and sees what has come meanwhile (10.11.2).
+        if self.power.supply < self.power.bod_mv {
+            self.set_supply(self.power.supply, now);
+        }
         self.run(now + wait);
         self.clocks(now + wait);
         self.plan();

@@ -7,6 +7,8 @@ use emu_core::image::Image;
 use emu_core::{Bus, Level, RamInit, Reset};
 
 const CLKPR: u16 = 0x61;
+const MCUCR: u16 = 0x55;
+const SMCR: u16 = 0x53;
 
 fn chip(fuses: [u8; 3], start_up: bool) -> Soc {
     let options = Options { hz: 8_000_000, fuses: Some(fuses), lock: None, start_up };
@@ -27,6 +29,27 @@ fn clkpce_once_more() {
     soc.write(CLKPR, 0x80, 10);
     soc.write(CLKPR, 0x80, 12);
     assert_eq!([11, 13, 14, 15, 16].map(|t| soc.peek(CLKPR, t)), [0x80, 0x80, 0x80, 0, 0]);
+}
+
+/// The detector (2.7 V) is off in a sleep by BODS, and on again at waking (10.11.2).
+#[test]
+fn a_brown_out_in_sleep_is_seen_at_waking() {
+    for (bods, in_sleep) in [(true, None), (false, Some(Reset::BrownOut))] {
+        let mut soc = chip([0xFF, 0xD9, 0xFD], false);
+        if bods {
+            soc.write(MCUCR, 0x60, 1);
+            soc.write(MCUCR, 0x40, 2);
+        }
+        soc.write(SMCR, 5, 3);
+        assert!(soc.sleep(4));
+        soc.put(10, 10, Put::Supply(2_000));
+        let found = soc.reset_requested(10);
+        assert_eq!(found, in_sleep, "BODS {bods}");
+        if found.is_none() {
+            soc.wake_up(20);
+            assert_eq!(soc.reset_requested(20), Some(Reset::BrownOut));
+        }
+    }
 }
 
 /// Start-up of 6 + 14 clocks is counted from the end of a reset (11.2), not from what the supply does later.
