@@ -1,0 +1,135 @@
+//! Random programs, resets and supplies.
+
+use emu_avr::chips::ATMEGA328P;
+use emu_avr::soc::{Put, Soc};
+use emu_avr::{Avr, Options};
+use emu_core::image::Image;
+use emu_core::rng::Rng;
+use emu_core::{Bus, Level, RamInit};
+
+use crate::model::{Act, BODS, BODSE, CLKPCE, FUSES, Fuses, IVCE, Model};
+
+const REGS: [u16; 10] = [0x61, 0x55, 0x54, 0x53, 0x64, 0x43, 0x66, 0x3E, 0x45, 0x46];
+/// PC6.
+const RESET_PIN: u8 = 14;
+
+fn chip(fuses: &Fuses, start_up: bool, hz: u64) -> Soc {
+    let options = Options { hz, fuses: Some(fuses.bytes), lock: None, start_up };
+    Avr::with(&ATMEGA328P, &Image::default(), RamInit::Zero, options).soc().clone()
+}
+
+/// All the chips that are tried, as made of fuses, with start-up and without, at each clock.
+struct Chips(Vec<(usize, bool, u64, Soc)>);
+
+impl Chips {
+    fn new() -> Chips {
+        let all = (0..FUSES.len())
+            .flat_map(|n| [true, false].into_iter().flat_map(move |waits| CLOCKS.map(|hz| (n, waits, hz))));
+        Chips(all.map(|(n, waits, hz)| (n, waits, hz, chip(&FUSES[n], waits, hz))).collect())
+    }
+}
+
+/// Clocks in Hz: the time of a start-up takes few cycles of the slow ones.
+const CLOCKS: [u64; 3] = [1_000, 4_000, 1_000_000];
+
+/// A write that comes near to what matters; what began with the last act goes on half of the time.
+fn write(last: Act, rng: &mut Rng) -> Act {
+    match last {
+        Act::Write(0x55, value) if value == BODS | BODSE && rng.one_in(2) => return Act::Write(0x55, BODS),
+        Act::Write(0x55, BODS) if rng.one_in(2) => return Act::Sleep,
+        _ => {}
+    }
+    let any = rng.next_u64() as u8;
+    match rng.below(16) {
+        0..3 => Act::Write(0x61, CLKPCE),
+        3..5 => Act::Write(0x61, any & 0x0F | if rng.one_in(6) { CLKPCE } else { 0 }),
+        5 => Act::Write(0x55, any & !0x70 | IVCE),
+        6 => Act::Write(0x55, any & 0x13),
+        7 => Act::Write(0x55, BODS | BODSE),
+        8 => Act::Write(0x55, BODS),
+        9 => Act::Write(0x53, any | 1),
+        10 => Act::Write(0x64, any & 0x24),
+        11 => Act::Write(0x45, u8::from(!rng.one_in(4))),
+        12 => Act::Write(0x46, any),
+        _ => Act::Write(REGS[rng.below(8) as usize], any),
+    }
+}
+
+/// Starts, resets by the pin, by the supply, sleeps with the I/O clock and without it, wake-ups that take time, brown-outs at waking.
+#[derive(Debug, Default)]
+struct Seen([u64; 6]);
+
+fn live(seed: u64, chips: &Chips, seen: &mut Seen) {
+    let mut rng = Rng::new(seed);
+    let (n, waits, hz, soc) = &chips.0[rng.below(chips.0.len() as u64) as usize];
+    let (mut soc, mut model) = (soc.clone(), Model::new(&FUSES[*n], *waits, *hz));
+    let cycles = if rng.one_in(60) { 2_000 } else { 150 };
+    // Cycles until the core does something again.
+    let (mut rest, mut last) = (0, Act::Nothing);
+    for now in 0..cycles {
+        if rng.one_in(90) {
+            let low = rng.one_in(2);
+            soc.drive(now, now, RESET_PIN, Level::of(!low));
+            seen.0[1] += u64::from(low && !model.held());
+            model.pin(low);
+        } else if rng.one_in(if model.asleep.is_some() { 15 } else { 60 }) {
+            let millivolts = [5_000, 5_000, 3_000, 2_000, 1_500, 900][rng.below(6) as usize];
+            soc.put(now, now, Put::Supply(millivolts));
+            let before = model.held();
+            model.power(millivolts);
+            seen.0[2] += u64::from(model.held() && !before);
+        }
+        soc.fire(now);
+        if let Some(why) = soc.reset_requested(now) {
+            soc.reset(why, now);
+            rest = 0;
+        }
+        if model.asleep.is_some() && !model.held() && rng.one_in(12) {
+            let held = model.look_and_wake();
+            let wait = soc.wake_up(now);
+            assert_eq!(wait, model.waking, "wake-up, seed {seed}, cycle {now}");
+            rest = wait;
+            seen.0[4] += u64::from(wait > 0);
+            if held {
+                let why = soc.reset_requested(now);
+                assert!(why.is_some(), "brown-out at waking, seed {seed}, cycle {now}");
+                why.into_iter().for_each(|why| soc.reset(why, now));
+                model.power_again();
+                rest = 0;
+                seen.0[5] += 1;
+            }
+        }
+        let stands = model.held() || model.standing > 0;
+        assert_eq!(soc.stands(), stands, "stands, seed {seed}, cycle {now}");
+        for reg in REGS {
+            assert_eq!(soc.peek(reg, now), model.read(reg), "register {reg:02x}, seed {seed}, cycle {now}");
+        }
+        let mut act = Act::Nothing;
+        if !stands && model.asleep.is_none() && rest == 0 && rng.one_in(2) {
+            seen.0[0] += 1;
+            act = if rng.one_in(8) { Act::Sleep } else { write(last, &mut rng) };
+            last = act;
+        }
+        rest = rest.saturating_sub(1);
+        match act {
+            Act::Write(reg, value) => _ = soc.write(reg, value, now),
+            Act::Sleep => {
+                let sleeps = soc.sleep(now);
+                assert_eq!(sleeps, model.read(0x53) & 1 != 0, "sleep, seed {seed}, cycle {now}");
+                seen.0[3] += u64::from(sleeps);
+            }
+            Act::Nothing => {}
+        }
+        model.edge(act);
+    }
+}
+
+#[test]
+fn random_programs_agree_with_the_ticked_model() {
+    let (chips, mut seen) = (Chips::new(), Seen::default());
+    let lives = if cfg!(debug_assertions) { 3_000 } else { 100_000 };
+    for seed in 0..lives {
+        live(seed, &chips, &mut seen);
+    }
+    assert!(seen.0[..5].iter().all(|&n| n > lives / 10) && seen.0[5] > lives / 1000, "{seen:?}");
+}
