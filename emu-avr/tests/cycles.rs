@@ -16,6 +16,8 @@ use emu_core::{Cpu, Stop};
 
 const SEED: u64 = 0x5EED_0001;
 const STATES: usize = 600;
+/// Instructions at the ends of flash, of each row.
+const ENDS: usize = 10;
 
 /// A store may name SREG itself, then all of its bits change.
 fn writes_sreg(kind: Kind, d: &states::Draw) -> bool {
@@ -41,9 +43,13 @@ fn cycles_and_flags_are_the_columns() {
     for (row, &kind) in ROWS.iter().zip(KINDS) {
         let mut cycles = BTreeSet::new();
         let mut changed = 0u8;
-        let (flash, draws) = states::batch(row, kind, STATES, &mut rng);
-        let base = states::machine(kind, flash);
-        for d in draws {
+        let ends = (0..ENDS).map(|_| states::at_the_ends(row, kind, 10, &mut rng)).collect::<Vec<_>>();
+        let all = std::iter::once(states::batch(row, kind, STATES, &mut rng)).chain(ends);
+        let on = all.flat_map(|(flash, draws)| {
+            let base = states::machine(kind, flash);
+            draws.into_iter().map(move |d| (base.clone(), d))
+        });
+        for (base, d) in on {
             let mut avr = states::put(&base, &d);
             let before = avr.cycle();
             let stop = avr.step(&mut ());

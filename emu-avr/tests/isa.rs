@@ -2,5 +2,7 @@
 
 #[path = "isa/exhaustive.rs"]
 mod exhaustive;
+#[path = "isa/reference.rs"]
+mod reference;
 #[path = "isa/table.rs"]
 mod table;

@@ -1,7 +1,7 @@
 //! One instruction at a time beside simavr: registers, SREG, SP, PC, data memory and cycles from the same random states.
 //!
-//! Addresses stay at registers, SP, SREG, GPIOR and RAM (see `states.rs`): what lies behind other addresses differs by
-//! design and is compared elsewhere.
+//! Addresses stay at registers, SP, SREG, RAM and registers of the chip that do nothing but keep what is written (see
+//! `states.rs`): what lies behind other addresses differs by design and is compared elsewhere.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -10,12 +10,19 @@ use std::process::{Command, Stdio};
 use emu_avr::Avr;
 use emu_avr::isa::{KINDS, Kind, ROWS, disassemble};
 use emu_core::rng::Rng;
+use emu_core::table::Row;
 use emu_core::{Cpu, Stop};
 
-use crate::states::{Draw, batch, machine, put};
+use crate::states::{Draw, at_the_ends, batch, machine, put};
 use crate::{harness, seed};
 
-const STATES: usize = 1_200;
+/// Whole states that are compared of each row, at the least.
+const WANTED: usize = 10_000;
+/// States that share one flash: all side by side, and of one instruction at an end of flash.
+const BATCH: usize = 2_400;
+const AT_AN_END: usize = 100;
+/// Instructions at the ends, of each row.
+const ENDS: usize = 8;
 const CHANGES: usize = 16;
 const OUTCOME: usize = 12 + 32 + 4 + 4 * CHANGES;
 
@@ -33,19 +40,14 @@ struct Outcome {
 }
 
 /// Rows that are not compared at all, with the reason.
-#[rustfmt::skip]
-const ROWS_LEFT_OUT: &[(Kind, &str)] = &[
-    (Kind::Spm,   "stops the run here, programs a page there"),
-    (Kind::Sleep, "sleeps there whatever SE of SMCR says (data sheet 10.11.1: only if SE is one); line `sleep` in avr.txt"),
-    (Kind::Wdr,   "acts on the watchdog, not on the core"),
-    (Kind::Break, "opens the debugger there"),
-    (Kind::Elpm,  NOT_THERE),
-    (Kind::ElpmZ, NOT_THERE),
-    (Kind::ElpmZi, NOT_THERE),
-];
+const ROWS_LEFT_OUT: &[(Kind, &str)] = &[(Kind::Elpm, NOT_THERE), (Kind::ElpmZ, NOT_THERE), (Kind::ElpmZi, NOT_THERE)];
 
 /// States that are not compared, with the reason. Each has a line in avr.txt.
 fn left_out(kind: Kind, d: &Draw) -> Option<&'static str> {
+    let next = d.pc + words(kind);
+    if next > 0x4000 || next == 0x4000 && (pushes(kind) || skips(kind)) {
+        return Some(WRAP);
+    }
     let (low, before) = match kind {
         Kind::LpmZi if (d.words[0] >> 4) & 0x1F >= 30 => return Some(LPM),
         Kind::StX | Kind::StXi => (26, 0),
@@ -59,6 +61,26 @@ fn left_out(kind: Kind, d: &Draw) -> Option<&'static str> {
     let addr = u16::from_le_bytes([d.regs[low], d.regs[low + 1]]) - before;
     (usize::from(addr) / 2 == low / 2).then_some(STORE)
 }
+
+const WRAP: &str =
+    "across the end of flash: 14 bits of program counter (8.2); there what lies behind flash is fetched and pushed";
+
+/// Words of the instruction.
+fn words(kind: Kind) -> u16 {
+    ROWS.iter().zip(KINDS).find(|(_, k)| **k == kind).map_or(1, |(row, _)| row.len() as u16)
+}
+
+/// Pushes the address of the next instruction.
+fn pushes(kind: Kind) -> bool {
+    matches!(kind, Kind::Rcall | Kind::Icall | Kind::Call)
+}
+
+/// Looks at the next instruction.
+fn skips(kind: Kind) -> bool {
+    matches!(kind, Kind::Cpse | Kind::Sbrc | Kind::Sbrs | Kind::Sbic | Kind::Sbis)
+}
+
+const SMCR: u16 = 0x53;
 
 const NOT_THERE: &str = "no instruction of the ATmega328P";
 const LPM: &str = "lpm r30,Z+ and lpm r31,Z+: undefined (manual, LPM); there the pointer wins over the byte loaded";
@@ -101,26 +123,41 @@ fn parse(bytes: &[u8]) -> Outcome {
         runs_on: bytes[0] == 0,
         sreg: bytes[1],
         sp: half(2),
-        pc: whole(4),
+        // There the program counter goes beyond flash and comes back with the next instruction; it has 14 bits (8.2).
+        pc: whole(4) % 0x8000,
         cycles: whole(8),
         regs: bytes[12..44].to_vec(),
         changed: cells.collect(),
     }
 }
 
+/// SP and SREG are looked at by themselves.
+const CORE: std::ops::RangeInclusive<usize> = 0x5D..=0x5F;
+
 fn data(avr: &Avr) -> Vec<u8> {
     (0..0x900).map(|a| avr.peek("data", a).unwrap_or(0)).collect()
 }
 
-fn ours(base: &Avr, d: &Draw) -> Outcome {
+/// `before` is the data memory of `base`.
+fn ours(kind: Kind, base: &Avr, before: &[u8], d: &Draw) -> Outcome {
     let mut avr = put(base, d);
-    let (before, cycle) = (data(&avr), avr.cycle());
+    let mut before = before.to_vec();
+    before[..32].copy_from_slice(&d.regs);
+    d.cells.iter().filter(|cell| cell.0 < 0x900).for_each(|&(addr, value)| before[usize::from(addr)] = value);
+    let cycle = avr.cycle();
     let stop = avr.step(&mut ());
     let after = data(&avr);
-    let differs = |&a: &usize| before[a] != after[a] && !(0x5D..=0x5F).contains(&a);
+    // Asleep: another step does nothing.
+    let asleep = kind == Kind::Sleep && {
+        let done = avr.instructions();
+        let mut next = avr.clone();
+        next.step(&mut ());
+        next.instructions() == done
+    };
+    let differs = |&a: &usize| before[a] != after[a] && !CORE.contains(&a);
     Outcome {
         // A jump to itself may also be the end of the program.
-        runs_on: stop == Stop::Limit || stop == Stop::Halted && avr.pc() == d.pc.into(),
+        runs_on: !asleep && (stop == Stop::Limit || stop == Stop::Halted && avr.pc() == d.pc.into()),
         sreg: after[0x5F],
         sp: u16::from_le_bytes([after[0x5D], after[0x5E]]),
         pc: avr.pc() * 2,
@@ -130,46 +167,98 @@ fn ours(base: &Avr, d: &Draw) -> Outcome {
     }
 }
 
+/// SLEEP with SE set and any mode, where both sleep: there it sleeps whatever SE says (10.11.1: only if it is one; line `sleep` in
+/// avr.txt).
+fn with_modes(kind: Kind, mut drawn: (Vec<u8>, Vec<Draw>), rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
+    if kind == Kind::Sleep {
+        drawn.1.iter_mut().for_each(|d| d.cells[0] = (SMCR, rng.below(8) as u8 * 2 + 1));
+    }
+    drawn
+}
+
+/// What has been compared.
+#[derive(Default)]
+struct Tally {
+    same: usize,
+    excluded: BTreeMap<&'static str, usize>,
+    differ: usize,
+    bad: Vec<String>,
+}
+
+impl Tally {
+    fn out(&self) -> usize {
+        self.excluded.values().sum()
+    }
+}
+
+/// Compares states that share a flash.
+fn compare(kind: Kind, (flash, draws): (Vec<u8>, Vec<Draw>), tally: &mut Tally) {
+    let base = machine(kind, flash.clone());
+    let before = data(&base);
+    for (d, theirs) in draws.iter().zip(theirs(&flash, &draws)) {
+        if let Some(why) = left_out(kind, d) {
+            *tally.excluded.entry(why).or_default() += 1;
+            continue;
+        }
+        let ours = ours(kind, &base, &before, d);
+        tally.same += 1;
+        if ours != theirs {
+            tally.differ += 1;
+            if tally.differ <= 3 {
+                let text = disassemble(&d.words, d.pc.into()).text;
+                tally.bad.push(format!("{text}\n  from   {d:02x?}\n  ours   {ours:02x?}\n  simavr {theirs:02x?}"));
+            }
+        }
+    }
+}
+
+/// Compares one row.
+fn check(row: &Row, kind: Kind, rng: &mut Rng) -> Tally {
+    let mut tally = Tally::default();
+    for _ in 0..ENDS {
+        let drawn = at_the_ends(row, kind, AT_AN_END, rng);
+        compare(kind, with_modes(kind, drawn, rng), &mut tally);
+    }
+    while tally.same < WANTED && tally.out() < WANTED {
+        let drawn = batch(row, kind, BATCH, rng);
+        compare(kind, with_modes(kind, drawn, rng), &mut tally);
+    }
+    tally
+}
+
 #[test]
 #[ignore = "needs simavr: .ci/peers installs it"]
 fn every_row_in_lock_step_with_simavr() {
     let seed = seed();
-    println!("seed {seed:#x} (EMU_SEED), {STATES} states a row");
-    let mut rng = Rng::new(seed);
-    let mut bad = Vec::new();
-    let (mut compared, mut excluded) = (0, BTreeMap::<&str, usize>::new());
-    for (row, &kind) in ROWS.iter().zip(KINDS) {
-        let (flash, draws) = batch(row, kind, STATES, &mut rng);
-        if let Some((_, why)) = ROWS_LEFT_OUT.iter().find(|(k, _)| *k == kind) {
+    println!("seed {seed:#x} (EMU_SEED), {WANTED} states a row or more");
+    let rows: Vec<(usize, &Row, Kind)> = ROWS.iter().zip(KINDS).enumerate().map(|(n, (row, &k))| (n, row, k)).collect();
+    let there = |kind: Kind| ROWS_LEFT_OUT.iter().all(|(left, _)| *left != kind);
+    // Each row has random numbers of its own, so that two can be compared at a time.
+    let work = |part: usize| -> Vec<(usize, Tally)> {
+        let mine = rows.iter().filter(|(n, _, kind)| n % 2 == part && there(*kind));
+        mine.map(|&(n, row, kind)| (n, check(row, kind, &mut Rng::new(seed << 8 | n as u64)))).collect()
+    };
+    let mut found: BTreeMap<usize, Tally> = std::thread::scope(|scope| {
+        let other = scope.spawn(|| work(1));
+        let mut found = work(0);
+        found.extend(other.join().expect("the other half"));
+        found.into_iter().collect()
+    });
+
+    let (mut compared, mut excluded, mut bad) = (0, BTreeMap::<&str, usize>::new(), Vec::new());
+    for (n, row, kind) in &rows {
+        let Some(mut tally) = found.remove(n) else {
+            let why = ROWS_LEFT_OUT.iter().find(|(left, _)| left == kind).map_or("", |row| row.1);
             println!("{:8} compared     0  excluded all: {why}", row.name);
             continue;
-        }
-        let base = machine(kind, flash.clone());
-        let (mut same, mut out, mut differ) = (0, 0, 0);
-        for (d, theirs) in draws.iter().zip(theirs(&flash, &draws)) {
-            if let Some(why) = left_out(kind, d) {
-                out += 1;
-                *excluded.entry(why).or_default() += 1;
-                continue;
-            }
-            let ours = ours(&base, d);
-            same += 1;
-            if ours != theirs {
-                differ += 1;
-                if differ <= 3 {
-                    let text = disassemble(&d.words, d.pc.into()).text;
-                    bad.push(format!(
-                        "{}: {text}\n  from   {d:02x?}\n  ours   {ours:02x?}\n  simavr {theirs:02x?}",
-                        row.name
-                    ));
-                }
-            }
-        }
-        println!("{:8} compared {same:5}  excluded {out:3}  differ {differ}", row.name);
-        assert!(same >= 1000, "{}: only {same} states compared", row.name);
-        compared += same;
+        };
+        println!("{:8} compared {:5}  excluded {:4}  differ {}", row.name, tally.same, tally.out(), tally.differ);
+        assert!(tally.same >= WANTED, "{}: only {} states compared", row.name, tally.same);
+        compared += tally.same;
+        bad.append(&mut tally.bad);
+        tally.excluded.into_iter().for_each(|(why, n)| *excluded.entry(why).or_default() += n);
     }
-    println!("compared {compared} in all; excluded:");
+    println!("compared {compared} in all, excluded {}:", excluded.values().sum::<usize>());
     for (why, n) in &excluded {
         println!("{n:6}  {why}");
     }

@@ -1,7 +1,8 @@
 //! Random states for one instruction of a given row, biased to the edges.
 //!
-//! Addresses stay where nothing but the core answers: registers, SP, SREG, the three GPIOR and RAM. Program counters stay
-//! far enough from the ends that no relative target wraps. Wraps have their own lines in `avr.txt`.
+//! Addresses stay where nothing but the core answers: registers, SP, SREG, RAM, the three GPIOR and a few registers that do
+//! nothing but keep what is written. Program counters stay far enough from the ends of flash that no relative target wraps,
+//! but for [`at_the_ends`].
 
 use emu_avr::Avr;
 use emu_avr::chips::{ATMEGA328P, chip};
@@ -31,7 +32,12 @@ pub const fn background(addr: u32) -> u8 {
 }
 
 const NO_CELL: (u16, u8) = (0xFFFF, 0);
+/// GPIOR0 to 2.
 const GPIOR: [u16; 3] = [0x3E, 0x4A, 0x4B];
+/// The same and EEDR, TWBR, TWAR, of which all bits are kept.
+const PLAIN: [u16; 6] = [0x3E, 0x4A, 0x4B, 0x40, 0xB8, 0xBA];
+/// Words of flash.
+const WORDS: u16 = 0x4000;
 
 fn pick<T: Copy>(rng: &mut Rng, from: &[T]) -> T {
     from[rng.below(from.len() as u64) as usize]
@@ -50,7 +56,7 @@ pub fn byte(rng: &mut Rng) -> u8 {
 fn address(rng: &mut Rng) -> u16 {
     match rng.below(8) {
         0 => rng.below(32) as u16,
-        1 => pick(rng, &GPIOR),
+        1 => pick(rng, &PLAIN),
         2 => pick(rng, &[0x5D, 0x5E, 0x5F]),
         3 => pick(rng, &[0x100, 0x101, 0x1FF, 0x200, 0x8FE, 0x8FF]),
         _ => 0x100 + rng.below(0x800) as u16,
@@ -83,6 +89,12 @@ const fn displacement(word: u32) -> u16 {
 
 /// A state for `row`.
 pub fn draw(row: &Row, kind: Kind, rng: &mut Rng) -> Draw {
+    let words = instruction(row, kind, rng);
+    state(row, kind, words, rng)
+}
+
+/// An instruction of `row`, and the next one.
+fn instruction(row: &Row, kind: Kind, rng: &mut Rng) -> [u16; 4] {
     let bits = loop {
         let bits = operands(kind, row.pattern.value | rng.next_u64() as u32 & !row.pattern.mask & width(row), rng);
         let (first, second) = split(row, bits);
@@ -103,7 +115,12 @@ pub fn draw(row: &Row, kind: Kind, rng: &mut Rng) -> Draw {
             [0x940E, 0x1234],
         ],
     );
-    let words = if row.len() == 2 { [first, second, next[0], next[1]] } else { [first, next[0], next[1], 0] };
+    if row.len() == 2 { [first, second, next[0], next[1]] } else { [first, next[0], next[1], 0] }
+}
+
+/// A state before the instruction `words`.
+fn state(row: &Row, kind: Kind, words: [u16; 4], rng: &mut Rng) -> Draw {
+    let bits = if row.len() == 2 { u32::from(words[0]) << 16 | u32::from(words[1]) } else { u32::from(words[0]) };
     let mut regs = [0; 32];
     regs.iter_mut().for_each(|r| *r = byte(rng));
     if rng.one_in(4) {
@@ -113,7 +130,7 @@ pub fn draw(row: &Row, kind: Kind, rng: &mut Rng) -> Draw {
     let mut cells = [NO_CELL; 4];
     let sp = if rng.one_in(4) { pick(rng, &[0x103, 0x1FF, 0x200, 0x8FC]) } else { 0x104 + rng.below(0x7F0) as u16 };
     let target = pointer(kind, bits, &mut regs, rng);
-    cells[0] = target.filter(|&a| a >= 0x100 || GPIOR.contains(&a)).map_or(NO_CELL, |a| (a, byte(rng)));
+    cells[0] = target.filter(|&a| a >= 0x100 || PLAIN.contains(&a)).map_or(NO_CELL, |a| (a, byte(rng)));
     match kind {
         Kind::In | Kind::Out | Kind::Sbi | Kind::Cbi | Kind::Sbic | Kind::Sbis => {
             for (cell, addr) in cells.iter_mut().zip(GPIOR) {
@@ -185,6 +202,19 @@ pub fn batch(row: &Row, kind: Kind, count: usize, rng: &mut Rng) -> (Vec<u8>, Ve
     };
     let draws = (0..count).map(place).collect();
     (flash, draws)
+}
+
+/// The same with one instruction, so that it, the next one, or what a skip leads to lies across the end of flash, or that it is
+/// the very first one; `count` states of it.
+pub fn at_the_ends(row: &Row, kind: Kind, count: usize, rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
+    let mut flash: Vec<u8> = (0..0x8000).map(background).collect();
+    let words = instruction(row, kind, rng);
+    let pc = pick(rng, &[WORDS - 4, WORDS - 3, WORDS - 2, WORDS - 1, 0]);
+    for (n, word) in (0..).zip(words) {
+        let at = usize::from((pc + n) % WORDS) * 2;
+        [flash[at], flash[at + 1]] = word.to_le_bytes();
+    }
+    (flash, (0..count).map(|_| Draw { pc, ..state(row, kind, words, rng) }).collect())
 }
 
 /// A chip with the instruction, with this flash and the background in RAM.
