@@ -5,7 +5,7 @@ use std::path::Path;
 use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::image::{ElfMachine, load};
-use emu_core::{Cpu, Event, Probe, RamInit, Stop};
+use emu_core::{Cpu, Event, Level, PinId, Probe, RamInit, Stop, Time};
 
 use crate::harness;
 use crate::tools::{folder, run, source};
@@ -27,15 +27,53 @@ impl Probe for Sent {
     }
 }
 
+/// PD0 and PD1, where RXD and TXD are.
+const RXD: PinId = 16;
+const TXD: PinId = 17;
+
+/// Keeps what is sent, and stops where TXD changes.
+#[derive(Default)]
+struct Wire(Sent, Option<Level>);
+
+impl Probe for Wire {
+    const EVENTS: bool = true;
+    fn event(&mut self, event: Event) -> bool {
+        match event {
+            Event::Edge { pin: TXD, level, .. } => {
+                self.1 = Some(level);
+                true
+            }
+            event => self.0.event(event),
+        }
+    }
+}
+
+/// The same with a wire from TXD to RXD, whose level is at the end of an instruction what it was at its last edge.
+pub fn sent_by_wire(elf: &Path, cycles: u64) -> Vec<u8> {
+    let mut avr = machine(elf);
+    let mut wire = Wire::default();
+    while avr.cycle() < cycles && matches!(avr.run(cycles, &mut wire), Stop::Probe | Stop::Limit) {
+        if let Some(level) = wire.1.take() {
+            let now = avr.cycle();
+            avr.drive(Time { cycle: now, phase: 0 }, RXD, level);
+        }
+    }
+    wire.0.0
+}
+
 /// What a program sends over USART0 until it ends, why it ended and when.
 pub fn sent_here(elf: &Path, cycles: u64) -> (Vec<u8>, Stop, u64) {
-    let bytes = std::fs::read(elf).unwrap_or_else(|e| panic!("{}: {e}", elf.display()));
-    let chip = &ATMEGA328P;
-    let loaded = load(&elf.to_string_lossy(), &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine));
-    let mut avr = Avr::new(chip, &loaded.expect("an image").image, RamInit::Random(1));
+    let mut avr = machine(elf);
     let mut sent = Sent::default();
     let stop = avr.run(cycles, &mut sent);
     (sent.0, stop, avr.cycle())
+}
+
+fn machine(elf: &Path) -> Avr {
+    let bytes = std::fs::read(elf).unwrap_or_else(|e| panic!("{}: {e}", elf.display()));
+    let chip = &ATMEGA328P;
+    let loaded = load(&elf.to_string_lossy(), &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine));
+    Avr::new(chip, &loaded.expect("an image").image, RamInit::Random(1))
 }
 
 #[test]

@@ -116,6 +116,14 @@ fact icall
 2:	ret
 1:	finish
 
+/* When the watchdog's interrupt came, by the stopwatch, and how often; the count outlasts a reset. */
+	.comm	wd_at, 2
+	.section .noinit, "aw", @nobits
+	.global	wd_count
+wd_count:
+	.skip	1
+	.text
+
 /* Interrupts. */
 
 	.global	TIMER0_COMPA_vect
@@ -140,8 +148,21 @@ TIMER2_COMPA_vect:
 	lds	r20, TCNT1L
 	lds	r21, TCNT1H
 	reti
+	.global	TIMER1_COMPB_vect
+TIMER1_COMPB_vect:
+	in	r20, TIFR1
+	reti
 	.global	WDT_vect
 WDT_vect:
+	push	r24
+	lds	r24, TCNT1L
+	sts	wd_at, r24
+	lds	r24, TCNT1H
+	sts	wd_at + 1, r24
+	lds	r24, wd_count
+	subi	r24, -1		; flags are of no use where this interrupts
+	sts	wd_count, r24
+	pop	r24
 	reti
 	.global	INT0_vect
 INT0_vect:
@@ -313,3 +334,76 @@ fact latency
 .endm
 	arrival	awake, nops 150
 	arrival	asleep, sleep
+
+/* TIFR1 in the service routine of OCF1B. */
+fact flag_taken
+	rcall	match_40
+	ldi	r24, 1 << OCIE1B
+	sts	TIMSK1, r24
+	ser	r20
+	sei
+	nops	60
+	cli
+	sts	TIMSK1, r1
+	mov	r24, r20
+	andi	r24, 1 << OCF1B
+	clr	r25
+	ret
+
+/* OCF1A and OCF1B 40 cycles from now, or so. */
+match_40:
+	sts	TIMSK1, r1
+	ldi	r24, 60
+	sts	OCR1AH, r1
+	sts	OCR1AL, r24
+	sts	OCR1BH, r1
+	sts	OCR1BL, r24
+	sts	TCNT1H, r1
+	sts	TCNT1L, r1
+	ldi	r24, 0x27
+	out	TIFR1, r24
+	ret
+
+/* An interrupt in each of the three cycles of LPM, which ends first: cycles of waiting beyond the least, summed. */
+.macro phase count
+	rcall	match_40
+	ldi	r24, 1 << OCIE1A
+	sts	TIMSK1, r24
+	sei
+	nops	\count
+	.rept	30
+	lpm	r22, Z
+	.endr
+	cli
+	add	r23, r20
+	cp	r21, r20
+	brlo	1f
+	mov	r21, r20
+1:
+.endm
+
+fact irq_multi
+	clr	r23
+	ser	r21
+	phase	0
+	phase	1
+	phase	2
+	sts	TIMSK1, r1
+	mov	r24, r23
+	sub	r24, r21
+	sub	r24, r21
+	sub	r24, r21
+	clr	r25
+	ret
+
+/* Two interrupts wait: is that of the lower vector served first? */
+fact priority
+	ldi	r22, 1 << OCIE0B | 1 << TOIE0
+	rcall	pend
+	sei
+	count_up
+	clr	r24
+	cp	r20, r21
+	brsh	1f
+	inc	r24
+1:	rjmp	quiet

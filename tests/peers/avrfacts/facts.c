@@ -52,6 +52,15 @@ FACT(pull_up)
 	return pins & 1;
 }
 
+/* PD1, an input without pull-up as a port, while the transmitter is on. */
+FACT(txd_over)
+{
+	DDRD &= ~2;
+	PORTD &= ~2;
+	PAUSE(4);
+	return BIT(PIND, 1);
+}
+
 FACT(int0_own)
 {
 	PORTD &= ~4;
@@ -211,10 +220,78 @@ FACT(power_down)
 	return nap(1 << SM1);
 }
 
+/*
+ * From waking by the watchdog to its next interrupt, in idle, in cycles modulo 65536. Timer 0 ends it after 16.4 ms where the
+ * watchdog does not come again.
+ */
+static uint16_t rest(uint8_t mode)
+{
+	wdt_reset();
+	WDTCSR = 1 << WDCE | 1 << WDE;
+	WDTCSR = 1 << WDIE;
+	SMCR = mode | 1 << SE;
+	sei();
+	sleep_cpu();
+	stopwatch(1);
+	TCCR0B = 5;
+	TCNT0 = 0;
+	OCR0A = 255;
+	TIFR0 = 7;
+	TIMSK0 = 1 << OCIE0A;
+	SMCR = 1 << SE;
+	sleep_cpu();
+	cli();
+	SMCR = 0;
+	TIMSK0 = 0;
+	TCCR0B = 0;
+	wdt_disable();
+	return wd_at;
+}
+
+/* The later it wakes, the shorter the rest. */
+FACT(wake_down)
+{
+	uint16_t idle = rest(0);
+	return idle - rest(1 << SM1);
+}
+
+FACT(wake_standby)
+{
+	uint16_t idle = rest(0);
+	return idle - rest(1 << SM2 | 1 << SM1);
+}
+
+/* WDIE after the first time-out with WDE and WDIE. */
+FACT(wdt_both)
+{
+	wdt_reset();
+	WDTCSR = 1 << WDCE | 1 << WDE;
+	WDTCSR = 1 << WDIE | 1 << WDE;
+	wd_count = 0;
+	stopwatch(5);
+	sei();
+	while (TCNT1 < 400 && !wd_count)
+		;
+	cli();
+	uint8_t wdtcsr = WDTCSR;
+	wdt_disable();
+	stopwatch(1);
+	return BIT(wdtcsr, WDIE);
+}
+
 static void full_clock(void)
 {
 	CLKPR = 1 << CLKPCE;
 	CLKPR = 0;
+}
+
+/* The watchdog's time by a clock of half the speed. */
+FACT(wdt_clock)
+{
+	clk_0();
+	uint16_t ms = f_wdt();
+	full_clock();
+	return ms;
 }
 
 FACT(clkpr)
@@ -246,129 +323,6 @@ FACT(clk_window_5)
 	return found & 0x7F;
 }
 
-/* USART: what is sent here are blanks before the name of the fact. */
-
-FACT(udre_first)
-{
-	UDR0 = ' ';
-	PAUSE(300);
-	return BIT(UCSR0A, UDRE0);
-}
-
-FACT(udre_second)
-{
-	UDR0 = ' ';
-	PAUSE(300);
-	UDR0 = ' ';
-	PAUSE(8);
-	uint8_t ucsra = UCSR0A;
-	PAUSE(5000);
-	return BIT(ucsra, UDRE0);
-}
-
-/* Whole bits from the write of UDR0 to TXC. */
-FACT(frame)
-{
-	UCSR0A |= 1 << TXC0;
-	UDR0 = ' ';
-	stopwatch(1);
-	while (TCNT1 < 20000 && !BIT(UCSR0A, TXC0))
-		;
-	return TCNT1 / 144;
-}
-
-/* TXC after the first of two bytes. */
-FACT(txc_early)
-{
-	UCSR0A |= 1 << TXC0;
-	UDR0 = ' ';
-	PAUSE(300);
-	UDR0 = ' ';
-	PAUSE(2000);
-	uint8_t ucsra = UCSR0A;
-	PAUSE(5000);
-	return BIT(ucsra, TXC0);
-}
-
-/* SPI master at half the clock: cycles from the write of SPDR to SPIF. */
-FACT(spi)
-{
-	uint16_t cycles = 2;
-	DDRB |= 4; /* SS is an output */
-	SPCR = 1 << SPE | 1 << MSTR;
-	SPSR = 1 << SPI2X;
-	while (cycles < 40 && !spif_after(cycles)) {
-		stopwatch(1);
-		while (TCNT1 < 20000 && !BIT(SPSR, SPIF))
-			;
-		(void)SPDR;
-		cycles++;
-	}
-	if (cycles == 40) {
-		stopwatch(1);
-		SPDR = 0;
-		while (TCNT1 < 20000 && !BIT(SPSR, SPIF))
-			;
-		cycles = TCNT1;
-	}
-	SPSR = 0;
-	SPCR = 0;
-	DDRB &= ~4;
-	return cycles;
-}
-
-/* Converter: clock/128; conversions are counted in its clocks. */
-
-static uint16_t conversion(void)
-{
-	stopwatch(1);
-	ADCSRA |= 1 << ADSC;
-	while (TCNT1 < 30000 && BIT(ADCSRA, ADSC))
-		;
-	return TCNT1 / 128;
-}
-
-static void converter(uint8_t admux)
-{
-	ADCSRA = 0;
-	ADMUX = admux;
-	ADCSRA = 1 << ADEN | 7;
-	PAUSE(80);
-}
-
-FACT(adc_first)
-{
-	converter(1 << REFS0 | 15);
-	uint16_t clocks = conversion();
-	ADCSRA = 0;
-	return clocks;
-}
-
-FACT(adc_next)
-{
-	converter(1 << REFS0 | 15);
-	conversion();
-	PAUSE(48);
-	uint16_t clocks = conversion();
-	ADCSRA = 0;
-	return clocks;
-}
-
-/* The band gap is converted, ADCL read, and ground converted: does ADCH still belong to the first? */
-FACT(adc_lock)
-{
-	converter(1 << REFS0 | 1 << ADLAR | 14);
-	conversion();
-	conversion();
-	uint8_t low = ADCL;
-	ADMUX = 1 << REFS0 | 1 << ADLAR | 15;
-	conversion();
-	uint8_t high = ADCH;
-	(void)low;
-	ADCSRA = 0;
-	return high != 0;
-}
-
 static void print_all(void)
 {
 #define PRINT(name) stopwatch(1); say(PSTR(#name), f_##name());
@@ -386,11 +340,17 @@ int main(void)
 	GPIOR0 = 0;
 
 	if (BIT(mcusr, WDRF)) {
+		say(PSTR("wdt_irqs"), wd_count);
 		say(PSTR("wdt_resets"), BIT(mcusr, WDRF));
 		say(PSTR("wdrf_wde"), BIT(wdtcsr, WDE));
 	} else {
+		say(PSTR("por"), BIT(mcusr, PORF));
 		print_all();
-		wdt_enable(WDTO_15MS);
+		wd_count = 0;
+		wdt_reset();
+		WDTCSR = 1 << WDCE | 1 << WDE;
+		WDTCSR = 1 << WDIE | 1 << WDE;
+		sei();
 		PAUSE(1600000);
 		wdt_disable();
 	}

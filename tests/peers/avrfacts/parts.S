@@ -63,6 +63,21 @@ fact pin_sbi
 	sbi	PINB, 1
 	rjmp	pins_end
 
+/* A pull-up with PUD set, after the pin was low. */
+fact pud
+	cbi	PORTC, 0
+	sbi	DDRC, 0
+	ldi	r22, 1 << PUD
+	out	MCUCR, r22
+	nops	4
+	cbi	DDRC, 0
+	sbi	PORTC, 0
+	nops	4
+	in	r22, PINC
+	out	MCUCR, r1
+	cbi	PORTC, 0
+	give	0, r22
+
 /* Timer 0 at the clock of the core, in normal mode, without flags, TCNT0 = r22 and OCR0A = 60. */
 run0:
 	out	TCCR0B, r1
@@ -177,6 +192,32 @@ fact \name
 	/* OUT GTCCR in cycle t: the first tick is at the edge t + 1 + 64, so IN in cycle t + 65 is the first to see it. */
 	tick	psr_before, 62
 	tick	psr_at, 63
+
+/* Both timers at clk/64, started 3 and 24 cycles behind PSRSYNC: their ticks up to 75 cycles behind it, added. */
+fact shared_psr
+	rcall	run0
+	out	TCCR0B, r1
+	sts	TCCR1B, r1
+	in	r20, TCNT0
+	lds	r21, TCNT1L
+	ldi	r22, 1 << PSRSYNC
+	ldi	r23, 3
+	out	GTCCR, r22
+	nop
+	sts	TCCR1B, r23
+	nops	20
+	out	TCCR0B, r23
+	nops	50
+	in	r24, TCNT0
+	lds	r25, TCNT1L
+	out	TCCR0B, r1
+	sub	r24, r20
+	sub	r25, r21
+	add	r24, r25
+	clr	r25
+	ldi	r22, 1
+	sts	TCCR1B, r22
+	ret
 
 /* 16-bit registers. The counter is written while its clock is slow. */
 fact temp_latch

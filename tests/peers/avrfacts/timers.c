@@ -127,6 +127,45 @@ FACT(ocr_taken)
 	return periods(1 << WGM11, 1 << WGM13 | 1 << WGM12) >> 2;
 }
 
+/*
+ * Two slopes, 500 up and 500 down at clk/8. OCR1A goes from 100 to 300 at 50: matches seen up to 200 (1) and to 400 (2) on the
+ * way up, to 250 (4) and to 50 (8) on the way down.
+ */
+static uint8_t slopes(uint8_t a, uint8_t b)
+{
+	uint8_t seen = 0;
+	stopwatch(1 << WGM13 | 1 << WGM12 | 1);
+	ICR1 = 500;
+	stopwatch(2);
+	OCR1A = 100;
+	TCCR1A = a;
+	TCCR1B = b | 2;
+	TCNT1 = 0;
+	TIFR1 = 0x27;
+	PAUSE(400);
+	OCR1A = 300;
+	PAUSE(1200);
+	for (uint8_t i = 0; i < 4; i++) {
+		seen |= BIT(TIFR1, OCF1A) << i;
+		TIFR1 = 1 << OCF1A;
+		if (i == 1)
+			PAUSE(2800 - 1600);
+		PAUSE(1600);
+	}
+	stopwatch(1);
+	return seen;
+}
+
+FACT(ocr_top)
+{
+	return slopes(1 << WGM11, 1 << WGM13);
+}
+
+FACT(ocr_bottom)
+{
+	return slopes(0, 1 << WGM13);
+}
+
 FACT(icr_normal)
 {
 	stopwatch(1 << WGM13 | 1 << WGM12 | 1);
@@ -156,6 +195,25 @@ FACT(t0_pin)
 	stop0();
 	DDRD &= ~0x10;
 	return count;
+}
+
+FACT(t1_pin)
+{
+	DDRD |= 0x20;
+	PORTD &= ~0x20;
+	stopwatch(7);
+	PAUSE(10);
+	uint16_t before = TCNT1;
+	for (uint8_t i = 0; i < 3; i++) {
+		PORTD |= 0x20;
+		PAUSE(10);
+		PORTD &= ~0x20;
+		PAUSE(10);
+	}
+	uint16_t count = TCNT1;
+	stopwatch(1);
+	DDRD &= ~0x20;
+	return count - before;
 }
 
 FACT(icp_noise)
@@ -229,4 +287,27 @@ FACT(as2_busy)
 	ASSR = 0;
 	TCNT2 = 0;
 	return BIT(busy, TCN2UB);
+}
+
+/* 64 ticks of the crystal of 32.768 kHz, in units of 250 cycles. */
+FACT(as2_rate)
+{
+	ASSR = 1 << AS2;
+	TCCR2A = 0;
+	TCCR2B = 1;
+	stopwatch(1);
+	while (TCNT1 < 20000 && BIT(ASSR, TCR2BUB))
+		;
+	uint8_t before = TCNT2;
+	while (TCNT1 < 30000 && TCNT2 == before)
+		;
+	before = TCNT2;
+	stopwatch(1);
+	while (TCNT1 < 60000 && (uint8_t)(TCNT2 - before) < 64)
+		;
+	uint16_t cycles = TCNT1;
+	TCCR2B = 0;
+	ASSR = 0;
+	stopwatch(1);
+	return (cycles + 125) / 250;
 }
