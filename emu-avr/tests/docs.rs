@@ -1,6 +1,10 @@
-//! The page of instructions is what the table says. `UPDATE=1 cargo test -p emu-avr --test docs` writes it anew.
+//! The pages of instructions and of chips are what the tables say. `UPDATE=1 cargo test -p emu-avr --test docs` writes them anew.
 
 use std::fs;
+
+use emu_avr::chips::{PARTS, Part, unit};
+use emu_avr::periph::Line;
+use emu_core::chip::PinDef;
 
 #[test]
 fn the_page_of_instructions_is_the_table() {
@@ -20,4 +24,118 @@ fn the_page_of_instructions_is_the_table() {
     }
     let found = fs::read_to_string(path).unwrap_or_default();
     assert!(found == page, "docs/isa/avr.md is not what the table says; run with UPDATE=1");
+}
+
+/// What a line of a unit is called by the data sheets.
+fn line(part: &Part, number: usize, line: Line) -> String {
+    let timer = number.wrapping_sub(unit::TIMER);
+    let one = part.timers.get(timer).is_some_and(|shape| shape.channels == 1);
+    let both = part.lines.iter().any(|row| row.0 == unit::USART + 1);
+    let usart = if both { (number - unit::USART.min(number)).to_string() } else { String::new() };
+    match line {
+        Line::T => format!("T{timer}"),
+        Line::Icp => format!("ICP{timer}"),
+        Line::OcA if one => format!("OC{timer}"),
+        Line::OcA => format!("OC{timer}A"),
+        Line::OcB => format!("OC{timer}B"),
+        Line::OcC => format!("OC{timer}C"),
+        Line::Txd => format!("TXD{usart}"),
+        Line::Rxd => format!("RXD{usart}"),
+        Line::Xck => format!("XCK{usart}"),
+        Line::Int(n) => format!("INT{n}"),
+        Line::Pc(n) => format!("PCINT{n}"),
+        Line::Sck | Line::Miso | Line::Mosi | Line::Ss | Line::Scl | Line::Sda => format!("{line:?}").to_uppercase(),
+    }
+}
+
+/// What the units of a part have at a pin.
+fn uses(part: &Part, pin: u8) -> String {
+    let lines = part.lines.iter().filter(|row| row.2 == pin).map(|&(number, of, _)| line(part, number, of));
+    let analog = part.analog.iter().enumerate().filter(|row| *row.1 == pin).map(|(n, _)| format!("ADC{n}"));
+    let compared = part.ain.iter().enumerate().filter(|row| *row.1 == pin).map(|(n, _)| format!("AIN{n}"));
+    let changes = part.pin_changes.iter().filter(|row| row.0 == pin).map(|row| format!("PCINT{}", row.1));
+    let reset = (part.reset == pin).then(|| "RESET".to_owned());
+    lines.chain(analog).chain(compared).chain(changes).chain(reset).collect::<Vec<_>>().join(" ")
+}
+
+fn timers(part: &Part) -> String {
+    let of = |(n, shape): (usize, &emu_avr::periph::timers::Shape)| {
+        let (wide, crystal) = (if shape.wide { "w" } else { "" }, if shape.asynchronous { "x" } else { "" });
+        format!("{n}:{}{wide}{crystal}", shape.channels)
+    };
+    part.timers.iter().enumerate().map(of).collect::<Vec<_>>().join(" ")
+}
+
+fn table_of_chips() -> String {
+    let mut table = String::from(
+        "\n| Chip | Flash | RAM from | RAM | EEPROM | Page | Timers | USARTs | SPI, TWI | ADC | INT | PCINT | Vectors | Signature | Fuses |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for part in PARTS {
+        let chip = part.chip;
+        let has = |number: usize| part.lines.iter().any(|row| row.0 == number);
+        let serial = [(unit::SPI, "SPI"), (unit::TWI, "TWI")].iter().filter(|row| has(row.0)).map(|row| row.1);
+        let ints = part.lines.iter().filter(|row| matches!(row.1, Line::Int(_))).count();
+        let fuse_bytes = chip.spaces.iter().find(|space| space.0 == "fuse").map_or(0, |space| space.1 as usize);
+        let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ");
+        table += &format!(
+            "| {} | {} | {:X}h | {} | {} | {} | {} | {} | {} | {} | {ints} | {} | {} | {} | {} |\n",
+            chip.name,
+            chip.flash,
+            chip.ram_start,
+            chip.ram_len,
+            chip.eeprom,
+            part.spm.page,
+            timers(part),
+            (0..2).filter(|n| has(unit::USART + n)).count(),
+            serial.collect::<Vec<_>>().join(" "),
+            part.analog.len(),
+            part.pin_changes.len(),
+            chip.vectors.len(),
+            hex(&part.signature),
+            hex(&part.fuses.assumed[..fuse_bytes]),
+        );
+    }
+    table
+}
+
+/// Pins of each kind of chip; those that are alike stand together.
+fn table_of_pins() -> String {
+    let mut kinds: Vec<(Vec<&str>, String)> = Vec::new();
+    for part in PARTS.iter().filter(|part| part.chip.name != "atmega328p") {
+        let mut table = String::from("| Pin | No. | Units | Pin | No. | Units |\n|---|---|---|---|---|---|\n");
+        let there = |(id, pin): &(u8, &PinDef)| part.ports[usize::from(*id / 8)] >> (id % 8) & 1 == 1 || pin.dip > 0;
+        let cells: Vec<String> = (0..)
+            .zip(part.chip.pins)
+            .filter(there)
+            .map(|(id, pin)| format!("{} | {} | {} |", pin.name, pin.dip, uses(part, id)))
+            .collect();
+        for pair in cells.chunks(2) {
+            table += &format!("| {} {}\n", pair[0], pair.get(1).map_or("| | |", String::as_str));
+        }
+        match kinds.iter_mut().find(|kind| kind.1 == table) {
+            Some(kind) => kind.0.push(part.chip.name),
+            None => kinds.push((vec![part.chip.name], table)),
+        }
+    }
+    kinds.iter().map(|(names, table)| format!("\n### {}\n\n{table}", names.join(", "))).collect()
+}
+
+#[test]
+fn the_page_of_chips_is_what_the_rows_say() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/chips/avr.md");
+    let page = fs::read_to_string(path).expect("the page");
+    let mut wanted = page.clone();
+    for (name, table) in [("chips", table_of_chips()), ("pins", table_of_pins())] {
+        let (begin, end) =
+            (format!("<!-- {name}: written by emu-avr/tests/docs.rs -->\n"), format!("<!-- end of {name} -->\n"));
+        let (before, rest) = wanted.split_once(&begin).expect("the beginning of the table");
+        let (_, after) = rest.split_once(&end).expect("the end of the table");
+        wanted = format!("{before}{begin}{table}\n{end}{after}");
+    }
+    if std::env::var_os("UPDATE").is_some() {
+        fs::write(path, &wanted).expect("the page can be written");
+    } else {
+        assert!(page == wanted, "docs/chips/avr.md is not what the rows say; run with UPDATE=1");
+    }
 }

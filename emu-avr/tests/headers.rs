@@ -117,7 +117,7 @@ impl Header {
                 ask("register", name, &format!("&{name}"));
             } else if let Some(vector) = name.strip_suffix("_vect_num") {
                 ask("vector", vector, name);
-            } else if names.contains(name) || CONSTANTS.contains(name) {
+            } else if names.contains(name) || pin(name) || pin_change(name) || CONSTANTS.contains(name) {
                 ask("name", name, &format!("(long)({name})"));
             }
         }
@@ -135,6 +135,41 @@ impl Header {
             };
         }
         header
+    }
+}
+
+/// The name of a port pin, such as PB5.
+fn pin(name: &str) -> bool {
+    matches!(name.as_bytes(), [b'P', b'A'..=b'G', b'0'..=b'7'])
+}
+
+/// The name of a bit for a pin change input, such as PCINT12.
+fn pin_change(name: &str) -> bool {
+    name.strip_prefix("PCINT").is_some_and(|n| n.parse::<u8>().is_ok())
+}
+
+/// Every pin of a port that the header has is there, and no other; and so are the inputs of pin changes, by their bits.
+fn check_pins(part: &Part, header: &Header, wrong: &mut Vec<String>) {
+    let chip = part.chip;
+    let there = |id: usize| part.ports[id / 8] >> (id % 8) & 1 == 1 || id == usize::from(part.reset);
+    let ours = chip.pins.iter().enumerate().filter(|(id, p)| pin(p.name) && there(*id)).map(|(_, p)| p.name);
+    let (ours, mut theirs) = (ours.collect::<BTreeSet<_>>(), BTreeSet::new());
+    theirs.extend(header.names.keys().map(String::as_str).filter(|name| pin(name)));
+    if ours != theirs {
+        wrong.push(format!("{}: pins {:?}", chip.name, ours.symmetric_difference(&theirs).collect::<Vec<_>>()));
+    }
+    for (name, &bit) in header.names.iter().filter(|(name, _)| pin(name)) {
+        if !name.ends_with(&bit.to_string()) {
+            wrong.push(format!("{}: {name} is bit {bit}", chip.name));
+        }
+    }
+    // PCINTn is bit n mod 8 of its mask, and on these chips the same bit of its port.
+    let ours: BTreeMap<String, u32> =
+        part.pin_changes.iter().map(|&(pin, n)| (format!("PCINT{n}"), u32::from(pin % 8))).collect();
+    let theirs = header.names.iter().filter(|(name, _)| pin_change(name));
+    let theirs: BTreeMap<String, u32> = theirs.map(|(name, &bit)| (name.clone(), bit)).collect();
+    if ours != theirs {
+        wrong.push(format!("{}: {ours:?}\n  by the header {theirs:?}", chip.name));
     }
 }
 
@@ -230,6 +265,7 @@ fn rows_are_what_the_headers_say() {
         check_registers(part, &header, &mut wrong);
         check_vectors(part, &header, &mut wrong);
         check_sizes(part, &header, &mut wrong);
+        check_pins(part, &header, &mut wrong);
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
