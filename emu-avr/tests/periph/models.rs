@@ -54,7 +54,9 @@ fn ports_agree(fresh: &Soc, seed: u64, cycles: u64) {
             let own = if output { Level::of(high) } else { Level::Float };
             let driven = if own == Level::Float { wire.outside } else { own };
             let level = if driven == Level::Float && pull { Level::High } else { driven };
-            wire.charge = [level == Level::High || level == Level::Float && wire.charge[0], wire.charge[0]];
+            let high = level == Level::High || level == Level::Float && wire.charge[0];
+            // What stands at power-on has stood before.
+            wire.charge = [high, if now == 0 { high } else { wire.charge[0] }];
             let fight = own != Level::Float && wire.outside != Level::Float && own != wire.outside;
             if fight && !fought[i] {
                 fights.push(i as u8);
