@@ -76,16 +76,13 @@ impl Engine for Avr {
             && !self.soc.bars_interrupts(2 * self.pc())
     }
 
-    /// Out of sleep the start-up time and 4 cycles, then 4 for the entry (7.7.1, 10).
-    fn enter_interrupt<P: Probe>(&mut self, mut now: u64, probe: &mut P) -> bool {
+    fn enter_interrupt<P: Probe>(&mut self, now: u64, probe: &mut P) -> bool {
         if !self.interrupt_pending(now) {
             return false;
         }
         if std::mem::take(&mut self.hot.sleeping) {
-            let wait = self.soc.wake_up(now) + 4;
-            self.hot.time.pass(wait);
-            now += wait;
-            self.soc.fire(now);
+            self.soc.wake_up(now);
+            return true;
         }
         if let Some(vector) = self.soc.pending(now) {
             self.soc.take(vector, now);

@@ -399,7 +399,7 @@ fn nothing_written_breaks_a_chip() {
                 }
                 2 => {
                     soc.sleep(now);
-                    now += soc.wake_up(now);
+                    soc.wake_up(now);
                 }
                 3 if value < 4 => soc.reset(Reset::External, now),
                 4 => {

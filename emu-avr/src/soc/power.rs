@@ -21,6 +21,9 @@ const CLKPCE: u8 = 1 << 7;
 /// Cycles for which a timed sequence is open.
 const WINDOW: u64 = 4;
 
+/// Cycles from the start of the clock to the interrupt that woke the core (7.7.1).
+const WAKE: u64 = 4;
+
 /// Sleep modes (table 10-2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SleepMode {
@@ -92,6 +95,8 @@ pub struct Power {
     pub supply: u32,
     /// The core starts at this cycle, after a reset; 0 when it runs.
     starts: u64,
+    /// Its clock runs again from this cycle on, out of sleep; 0 when it is not about to.
+    wakes: u64,
     /// Cycles of the main clock, and microseconds, from a reset to the start; none where start-up is not waited for.
     start_up: Option<(u64, u64)>,
     /// Cycles of the main clock that waking takes where the oscillator has stood.
@@ -130,6 +135,7 @@ impl Power {
             brown: false,
             supply: 5_000,
             starts: 0,
+            wakes: 0,
             start_up: options.start_up.then_some((clocks + rows.reset_clocks, us)),
             wake_up: clocks,
             asleep: None,
@@ -161,8 +167,9 @@ impl Power {
     }
 
     /// The cycle at which something comes of this by itself.
-    pub const fn next(&self) -> u64 {
-        if self.starts != 0 && !self.held() { self.starts } else { NEVER }
+    pub fn next(&self) -> u64 {
+        let starts = if self.starts != 0 && !self.held() { self.starts } else { NEVER };
+        if self.wakes != 0 { starts.min(self.wakes) } else { starts }
     }
 
     /// Cycles in a second.
@@ -229,6 +236,7 @@ impl Power {
         self.windows = [0; 4];
         self.request = None;
         self.asleep = None;
+        self.wakes = 0;
         self.stopped = 0;
         self.crystal = true;
         self.pins.clear();
@@ -295,7 +303,7 @@ impl Soc {
     /// The core stands in reset, from outside or while the clock starts up.
     #[must_use]
     pub fn stands(&self) -> bool {
-        self.power.held() || self.power.starts != 0
+        self.power.held() || self.power.starts != 0 || self.power.wakes != 0
     }
 
     /// The chip is held in reset or let go.
@@ -316,8 +324,14 @@ impl Soc {
 
     /// What is due of this at or before the edge `t`.
     pub(super) fn run_power(&mut self, t: u64) {
-        if self.power.next() <= t {
+        if self.power.starts != 0 && self.power.starts <= t && !self.power.held() {
             self.power.starts = 0;
+        }
+        if self.power.wakes != 0 && self.power.wakes <= t {
+            self.power.wakes = 0;
+            self.power.asleep = None;
+            self.clocks(t);
+            self.stall = self.stall.max(t + WAKE);
         }
     }
 
@@ -369,7 +383,8 @@ impl Soc {
             self.power.request(Reset::PowerOn);
             self.power.brown = true;
         } else {
-            let off = self.power.asleep.is_some_and(|(_, since)| since <= self.power.windows[3]);
+            let sleeps = self.power.asleep.filter(|_| self.power.wakes == 0);
+            let off = sleeps.is_some_and(|(_, since)| since <= self.power.windows[3]);
             let below = millivolts < self.power.bod_mv && !off;
             if below && !self.power.brown {
                 self.power.request(if before < POWER_ON { Reset::PowerOn } else { Reset::BrownOut });
@@ -403,22 +418,21 @@ impl Soc {
         true
     }
 
-    /// The interrupt that is pending in cycle `now` wakes the core: the cycles until its clock runs again.
-    pub fn wake_up(&mut self, now: u64) -> u64 {
-        let Some((mode, _)) = self.power.asleep.take() else { return 0 };
-        let wait = match mode {
-            SleepMode::Idle | SleepMode::AdcNoiseReduction => 0,
-            SleepMode::Standby | SleepMode::ExtendedStandby => 6,
-            SleepMode::PowerDown | SleepMode::PowerSave => self.power.wake_up >> self.power.clkps,
+    /// The interrupt that is pending in cycle `now` wakes the core, which stands until its clock has started and 4 cycles more
+    /// (7.7.1).
+    pub fn wake_up(&mut self, now: u64) {
+        let wait = match self.power.asleep {
+            Some((SleepMode::Standby | SleepMode::ExtendedStandby, _)) => 6,
+            Some((SleepMode::PowerDown | SleepMode::PowerSave, _)) => self.power.wake_up >> self.power.clkps,
+            _ => 0,
         };
+        self.power.wakes = (now + wait).max(1);
+        self.due = self.due.min(self.power.wakes);
         // The brown-out detector is on again, and sees what has come meanwhile (10.11.2).
         if self.power.supply < self.power.bod_mv {
             self.set_supply(self.power.supply, now);
         }
-        self.run(now + wait);
-        self.clocks(now + wait);
-        self.plan();
-        wait
+        self.run(now);
     }
 
     /// Stops and starts the clocks of units at the edge `t`, as sleep and PRR say.
