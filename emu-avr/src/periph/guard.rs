@@ -68,6 +68,8 @@ pub struct Watchdog {
     always_on: bool,
     /// WDRF is set.
     forced: bool,
+    /// The chip is in reset: the count stays at zero.
+    held: bool,
     /// The register without WDCE.
     wdtcsr: u8,
     /// The edge at which WDCE is cleared; it is set before that. 0 where it is not.
@@ -91,6 +93,7 @@ impl Watchdog {
             kind,
             always_on,
             forced: false,
+            held: false,
             wdtcsr: if always_on { WDE } else { 0 },
             window: 0,
             hz: hz.max(1),
@@ -110,6 +113,13 @@ impl Watchdog {
     /// WDR: the divider is cleared at the edge `t` that ends the cycle of the instruction.
     pub fn restart(&mut self, t: u64, out: &mut Outbox) {
         self.run(t, out);
+        self.clear(t);
+    }
+
+    /// The chip is in reset, start-up time included (`on`), or leaves it at the edge `t`: it counts from there (11.2, 11.8).
+    pub fn hold(&mut self, on: bool, t: u64, out: &mut Outbox) {
+        self.run(t, out);
+        self.held = on;
         self.clear(t);
     }
 
@@ -154,7 +164,7 @@ impl Watchdog {
 
     /// The first edge after `served` by which the divider has gone over a multiple of the period.
     fn time_out(&self) -> u64 {
-        if !self.running() {
+        if !self.running() || self.held {
             return NEVER;
         }
         let period = self.period();

@@ -286,6 +286,7 @@ impl Soc {
             0 if !self.power.held() => 0,
             wait => (now + wait).max(1),
         };
+        self.watchdog.hold(self.power.starts != 0, now, &mut self.out);
         self.settle_all(now);
         self.tell_all(now);
         self.out.clear();
@@ -326,6 +327,8 @@ impl Soc {
     pub(super) fn run_power(&mut self, t: u64) {
         if self.power.starts != 0 && self.power.starts <= t && !self.power.held() {
             self.power.starts = 0;
+            self.watchdog.hold(false, t, &mut self.out);
+            self.touch(unit::WATCHDOG);
         }
         if self.power.wakes != 0 && self.power.wakes <= t {
             self.power.wakes = 0;

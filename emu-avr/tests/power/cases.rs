@@ -74,3 +74,29 @@ fn a_supply_that_moves_does_not_prolong_start_up() {
     assert!(!soc.stands());
     assert_eq!(soc.peek(0x54, 60), 0x03, "PORF and EXTRF");
 }
+
+/// The watchdog, on by WDTON, counts from the end of the start-up time (11.2, 11.8), which is longer than its 16 ms: 16K clocks of
+/// the crystal and 65 ms. So it is after each of its own resets.
+#[test]
+fn the_watchdog_counts_from_the_end_of_start_up() {
+    let mut soc = chip([0xFF, 0xC9, 0xFF], true);
+    let mut now = 0;
+    for _ in 0..3 {
+        while soc.stands() {
+            now += 1;
+            soc.fire(now);
+            assert_eq!(soc.reset_requested(now), None, "in reset, cycle {now}");
+        }
+        let started = now;
+        let why = loop {
+            now += 1;
+            soc.fire(now);
+            if let Some(why) = soc.reset_requested(now) {
+                break why;
+            }
+        };
+        // 2048 clocks of 128 kHz are 16 ms.
+        assert_eq!((why, now - started), (Reset::Watchdog, 128_000));
+        soc.reset(why, now);
+    }
+}
