@@ -96,7 +96,7 @@ pub struct Reg {
 pub struct PinDef {
     /// Port and bit, such as `PB5`.
     pub name: &'static str,
-    /// Pin of the usual dual in-line package; 0 where it has none.
+    /// Pin of the usual package: the dual in-line one, or the flat one of a chip that comes in no other; 0 where it has none.
     pub dip: u8,
     /// What else it does, or why a program should not use it freely.
     pub note: &'static str,

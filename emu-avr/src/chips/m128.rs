@@ -193,16 +193,17 @@ registers! {
     0x9B "UCSR1A" Usart(1, UCSRA);   0x9C "UDR1" Usart(1, UDR);       0x9D "UCSR1C" ucsrc!(1);
 }
 
-/// Pins, 8 to a port: pin identity is port (A to G) times 8 plus bit. The package has pins on four sides.
+/// Pins, 8 to a port: pin identity is port (A to G) times 8 plus bit. Numbers are those of the flat package of 64 pins (pin
+/// configurations).
 #[rustfmt::skip]
 const PINS: &[PinDef] = pins! {
-    "PA0" 0 ""  "PA1" 0 ""  "PA2" 0 ""  "PA3" 0 ""  "PA4" 0 ""  "PA5" 0 ""  "PA6" 0 ""  "PA7" 0 ""
-    "PB0" 0 ""  "PB1" 0 ""  "PB2" 0 ""  "PB3" 0 ""  "PB4" 0 ""  "PB5" 0 ""  "PB6" 0 ""  "PB7" 0 ""
-    "PC0" 0 ""  "PC1" 0 ""  "PC2" 0 ""  "PC3" 0 ""  "PC4" 0 ""  "PC5" 0 ""  "PC6" 0 ""  "PC7" 0 ""
-    "PD0" 0 ""  "PD1" 0 ""  "PD2" 0 "RXD1"  "PD3" 0 "TXD1"  "PD4" 0 ""  "PD5" 0 ""  "PD6" 0 ""  "PD7" 0 ""
-    "PE0" 0 "RXD0"  "PE1" 0 "TXD0"  "PE2" 0 ""  "PE3" 0 ""  "PE4" 0 ""  "PE5" 0 ""  "PE6" 0 ""  "PE7" 0 ""
-    "PF0" 0 ""  "PF1" 0 ""  "PF2" 0 ""  "PF3" 0 ""  "PF4" 0 ""  "PF5" 0 ""  "PF6" 0 ""  "PF7" 0 ""
-    "PG0" 0 ""  "PG1" 0 ""  "PG2" 0 ""  "PG3" 0 ""  "PG4" 0 ""  "RESET" 0 "RESET"
+    "PA0" 51 ""  "PA1" 50 ""  "PA2" 49 ""  "PA3" 48 ""  "PA4" 47 ""  "PA5" 46 ""  "PA6" 45 ""  "PA7" 44 ""
+    "PB0" 10 ""  "PB1" 11 ""  "PB2" 12 ""  "PB3" 13 ""  "PB4" 14 ""  "PB5" 15 ""  "PB6" 16 ""  "PB7" 17 ""
+    "PC0" 35 ""  "PC1" 36 ""  "PC2" 37 ""  "PC3" 38 ""  "PC4" 39 ""  "PC5" 40 ""  "PC6" 41 ""  "PC7" 42 ""
+    "PD0" 25 ""  "PD1" 26 ""  "PD2" 27 "RXD1"  "PD3" 28 "TXD1"  "PD4" 29 ""  "PD5" 30 ""  "PD6" 31 ""  "PD7" 32 ""
+    "PE0" 2 "RXD0"  "PE1" 3 "TXD0"  "PE2" 4 ""  "PE3" 5 ""  "PE4" 6 ""  "PE5" 7 ""  "PE6" 8 ""  "PE7" 9 ""
+    "PF0" 61 ""  "PF1" 60 ""  "PF2" 59 ""  "PF3" 58 ""  "PF4" 57 ""  "PF5" 56 ""  "PF6" 55 ""  "PF7" 54 ""
+    "PG0" 33 ""  "PG1" 34 ""  "PG2" 43 ""  "PG3" 18 ""  "PG4" 19 ""  "RESET" 20 "RESET"
 };
 
 /// Alternate functions (alternate port functions).
