@@ -44,8 +44,7 @@ impl Engine for Avr {
         self.soc.reset_requested(now)
     }
     fn obey(&mut self) -> bool {
-        let now = self.cycle();
-        let Some(order) = self.soc.order(now) else { return false };
+        let Some(order) = self.soc.order() else { return false };
         match order {
             Order::Erase { addr, len } => {
                 let code = Arc::make_mut(&mut self.code);
@@ -59,21 +58,14 @@ impl Engine for Avr {
                     code.poke(addr, old & byte);
                 }
             }
-            Order::Stand { until } => {
-                self.hot.time.pass(until.saturating_sub(now));
-                self.hot.time.force();
-            }
         }
         true
     }
     fn holds(&self, now: u64) -> bool {
-        self.hot.hold_at == now
+        self.hot.hold_at == now || self.barred(now)
     }
     fn interrupt_pending(&self, now: u64) -> bool {
-        self.hot.flags.get(Flag::I)
-            && self.soc.pending(now).is_some()
-            && !self.soc.stands()
-            && !self.soc.bars_interrupts(2 * self.pc())
+        self.hot.flags.get(Flag::I) && self.soc.pending(now).is_some() && !self.soc.stands()
     }
 
     fn enter_interrupt<P: Probe>(&mut self, now: u64, probe: &mut P) -> bool {
@@ -131,5 +123,15 @@ impl Engine for Avr {
         }
         self.hot = self.turn(probe).0.single(op);
         Ok(())
+    }
+}
+
+impl Avr {
+    /// An interrupt asks that may not be taken before the instruction at this boundary: it is looked for again behind it.
+    fn barred(&self, now: u64) -> bool {
+        self.hot.flags.get(Flag::I)
+            && self.soc.pending(now).is_some()
+            && self.soc.bars_interrupts(2 * self.pc(), now)
+            && !self.asleep()
     }
 }

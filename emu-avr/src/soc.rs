@@ -81,12 +81,13 @@ mod memory;
 mod pins;
 mod power;
 mod regs;
+mod sleep;
 
 pub use memory::LOW;
 pub use pins::Put;
 use pins::Wiring;
 use power::Power;
-pub use power::SleepMode;
+pub use sleep::SleepMode;
 
 /// What the chip wants of its core between two instructions.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -104,11 +105,6 @@ pub enum Order {
         addr: u32,
         /// The words.
         words: Vec<u16>,
-    },
-    /// The core stands still up to this cycle.
-    Stand {
-        /// Cycle.
-        until: u64,
     },
 }
 
@@ -157,6 +153,7 @@ pub struct Soc {
     /// The deadline that the core was told last.
     told: u64,
     orders: VecDeque<Order>,
+    /// The core stands still up to this cycle; 0 where it does not.
     stall: u64,
     out: Outbox,
     pub(crate) lints: crate::lint::Lints,
@@ -237,10 +234,9 @@ impl Soc {
         self.log.take()
     }
 
-    /// Takes the oldest order to the core at the cycle `now`.
-    pub fn order(&mut self, now: u64) -> Option<Order> {
-        let order = self.orders.pop_front();
-        order.or_else(|| (now < self.stall).then(|| Order::Stand { until: std::mem::take(&mut self.stall) }))
+    /// Takes the oldest order to the core.
+    pub fn order(&mut self) -> Option<Order> {
+        self.orders.pop_front()
     }
 
     /// The content of the EEPROM.
@@ -260,10 +256,10 @@ impl Soc {
         self.spm.bytes()
     }
 
-    /// Boot lock bits bar interrupts while the instruction at the byte address `pc` runs.
+    /// Boot lock bits bar interrupts while the instruction at the byte address `pc` runs, or IVCE does at the cycle `now` (12.5.1).
     #[must_use]
-    pub fn bars_interrupts(&self, pc: u32) -> bool {
-        self.spm.bars_interrupts(pc, self.mcucr & regs::IVSEL != 0)
+    pub fn bars_interrupts(&self, pc: u32, now: u64) -> bool {
+        self.power.ivce_open(now) || self.spm.bars_interrupts(pc, self.mcucr & regs::IVSEL != 0)
     }
 
     /// Program word at which a reset starts: 0, or the boot section (BOOTRST).
@@ -328,7 +324,8 @@ impl Soc {
         if std::mem::take(&mut self.touched) != 0 {
             self.first = self.find_first();
         }
-        let due = self.drives.next().min(self.power.next());
+        let stall = if self.stall == 0 { NEVER } else { self.stall };
+        let due = self.drives.next().min(self.power.next()).min(stall);
         self.due = self.nexts.iter().fold(due, |due, &next| due.min(next));
     }
 
@@ -394,7 +391,8 @@ impl Soc {
         if self.asks == [0; unit::COUNT] {
             return None;
         }
-        let asks = |&(number, irq): &(usize, u8)| self.asks[number] >> irq & 1 == 1;
+        let deaf = self.power.asleep.map_or(0, |asleep| asleep.0.deaf());
+        let asks = |&(number, irq): &(usize, u8)| self.asks[number] >> irq & 1 == 1 && deaf >> number & 1 == 0;
         self.part.vectors.iter().position(asks).map(|at| at as u8 + 1)
     }
 }
@@ -439,6 +437,10 @@ impl Bus for Soc {
         if self.touched != 0 {
             self.plan();
         }
+        // The instruction behind a write of IVSEL runs before any interrupt (12.5.1).
+        if std::mem::take(&mut self.power.moved_vectors) {
+            return Wake::HOLD;
+        }
         if due { Wake::DEADLINE } else { self.wake(logged, asks) }
     }
 
@@ -474,10 +476,13 @@ impl Bus for Soc {
     }
 
     fn can_wake(&self, interrupts_enabled: bool) -> bool {
-        let waits = self.nexts.iter().any(|&next| next != NEVER) || self.asks != [0; unit::COUNT];
+        let deaf = self.power.asleep.map_or(0, |asleep| asleep.0.deaf());
+        let asks = |n: usize| self.nexts[n] != NEVER || self.asks[n] != 0;
+        let waits = (0..unit::COUNT).any(|n| deaf >> n & 1 == 0 && asks(n));
         let listens = self.usarts.iter().any(Usart::listens);
         self.watchdog.peek(guard::Reg::WDTCSR, 0) & WDE != 0
             || self.power.next() != NEVER
+            || self.stall != 0
             || interrupts_enabled && (waits || listens)
     }
 

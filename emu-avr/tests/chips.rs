@@ -418,7 +418,7 @@ fn nothing_written_breaks_a_chip() {
                     soc.write(reg, value, now);
                 }
             }
-            while soc.order(now).is_some() {}
+            while soc.order().is_some() {}
             let _ = soc.reset_requested(now);
             now += 1;
         }

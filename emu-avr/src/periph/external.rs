@@ -109,6 +109,13 @@ impl External {
         self.listened = on;
     }
 
+    /// A change of the pin of PCINT `n` gives an interrupt: PCIE of its group and its bit of PCMSK are set.
+    #[must_use]
+    pub fn pin_change_on(&self, n: u8) -> bool {
+        let group = usize::from(n / 8) % 4;
+        self.pcicr >> group & 1 == 1 && self.pcmsk[group] >> (n % 8) & 1 == 1
+    }
+
     /// INTF0, after everything that was run.
     #[must_use]
     pub const fn flag(&self) -> bool {

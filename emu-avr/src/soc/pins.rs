@@ -240,7 +240,11 @@ impl Soc {
                 |(i, pin): (usize, &PinId)| (usize::from(pin / 8) == port && channels >> i & 1 == 1).then(|| pin % 8);
             pins.iter().enumerate().filter_map(of).fold(0, |bits, bit| bits | 1 << bit)
         };
-        off(self.adc.digital_off(), self.part.analog) | off(self.comparator.digital_off(), &self.part.ain)
+        let off = off(self.adc.digital_off(), self.part.analog) | off(self.comparator.digital_off(), &self.part.ain);
+        // An enabled pin change keeps the input on (14.3, DIEOE).
+        let changes = self.part.pin_changes.iter().filter(|row| usize::from(row.0 / 8) == port);
+        let on = changes.filter(|row| self.external.pin_change_on(row.1));
+        off & !on.fold(0, |bits, row| bits | 1 << (row.0 % 8))
     }
 
     /// The reset pin, unless it is a port pin, has another level.

@@ -4,8 +4,8 @@ use emu_core::cpu::{NEVER, Reset};
 use emu_core::parts::prescaler::Prescaler;
 use emu_core::pins::PinId;
 
-use super::Soc;
-use super::with_unit;
+use super::sleep::SleepMode;
+use super::{Soc, with_unit};
 use crate::chips::{Fuses, Part, unit};
 use crate::cpu::Options;
 use crate::periph::ports::PINS;
@@ -21,63 +21,13 @@ const CLKPCE: u8 = 1 << 7;
 /// Cycles for which a timed sequence is open.
 const WINDOW: u64 = 4;
 
-/// Cycles from the start of the clock to the interrupt that woke the core (7.7.1).
-const WAKE: u64 = 4;
-
-/// Sleep modes (table 10-2).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum SleepMode {
-    /// Only the core stops.
-    Idle,
-    /// ADC noise reduction.
-    AdcNoiseReduction,
-    /// Power-down.
-    PowerDown,
-    /// Power-save.
-    PowerSave,
-    /// Standby.
-    Standby,
-    /// Extended standby.
-    ExtendedStandby,
-}
-
-impl SleepMode {
-    /// The mode of the bits SM in SMCR; a reserved setting acts as idle.
-    fn of(smcr: u8) -> SleepMode {
-        match smcr >> 1 & 7 {
-            1 => SleepMode::AdcNoiseReduction,
-            2 => SleepMode::PowerDown,
-            3 => SleepMode::PowerSave,
-            6 => SleepMode::Standby,
-            7 => SleepMode::ExtendedStandby,
-            _ => SleepMode::Idle,
-        }
-    }
-
-    /// The units whose clock stands, bit `n` for the unit `n`.
-    const fn stops(self) -> u16 {
-        const ALL: u16 = (1 << unit::COUNT) - 1;
-        const RUN: u16 = 1 << unit::EEPROM | 1 << unit::SPM | 1 << unit::WATCHDOG;
-        match self {
-            SleepMode::Idle => 0,
-            SleepMode::AdcNoiseReduction => ALL & !RUN & !(1 << unit::ADC),
-            _ => ALL & !RUN,
-        }
-    }
-
-    /// The oscillator of the asynchronous timer runs.
-    fn keeps_crystal(self) -> bool {
-        !matches!(self, SleepMode::PowerDown | SleepMode::Standby)
-    }
-}
-
 /// What the chip is supplied with and clocked by, and what is under way of that.
 #[derive(Debug, Clone)]
 pub struct Power {
     /// Main clock in Hz, before CLKPR.
     source_hz: u64,
     /// CLKPS.
-    clkps: u8,
+    pub(super) clkps: u8,
     /// CLKPS after a reset, by CKDIV8.
     reset_clkps: u8,
     /// The edges at which CLKPCE, IVCE, BODSE and BODS are cleared.
@@ -95,19 +45,23 @@ pub struct Power {
     pub supply: u32,
     /// The core starts at this cycle, after a reset; 0 when it runs.
     starts: u64,
+    /// IVSEL has just been written.
+    pub moved_vectors: bool,
     /// Its clock runs again from this cycle on, out of sleep; 0 when it is not about to.
-    wakes: u64,
+    pub(super) wakes: u64,
     /// Cycles of the main clock, and microseconds, from a reset to the start; none where start-up is not waited for.
     start_up: Option<(u64, u64)>,
     /// Cycles of the main clock that waking takes where the oscillator has stood.
-    wake_up: u64,
+    pub(super) wake_up: u64,
     /// The core sleeps since the edge.
-    asleep: Option<(SleepMode, u64)>,
+    pub(super) asleep: Option<(SleepMode, u64)>,
     /// Units whose clock stands, and since when that of the I/O clock does.
-    stopped: u16,
+    pub(super) stopped: u16,
+    /// The main clock goes on in this sleep, for timer 2.
+    pub(super) keeps_timer: bool,
     /// The oscillator of the asynchronous timer runs.
-    crystal: bool,
-    io_stopped: u64,
+    pub(super) crystal: bool,
+    pub(super) io_stopped: u64,
     /// Voltages on pins, in millivolts, where a level does not say it all.
     pub volts: [Option<u32>; PINS],
     /// What units do to each pin.
@@ -136,10 +90,12 @@ impl Power {
             supply: 5_000,
             starts: 0,
             wakes: 0,
+            moved_vectors: false,
             start_up: options.start_up.then_some((clocks + rows.reset_clocks, us)),
             wake_up: clocks,
             asleep: None,
             stopped: 0,
+            keeps_timer: false,
             crystal: true,
             io_stopped: 0,
             volts: [None; PINS],
@@ -201,6 +157,7 @@ impl Power {
     /// IVSEL is written.
     pub fn close_ivce(&mut self) {
         self.windows[1] = 0;
+        self.moved_vectors = true;
     }
 
     /// BODSE and BODS are set at the edge `t`.
@@ -223,11 +180,13 @@ impl Power {
         }
     }
 
-    /// What becomes of a pin that several units want: who overrides its direction comes before who gives a value (14.3).
+    /// What becomes of a pin that several units want: who overrides its direction comes before who gives a value, and values are
+    /// ORed (14.3: MOSI and OC2A on PB3).
     pub fn driver(&self, pin: PinId) -> Drive {
-        let mut of = self.pins.iter().filter(|row| row.0 == pin).map(|row| row.2);
+        let of = self.pins.iter().filter(|row| row.0 == pin).map(|row| row.2);
         let all = of.clone().find(|drive| !matches!(drive, Drive::Value(_)));
-        all.or_else(|| of.next()).unwrap_or_default()
+        let any = |one: Drive, other| if one == Drive::Value(true) { one } else { other };
+        all.or_else(|| of.reduce(any)).unwrap_or_default()
     }
 
     /// Nothing is under way, at a reset.
@@ -238,6 +197,7 @@ impl Power {
         self.asleep = None;
         self.wakes = 0;
         self.stopped = 0;
+        self.keeps_timer = false;
         self.crystal = true;
         self.pins.clear();
         self.captures = Drive::Port;
@@ -301,10 +261,10 @@ impl Soc {
         self.power.request.take()
     }
 
-    /// The core stands in reset, from outside or while the clock starts up.
+    /// The core stands: in reset, from outside or while the clock starts up, at waking, or while a memory halts it.
     #[must_use]
     pub fn stands(&self) -> bool {
-        self.power.held() || self.power.starts != 0 || self.power.wakes != 0
+        self.power.held() || self.power.starts != 0 || self.power.wakes != 0 || self.stall != 0
     }
 
     /// The chip is held in reset or let go.
@@ -330,11 +290,11 @@ impl Soc {
             self.watchdog.hold(false, t, &mut self.out);
             self.touch(unit::WATCHDOG);
         }
+        if self.stall <= t {
+            self.stall = 0;
+        }
         if self.power.wakes != 0 && self.power.wakes <= t {
-            self.power.wakes = 0;
-            self.power.asleep = None;
-            self.clocks(t);
-            self.stall = self.stall.max(t + WAKE);
+            self.woken(t);
         }
     }
 
@@ -396,87 +356,5 @@ impl Soc {
         }
         self.hold(t);
         self.touched = u16::MAX;
-    }
-
-    /// Unit numbers that PRR has switched off.
-    pub(super) fn shut_off(&self, number: usize) -> bool {
-        self.part.prr.iter().any(|&(bit, of)| of == number && self.prr >> bit & 1 == 1)
-    }
-
-    /// SLEEP in the cycle `now`: whether the core sleeps.
-    pub fn sleep(&mut self, now: u64) -> bool {
-        self.run(now);
-        if self.smcr & 1 == 0 {
-            return false;
-        }
-        let mode = SleepMode::of(self.smcr);
-        self.power.asleep = Some((mode, now + 1));
-        if matches!(mode, SleepMode::Idle | SleepMode::AdcNoiseReduction) {
-            self.run_unit(unit::ADC, now + 1);
-            self.adc.halted(now + 1);
-            self.touch(unit::ADC);
-        }
-        self.clocks(now + 1);
-        self.plan();
-        true
-    }
-
-    /// The interrupt that is pending in cycle `now` wakes the core, which stands until its clock has started and 4 cycles more
-    /// (7.7.1).
-    pub fn wake_up(&mut self, now: u64) {
-        let wait = match self.power.asleep {
-            Some((SleepMode::Standby | SleepMode::ExtendedStandby, _)) => 6,
-            Some((SleepMode::PowerDown | SleepMode::PowerSave, _)) => self.power.wake_up >> self.power.clkps,
-            _ => 0,
-        };
-        self.power.wakes = (now + wait).max(1);
-        self.due = self.due.min(self.power.wakes);
-        // The brown-out detector is on again, and sees what has come meanwhile (10.11.2).
-        if self.power.supply < self.power.bod_mv {
-            self.set_supply(self.power.supply, now);
-        }
-        self.run(now);
-    }
-
-    /// Stops and starts the clocks of units at the edge `t`, as sleep and PRR say.
-    pub(super) fn clocks(&mut self, t: u64) {
-        let mode = self.power.asleep.map(|asleep| asleep.0);
-        let io_stood = self.power.stopped >> unit::EXTERNAL & 1 == 1;
-        let shut = self.part.prr.iter().filter(|row| self.prr >> row.0 & 1 == 1);
-        let stop = shut.fold(mode.map_or(0, SleepMode::stops), |units, row| units | 1 << row.1);
-        let mut changed = stop ^ std::mem::replace(&mut self.power.stopped, stop);
-        while changed != 0 {
-            let number = changed.trailing_zeros() as usize;
-            changed &= changed - 1;
-            with_unit!(self, number, unit => {
-                unit.run(t, &mut self.out);
-                if stop >> number & 1 == 0 { unit.wake(t, &mut self.out) } else { unit.sleep(t, &mut self.out) }
-            });
-            self.touch(number);
-            self.carry_out(number);
-        }
-        let crystal = mode.is_none_or(SleepMode::keeps_crystal);
-        if std::mem::replace(&mut self.power.crystal, crystal) != crystal {
-            for n in 0..self.part.timers.len().min(4) {
-                if self.part.timers[n].asynchronous {
-                    self.timers[n].oscillator(crystal, t, &mut self.out);
-                    self.touch(unit::TIMER + n);
-                    self.carry_out(unit::TIMER + n);
-                }
-            }
-        }
-        let io_stands = self.power.stopped >> unit::EXTERNAL & 1 == 1;
-        match (io_stood, io_stands) {
-            (false, true) => self.power.io_stopped = t,
-            (true, false) => {
-                // The dividers have stood with the I/O clock.
-                for prescaler in &mut self.prescalers {
-                    prescaler.shift(t.saturating_sub(self.power.io_stopped));
-                }
-                self.tell_prescaler(0, t);
-                self.tell_prescaler(1, t);
-            }
-            _ => {}
-        }
     }
 }

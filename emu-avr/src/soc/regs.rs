@@ -196,8 +196,11 @@ impl Soc {
             Site::Timer(n, reg) => {
                 let n = usize::from(n) % 4;
                 write!(self, unit::TIMER + n, self.timers[n], reg, value, mask, t);
-                if reg == timers::Reg::TIFR {
-                    self.tell_trigger(unit::TIMER + n, t);
+                match reg {
+                    timers::Reg::TIFR => self.tell_trigger(unit::TIMER + n, t),
+                    // PRTIM2 counts for the synchronous timer alone.
+                    timers::Reg::ASSR if self.prr != 0 => self.clocks(t),
+                    _ => {}
                 }
             }
             Site::Usart(n, reg) => {

@@ -225,7 +225,7 @@ impl Model {
     pub fn look_and_wake(&mut self) -> bool {
         let Some((mode, _)) = self.asleep.take() else { return false };
         self.waking = match mode {
-            2 | 3 => self.fuses.wake >> self.clkps,
+            2 | 3 => self.fuses.wake.div_ceil(1 << self.clkps),
             6 | 7 => 6,
             _ => 0,
         };

@@ -202,6 +202,12 @@ impl Timer {
         self.assr & regs::AS2 != 0
     }
 
+    /// It can hang on a crystal but counts a clock of the chip's.
+    #[must_use]
+    pub const fn counts_for_itself(&self) -> bool {
+        self.shape.asynchronous && !self.asynchronous() && self.acting[1] & 7 != 0
+    }
+
     /// Does what is due, before something is changed at `t`.
     fn change(&mut self, t: u64, out: &mut Outbox) {
         self.advance(t, out);
