@@ -12,6 +12,8 @@ use emu_pic16::chips::{self, Part};
 
 use crate::codes::OTHER_CHIP;
 use crate::family;
+use crate::input::ELF;
+use crate::made_for::other_avr;
 use crate::nearest::distance;
 
 /// Most chips that are listed.
@@ -33,23 +35,12 @@ const PIC_DEVICE: u16 = 0x3FE0;
 
 /// What is told of a file: as a note beside the faults for which it was refused, else as a warning.
 pub fn guess(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Option<Diagnostic> {
-    let tell = |cause: String, hint: String| {
-        let severity = if refused { Severity::Note } else { Severity::Warning };
-        Some(Diagnostic::new(severity, OTHER_CHIP, file, Pos::default(), cause, hint))
-    };
-    if let Some(core) = avr_core(bytes) {
-        if chip.family != Family::Avr || core == core_of(chip) {
-            return None;
-        }
-        let fitting = family::chips().filter(|c| c.family == Family::Avr && core_of(c) == core).collect();
-        let cause =
-            format!("this is a program for avr{core} cores, and {} has an avr{} core", chip.name, core_of(chip));
-        let hint = name_some(nearest_first(fitting, chip)).map_or_else(
-            || format!("build it with -mmcu={}", chip.name),
-            |(names, first)| format!("--mcu {first} (such a core have {names}), or build it with -mmcu={}", chip.name),
-        );
-        return tell(cause, hint);
+    let severity = if refused { Severity::Note } else { Severity::Warning };
+    if bytes.starts_with(ELF) {
+        return other_avr(file, bytes, chip, severity);
     }
+    let tell =
+        |cause: String, hint: String| Some(Diagnostic::new(severity, OTHER_CHIP, file, Pos::default(), cause, hint));
     const WHOLE: Space = Space { name: "file", start: 0, len: u32::MAX, word: 1, bits: Bits::All };
     let loaded = image::load_hex(file, bytes, &[WHOLE]).ok()?;
     let found = Found { bytes: loaded.image.bytes_in(WHOLE.name).collect() };
@@ -76,13 +67,13 @@ pub fn guess(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Option<Dia
 }
 
 /// Those whose names are most like the name of `chip` first.
-fn nearest_first<'a>(mut chips: Vec<&'a Chip>, chip: &Chip) -> Vec<&'a Chip> {
+pub fn nearest_first<'a>(mut chips: Vec<&'a Chip>, chip: &Chip) -> Vec<&'a Chip> {
     chips.sort_by_key(|c| distance(c.name, chip.name));
     chips
 }
 
 /// Names of chips in words, and the first one.
-fn name_some(chips: Vec<&Chip>) -> Option<(String, &str)> {
+pub fn name_some(chips: Vec<&Chip>) -> Option<(String, &str)> {
     let names: Vec<&str> = chips.into_iter().map(|c| c.name).collect();
     let first = *names.first()?;
     let words = match names.split_last() {
@@ -91,27 +82,6 @@ fn name_some(chips: Vec<&Chip>) -> Option<(String, &str)> {
         _ => first.to_owned(),
     };
     Some((words, first))
-}
-
-/// The core that an ELF file for an AVR is for, where it says: 4, 5, 51 for avr4, avr5, avr51 (EF_AVR_MACH in `e_flags`, binutils'
-/// elf/avr.h).
-fn avr_core(bytes: &[u8]) -> Option<u32> {
-    const MACHINE: std::ops::Range<usize> = 0x12..0x14;
-    const FLAGS: std::ops::Range<usize> = 0x24..0x28;
-    const EM_AVR: u16 = 83;
-    const EF_AVR_MACH: u32 = 0x7F;
-    let machine = u16::from_le_bytes(bytes.get(MACHINE)?.try_into().ok()?);
-    let flags = u32::from_le_bytes(bytes.get(FLAGS)?.try_into().ok()?);
-    (bytes.starts_with(b"\x7FELF") && machine == EM_AVR).then_some(flags & EF_AVR_MACH).filter(|&core| core != 0)
-}
-
-/// The core of an AVR, as compilers number them by what there is to reach: avr4 to 8 KB, avr5 to 64 KB, avr51 to 128 KB.
-fn core_of(chip: &Chip) -> u32 {
-    match chip.flash {
-        0..=0x2000 => 4,
-        0x2001..=0x1_0000 => 5,
-        _ => 51,
-    }
 }
 
 /// What a file looks like.

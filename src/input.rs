@@ -19,7 +19,7 @@ use crate::report::{Terminal, report};
 const MAX_BYTES: u64 = 64 << 20;
 
 /// The first bytes of every ELF file.
-const ELF: &[u8] = b"\x7fELF";
+pub const ELF: &[u8] = b"\x7fELF";
 
 /// All bytes of a file; `-` is standard input.
 pub fn bytes(file: &str) -> Result<Vec<u8>, Failure> {

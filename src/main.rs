@@ -31,6 +31,7 @@ mod guess;
 mod held;
 mod input;
 mod lint;
+mod made_for;
 mod mcs51;
 mod nearest;
 mod output;

@@ -10,6 +10,7 @@
 //!   write.rs segments to HEX                        faults.rs the list of faults and its limit
 //!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC and gputils write
 //!   lines.rs source lines by address, and back      dwarf.rs those in ELF files
+//!   note.rs  for which AVR an ELF file was linked
 //! ```
 
 mod codes;
@@ -19,6 +20,7 @@ mod faults;
 mod hex;
 mod line;
 mod lines;
+mod note;
 mod place;
 mod symbols;
 mod write;
@@ -30,6 +32,7 @@ pub use elf::load_elf;
 pub use faults::LIMIT;
 pub use hex::load_hex;
 pub use lines::{LineAt, LineKind, Lines};
+pub use note::{avr_device, avr_signature};
 pub use symbols::{Message, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols};
 pub use write::write_hex;
 
