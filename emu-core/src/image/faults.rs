@@ -7,12 +7,16 @@ use super::{Image, Loaded};
 /// Largest number of errors, and of warnings, that are kept for one file; the others are only counted.
 pub const LIMIT: usize = 100;
 
+/// Errors after which a file is not read on: it is another kind of file, or damaged all over.
+const HOPELESS: u64 = 1000;
+
 /// Faults of one file.
 pub(super) struct Faults<'f> {
     file: &'f str,
     more_code: &'static str,
     errors: Kept,
     warnings: Kept,
+    unread: bool,
 }
 
 #[derive(Default)]
@@ -24,7 +28,7 @@ struct Kept {
 impl<'f> Faults<'f> {
     /// No faults yet. `more_code` is the code of the closing note.
     pub fn new(file: &'f str, more_code: &'static str) -> Self {
-        Faults { file, more_code, errors: Kept::default(), warnings: Kept::default() }
+        Faults { file, more_code, errors: Kept::default(), warnings: Kept::default(), unread: false }
     }
 
     /// Adds an error. The text is made only when it is kept.
@@ -47,6 +51,12 @@ impl<'f> Faults<'f> {
         self.errors.more > 0
     }
 
+    /// True when there are so many errors that reading on is of no use, which the closing note then says.
+    pub fn hopeless(&mut self) -> bool {
+        self.unread |= self.errors.list.len() as u64 + self.errors.more >= HOPELESS;
+        self.unread
+    }
+
     /// The image when there were no errors, else all that was found, in the order of the places.
     pub fn finish(self, image: Image) -> Result<Loaded, Vec<Diagnostic>> {
         let refused = !self.none();
@@ -60,7 +70,10 @@ impl<'f> Faults<'f> {
                 self.more_code,
                 self.file,
                 Pos::default(),
-                format!("{more} more faults are not shown"),
+                format!(
+                    "{more} more faults are not shown{}",
+                    if self.unread { ", and the rest is not read" } else { "" }
+                ),
                 "mend the first ones and load the file again",
             ));
         }

@@ -38,8 +38,13 @@ pub fn load_hex(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Ve
                 reader.line(text, number);
                 last = number;
             }
+            if reader.faults.hopeless() {
+                break;
+            }
         }
-        reader.close(last);
+        if !reader.faults.hopeless() {
+            reader.close(last);
+        }
     }
     let Reader { faults, placed, start, .. } = reader;
     let image = Image {

@@ -83,10 +83,10 @@ fn the_list_of_faults_has_an_end() {
 
     let garbage = [b"ZZZZ\n:GG\n".repeat(200_000), vec![b'Q'; 1_000_000]].concat();
     let found = load_hex("garbage", &garbage, MEMORIES).expect_err("garbage");
-    // Of each pair the first line has one fault (HEX001) and the second two (HEX002, HEX004); then come the long line
-    // (HEX001) and the missing end (HEX010): 600,002 in all.
+    // Of each pair the first line has one fault (HEX001) and the second two (HEX002, HEX004): the first line of pair 334 has the
+    // thousandth, and nothing is read behind it.
     assert_eq!(found.len(), LIMIT + 1);
-    assert_eq!(found[LIMIT].cause, "599902 more faults are not shown");
+    assert_eq!(found[LIMIT].cause, "900 more faults are not shown, and the rest is not read");
 }
 
 /// Every row of `CODES` is tried in a file of its own, and has words for `emu explain` and a place in the docs.
