@@ -50,11 +50,6 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Found {
         let hint = "link without -gz, or avr-objcopy --decompress-debug-sections";
         return only(warn(COMPRESSED, cause, hint));
     }
-    let has = |name| sections.iter().any(|(known, _)| *known == name);
-    if has(".stab") && !has(".debug_line") {
-        let cause = "the debugging information is stabs, so source lines are not known".to_owned();
-        return only(warn(OTHER_FORMAT, cause, "compile with -gdwarf-4 in place of -g"));
-    }
     let section = |id: SectionId| -> Result<Slice<'_>, Error> {
         let named = sections.iter().find(|(name, _)| *name == id.name());
         Ok(EndianSlice::new(named.map_or(&[], |(_, section)| section.bytes()), Le))
@@ -63,11 +58,17 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Found {
     if let Ok(dwarf) = Dwarf::load(section) {
         reader.read(&dwarf);
     }
-    let warning = reader.fault.map(|fault| {
+    let damaged = reader.fault.map(|fault| {
         let cause = format!("the debugging information is damaged, so source lines may be missing: {fault}");
         warn(DAMAGED, cause, "build the program anew")
     });
-    Found::of(reader.lines, reader.folders, warning.into_iter().collect())
+    // Start-up code and libraries may bring DWARF without lines into a program that was compiled with stabs.
+    let stabs = sections.iter().any(|(name, section)| *name == ".stab" && !section.bytes().is_empty());
+    let other = (stabs && reader.lines.is_empty()).then(|| {
+        let cause = "the debugging information is stabs, so source lines are not known".to_owned();
+        warn(OTHER_FORMAT, cause, "compile with -gdwarf-4 in place of -g")
+    });
+    Found::of(reader.lines, reader.folders, damaged.into_iter().chain(other).collect())
 }
 
 /// No lines, and why.

@@ -124,7 +124,8 @@ impl Lines {
     }
 
     /// Byte addresses at which the code of a line begins, ascending; a line that the compiler has taken apart has several.
-    /// `file` is the name of a file, or the end of its path.
+    /// `file` is the name of a file, the end of its path, or a whole path as editors and debuggers give it, where what it ends
+    /// with is enough: a program may have been compiled elsewhere.
     ///
     /// # Errors
     /// Why there is none, in a sentence: no lines at all, no such file, several, or no code of that line.
@@ -135,10 +136,9 @@ impl Lines {
         if files.is_empty() {
             return Err("the program has no source lines".to_owned());
         }
-        let same = |known: &&&str| **known == file || known.strip_suffix(file).is_some_and(|path| path.ends_with('/'));
-        let found: Vec<&str> = match files.iter().find(|known| **known == file) {
+        let found = match files.iter().find(|known| **known == file) {
             Some(whole) => vec![*whole],
-            None => files.iter().filter(same).copied().collect(),
+            None => self.files_of(&files, file),
         };
         let name = match found.as_slice() {
             [name] => *name,
@@ -156,11 +156,52 @@ impl Lines {
         Err(format!("line {line} of {name} has no code{hint}"))
     }
 
+    /// The source files that a path may stand for, which is none of their names: those that lie there, else those whose path ends
+    /// with it, else, for an absolute path, those with which it ends most.
+    fn files_of<'a>(&self, files: &[&'a str], path: &str) -> Vec<&'a str> {
+        let path = &*clean(path);
+        let whole = |known: &str| match self.folder(known) {
+            Some(folder) if !known.starts_with('/') => clean(&format!("{folder}/{known}")),
+            _ => clean(known),
+        };
+        let those = |wanted: &dyn Fn(&str) -> bool| -> Vec<&'a str> {
+            files.iter().copied().filter(|known| wanted(&whole(known)) || wanted(&clean(known))).collect()
+        };
+        let mut found = those(&|known| known == path);
+        if found.is_empty() {
+            found = those(&|known| ends_with_path(known, path));
+        }
+        if found.is_empty() && path.starts_with('/') {
+            let tail = |known: &str| clean(known).trim_start_matches("../").to_owned();
+            found = files.iter().copied().filter(|known| ends_with_path(path, &tail(known))).collect();
+            let longest = found.iter().map(|known| tail(known).len()).max();
+            found.retain(|known| Some(tail(known).len()) == longest);
+        }
+        found
+    }
+
     /// The folder in which the compiler was called for a source file, where that is known.
     #[must_use]
     pub fn folder(&self, file: &str) -> Option<&str> {
         self.found().folders.iter().find(|(known, _)| &**known == file).map(|(_, folder)| folder.as_str())
     }
+}
+
+/// A path without `.`, and without `..` behind a folder.
+fn clean(path: &str) -> String {
+    let mut parts: Vec<&str> = Vec::new();
+    for part in path.split('/').filter(|part| !matches!(*part, "" | ".")) {
+        match parts.last() {
+            Some(&last) if part == ".." && last != ".." => _ = parts.pop(),
+            _ => parts.push(part),
+        }
+    }
+    format!("{}{}", if path.starts_with('/') { "/" } else { "" }, parts.join("/"))
+}
+
+/// The last folders and the name of a path are `end`.
+fn ends_with_path(path: &str, end: &str) -> bool {
+    !end.is_empty() && path.strip_suffix(end).is_some_and(|before| before.ends_with('/'))
 }
 
 /// Some names, for messages.

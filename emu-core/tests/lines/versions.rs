@@ -98,6 +98,21 @@ fn every_version_is_read() {
         // The line of sub.c made no code: the next row begins at the same address.
         assert_eq!(lines.of("sub.c", 7).unwrap_err(), format!("the program has no source file `sub.c`; it has {ALL}"));
         assert_eq!(lines.of("far.c", 9), Ok(vec![0x40]));
+        // Paths as editors and debuggers give them, and those of a program that was compiled elsewhere.
+        let paths =
+            "main.c ./main.c /src/main.c /src/lib/../main.c //src/./main.c /home/me/main.c src/main.c".split(' ');
+        for path in paths {
+            assert_eq!(lines.of(path, 3), Ok(vec![0x10]), "{path}");
+        }
+        let paths =
+            "far.c deep/far.c ./deep/far.c /src/deep/far.c /home/me/deep/far.c /home/me/lib/../deep/far.c".split(' ');
+        for path in paths {
+            assert_eq!(lines.of(path, 9), Ok(vec![0x40]), "{path}");
+        }
+        for path in ["/src/lib/far.c", "other/main.c", "/usr/main.h", "/", ".", "..", "./", "../far.c", "/far.c"] {
+            let why = format!("the program has no source file `{path}`; it has {ALL}");
+            assert_eq!(lines.of(path, 3).unwrap_err(), why);
+        }
         assert_eq!(lines.of("main.c", 90).unwrap_err(), "line 90 of main.c has no code");
     }
 }
@@ -115,6 +130,10 @@ fn what_is_no_dwarf_is_told() {
     assert_eq!(codes(&build(&[(".debug_line", COMPRESSED, &[1, 0, 0, 0])])), ["ELF013"]);
     assert_eq!(codes(&build(&[(".zdebug_line", 0, b"ZLIB")])), ["ELF013"]);
     assert_eq!(codes(&build(&[(".stab", 0, &[0; 12]), (".stabstr", 0, &[0])])), ["ELF014"]);
+    // As GCC 5.4 links it: a head of lines without rows, and no unit that names it.
+    let stabs = [(".stab", 0, &[0; 12][..]), (".debug_info", 0, &[]), (".debug_line", 0, &[0; 4])];
+    assert_eq!(codes(&build(&stabs)), ["ELF014"]);
+    assert_eq!(codes(&build(&[(".stab", 0, &[]), (".text", 0, &[0; 4])])), [""; 0]);
     assert_eq!(codes(&build(&[(".text", 0, &[0; 4])])), [""; 0]);
     assert_eq!(codes(&build(&[(".debug_info", 0, &[0xFF; 40])])), ["ELF012"]);
     assert_eq!(codes(b"\x7fELF"), ["ELF012"]);
