@@ -89,6 +89,7 @@ pub fn attached(text: &str) -> Result<Attached, String> {
         match (key, wire) {
             _ if twice => return Err(format!("`{key}` is given twice")),
             (_, Some(wire)) => attached.pins.push((wire, value.to_owned())),
+            ("file", None) if value.is_empty() => return Err("file= needs the name of a file".to_owned()),
             ("file", None) => attached.file = Some(value.to_owned()),
             _ => {
                 let keys: Vec<&str> = bus.wires().iter().copied().filter(|wire| !wire.is_empty()).collect();
@@ -132,12 +133,20 @@ pub struct Bench {
 
 impl Bench {
     /// The devices on the pins of `chip`, holding what their files hold.
-    pub fn new(list: &[Attached], chip: &Chip) -> Result<Bench, Failure> {
+    /// `reset` is the pin that resets the chip, which is no line of a bus.
+    pub fn new(list: &[Attached], chip: &Chip, reset: Option<PinId>) -> Result<Bench, Failure> {
         let mut bench = Bench { fitted: Vec::new(), stores: Vec::new() };
         for attached in list {
-            let wires =
-                wires(attached, chip).map_err(|why| Failure::value("--attach <DEVICE>", &attached.text, &why))?;
-            bench.fitted.push(Fitted { device: attached.device.clone(), wires });
+            let refuse = |why: String| Failure::value("--attach <DEVICE>", &attached.text, &why);
+            let wires = wires(attached, chip).map_err(refuse)?;
+            if let Some(pin) = reset.filter(|pin| wires.contains(&Some(*pin))) {
+                return Err(refuse(format!("{} is the reset pin, no line of a bus", pin_name(chip, pin))));
+            }
+            let fitted = Fitted { device: attached.device.clone(), wires };
+            for (other, beside) in list.iter().zip(&bench.fitted) {
+                quarrel(chip, (attached, &fitted), (other, beside)).map_or(Ok(()), |why| Err(refuse(why)))?;
+            }
+            bench.fitted.push(fitted);
         }
         for (at, (attached, fitted)) in list.iter().zip(&mut bench.fitted).enumerate() {
             if let Some(file) = &attached.file {
@@ -158,7 +167,7 @@ impl Bench {
         };
         match drives.iter().find(taken).map(|drive| drive.put) {
             Some(Put::Level(pin, _) | Put::Volts(pin, _) | Put::Counts(pin, _)) => {
-                let name = chip.pins.get(usize::from(pin)).map_or("?", |pin| pin.name);
+                let name = pin_name(chip, pin);
                 Err(Failure::Usage(format!(
                     "{name} is driven by a device of --attach, so --set and --at cannot drive it"
                 )))
@@ -177,6 +186,34 @@ impl Bench {
         }
         Ok(())
     }
+}
+
+/// Why two devices cannot be at the chip together: they answer at once, or a pin is wires of different kinds. Wires of one
+/// kind may share a pin, other than those that select a device.
+fn quarrel(chip: &Chip, one: (&Attached, &Fitted), two: (&Attached, &Fitted)) -> Option<String> {
+    let wires = |(attached, fitted): (&Attached, &Fitted)| -> Vec<(PinId, &'static str)> {
+        let named = fitted.wires.iter().zip(attached.bus.wires());
+        named.filter_map(|(pin, name)| Some(((*pin)?, *name))).collect()
+    };
+    let (ours, theirs) = (wires(one), wires(two));
+    let pairs = || ours.iter().flat_map(|own| theirs.iter().map(move |other| (own, other)));
+    let clash = pairs().find(|(own, other)| own.0 == other.0 && (own.1 != other.1 || own.1 == "cs"));
+    if let Some(((pin, own), (_, other))) = clash {
+        let name = pin_name(chip, *pin);
+        return Some(match own == other {
+            true => format!("{name} selects `{}` already", two.0.text),
+            false => format!("{name} cannot be its {own}: it is the {other} of `{}`", two.0.text),
+        });
+    }
+    let (Device::Eeprom(own), Device::Eeprom(other)) = (&one.1.device, &two.1.device) else { return None };
+    let bus = |fitted: &Fitted| fitted.wires.get(..2).map(<[_]>::to_vec);
+    let both = (0..0x80).find(|&address| own.answers(address) && other.answers(address));
+    let both = both.filter(|_| bus(one.1) == bus(two.1));
+    both.map(|address| format!("`{}` answers to the address 0x{address:02x} already; @0x51 gives another", two.0.text))
+}
+
+fn pin_name(chip: &Chip, pin: PinId) -> &'static str {
+    chip.pins.get(usize::from(pin)).map_or("?", |pin| pin.name)
 }
 
 /// The pins of the chip at the wires of a device.

@@ -6,6 +6,7 @@ use emu_avr::chips::{self, Fuses, Part};
 use emu_core::chip::{Chip, Family};
 use emu_core::cpu::Cpu;
 use emu_core::image::Image;
+use emu_core::pins::PinId;
 use emu_debug::place;
 
 use crate::fail::Failure;
@@ -38,12 +39,11 @@ struct Fuse(usize, u8);
 
 fn fuse(text: &str) -> Result<Fuse, String> {
     let Some((name, value)) = text.split_once('=') else {
-        return Err(match place::number(text) {
-            Some(_) => {
-                let value = format!("0x{}", text.trim_start_matches("0x"));
-                format!("which fuse byte is it? low={value}, high={value} or extended={value}")
+        return Err(match byte("a fuse byte is", text) {
+            Ok(value) => {
+                format!("which fuse byte is it? low=0x{value:02X}, high=0x{value:02X} or extended=0x{value:02X}")
             }
-            None => "write low=0x62, high=0xD9 or extended=0xFF, several with commas between".to_owned(),
+            Err(_) => "write low=0x62, high=0xD9 or extended=0xFF, several with commas between".to_owned(),
         });
     };
     let known = |names: &[&str; 2]| names.iter().any(|known| known.eq_ignore_ascii_case(name.trim()));
@@ -56,7 +56,16 @@ fn byte(what: &str, text: &str) -> Result<u8, String> {
     // Everybody writes these bytes in hexadecimal, so digits alone are not taken for a decimal number.
     let digits = text.trim().trim_end_matches(['h', 'H']);
     if !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_hexdigit()) {
-        return Err(format!("{what} written with 0x in front: 0x{}", digits.to_ascii_uppercase()));
+        let mut meant: Vec<String> =
+            u8::from_str_radix(digits, 16).map(|value| format!("0x{value:02X}")).into_iter().collect();
+        match digits.parse::<u8>() {
+            Ok(value) if value > 9 && digits == text.trim() => {
+                meant.push(format!("0x{value:02X} for the decimal number {digits}"));
+            }
+            _ => {}
+        }
+        let meant = if meant.is_empty() { String::new() } else { format!(": {}", meant.join(", or ")) };
+        return Err(format!("{what} 0x00 to 0xFF, written with 0x in front{meant}"));
     }
     let byte = place::number(text.trim()).and_then(|byte| u8::try_from(byte).ok());
     byte.ok_or_else(|| format!("{what} 0x00 to 0xFF"))
@@ -132,6 +141,14 @@ fn source(part: &Part, fuses: [u8; 3]) -> (&'static str, Option<u64>) {
         (false, 9) => ("a low-frequency crystal", Some(CRYSTAL)),
         _ => ("a crystal", None),
     }
+}
+
+/// The pin that resets the chip: none where it has been made one of a port (RSTDISBL), and none of other families.
+pub fn reset_pin(chip: &Chip, wiring: &Wiring) -> Option<PinId> {
+    let fuses = part(chip)?.fuses;
+    let bytes = wiring.options.fuses.unwrap_or(fuses.assumed);
+    let at = chip.pins.iter().position(|pin| pin.note.split(", ").any(|note| note == "RESET"))?;
+    (!Fuses::programmed(bytes, fuses.rstdisbl)).then_some(at as PinId)
 }
 
 /// Says on standard error what clock the fuses of a chip come to, where that is not what it would be without them.

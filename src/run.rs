@@ -212,7 +212,7 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         return Err(Failure::value("--clock <HZ>", &hz.to_string(), &why));
     }
     let eeprom = args.eeprom.as_deref().map(|file| store::eeprom(file, chip, &image)).transpose()?;
-    let bench = Bench::new(&args.attach, chip)?;
+    let bench = Bench::new(&args.attach, chip, avr::reset_pin(chip, &avr))?;
     let ram = match args.ram {
         Ram::Fill(init) => init,
         Ram::Trap => RamInit::Zero,

@@ -1,6 +1,6 @@
 //! Addresses as people write them: numbers, and the names of a program's symbols and of the chip's registers.
 
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, Family};
 use emu_core::image::{CONSTANT, SymbolAt};
 
 use crate::bits::{self, BIT};
@@ -28,7 +28,7 @@ pub struct Range {
 impl Names<'_> {
     /// A part of a memory: `data:0x100` is one byte, `data:0x100..0x120` ends before 0x120, `data:buf` are all bytes of a symbol
     /// whose size is known. The memory may be left out before a name that only one memory has. An address is a number (decimal
-    /// or 0x; of words where [`Chip::spaces`] says so), a symbol of the program or a place behind it (`buf+2`), in the memory of the chip's registers one of them by name, and in `bit` a
+    /// or 0x; of words where [`Chip::spaces`] says so), a symbol of the program or a place behind it (`buf+2`), in the memory of the chip's registers one of them by name (both halves of TCNT1, the lower first), and in `bit` a
     /// named bit or a bit of a byte (`0x20.3`, `P1.0`); what is none of these may be a constant of the program, in RAM one that is an
     /// address of RAM.
     ///
@@ -40,6 +40,12 @@ impl Names<'_> {
             Some(parts) => parts,
             None => match self.memories_of(text).as_slice() {
                 [space] => (*space, text),
+                [] if self.chip.cpu_regs.iter().any(|reg| reg.eq_ignore_ascii_case(text.trim())) => {
+                    return Err(format!(
+                        "`{text}` is a register of the core, not in a memory; every run shows those (memories: {})",
+                        spaces()
+                    ));
+                }
                 [] => {
                     return Err(format!("`{text}` names no memory; write {} (memories: {})", self.example(), spaces()));
                 }
@@ -63,7 +69,9 @@ impl Names<'_> {
                 let start = self.address(space, addresses)?;
                 // A number of the program is no object, even where it has a size.
                 let object = self.symbols.iter().find(|s| s.space == space && s.name == addresses.trim());
-                let size = object.map_or(1, |symbol| symbol.size.div_ceil(width).max(1));
+                let pair =
+                    self.register(addresses.trim()).filter(|_| space == self.chip.reg_space).map(|found| found.1);
+                let size = object.map_or(pair.unwrap_or(1), |symbol| symbol.size.div_ceil(width).max(1));
                 (start, start.checked_add(size).ok_or_else(|| beyond(start))?)
             }
         };
@@ -84,9 +92,24 @@ impl Names<'_> {
         let has = |space: &str| self.symbols.iter().any(|s| s.space == space && s.name == name);
         let spaces = self.chip.spaces.iter().map(|(space, ..)| *space);
         let found: Vec<&str> = spaces.clone().filter(|space| has(space)).collect();
-        let register = || self.chip.reg(name).map(|_| self.chip.reg_space);
+        let register = || self.register(name).map(|_| self.chip.reg_space);
         let bit = || self.chip.bit(name).map(|_| BIT).filter(|bit| spaces.clone().any(|space| space == *bit));
         if found.is_empty() { register().into_iter().chain(bit()).collect() } else { found }
+    }
+
+    /// Address and bytes of a register of the chip: of one that has two halves next to each other, as TCNT1 has TCNT1L and TCNT1H, of
+    /// both; of an AVR also the registers r0 to r31, with which its data memory begins.
+    fn register(&self, name: &str) -> Option<(u32, u32)> {
+        if let Some(addr) = self.chip.reg(name) {
+            return Some((addr.into(), 1));
+        }
+        if let Some(number) = name.strip_prefix(['r', 'R']).filter(|_| self.chip.family == Family::Avr) {
+            let digits = number.len() <= 2 && number.bytes().all(|byte| byte.is_ascii_digit());
+            return number.parse().ok().filter(|&at: &u32| digits && at < 32).map(|at| (at, 1));
+        }
+        let low = self.chip.reg(&format!("{name}L"))?;
+        let high = self.chip.reg(&format!("{name}H"))?;
+        (low.checked_add(1) == Some(high)).then_some((low.into(), 2))
     }
 
     /// The address in a memory of what data sheets and image files have at the word `word`, where words are what they count.
@@ -192,14 +215,14 @@ impl Names<'_> {
             return number(text).ok_or_else(|| format!("`{text}` is no address; write 0x1a2 or 418"));
         }
         let named = match space {
-            BIT => self.chip.bit(text),
-            _ => self.chip.reg(text).filter(|_| space == self.chip.reg_space),
+            BIT => self.chip.bit(text).map(u32::from),
+            _ => self.register(text).filter(|_| space == self.chip.reg_space).map(|found| found.0),
         };
         // A constant is an address where it is used as one; of those below RAM most are numbers of bits (`C equ 0`).
         let first = if space == self.chip.ram { self.chip.ram_start.into() } else { 0 };
         let constants = self.symbols.iter().filter(|s| s.space == CONSTANT && s.name == text);
         let constant = constants.map(|s| s.addr).max();
-        named.map(u32::from).or(constant.filter(|&value| value >= first)).ok_or_else(|| match text {
+        named.or(constant.filter(|&value| value >= first)).ok_or_else(|| match text {
             "" => "an address is missing".to_owned(),
             _ if constant.is_some() => format!("the constant `{text}` is below RAM, which begins at 0x{first:x}"),
             _ if space == self.chip.reg_space && space != self.chip.ram => {

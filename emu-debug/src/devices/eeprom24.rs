@@ -139,6 +139,13 @@ impl Eeprom {
         address < 0x80 && control & 0xF0 == 0xA0 && control & 0x0E & !self.kind.select == 0
     }
 
+    /// It answers to an address of seven bits, as its lines A0 to A2 stand: kinds with fewer of them answer to several.
+    #[must_use]
+    pub fn answers(&self, address: u8) -> bool {
+        let control = address << 1;
+        address < 0x80 && control & 0xF0 == 0xA0 && (control ^ self.select) & self.kind.select == 0
+    }
+
     /// The level of a pin has changed at the clock `t`, of `hz` to a second.
     pub fn line(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
         match pin {
