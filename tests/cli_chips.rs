@@ -100,7 +100,7 @@ fn damaged_notes_leave_the_core() {
         for word in words {
             let mut bytes = bytes.clone();
             bytes[start + word..][..4].copy_from_slice(&u32::to_le_bytes(value));
-            let whole = value == 1 && word == 8 || value == 1 && word == 44;
+            let whole = value == 1 && (word == 8 || word == 44);
             // An offset into the name gives its end.
             let found = emu_core::image::avr_device(&bytes);
             match (word, value) {

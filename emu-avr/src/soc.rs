@@ -477,8 +477,7 @@ impl Bus for Soc {
 
     fn can_wake(&self, interrupts_enabled: bool) -> bool {
         let deaf = self.power.asleep.map_or(0, |asleep| asleep.0.deaf());
-        let asks = |n: usize| self.nexts[n] != NEVER || self.asks[n] != 0;
-        let waits = (0..unit::COUNT).any(|n| deaf >> n & 1 == 0 && asks(n));
+        let waits = (0..unit::COUNT).any(|n| deaf >> n & 1 == 0 && (self.nexts[n] != NEVER || self.asks[n] != 0));
         let listens = self.usarts.iter().any(Usart::listens);
         self.watchdog.peek(guard::Reg::WDTCSR, 0) & WDE != 0
             || self.power.next() != NEVER

@@ -322,7 +322,7 @@ fn run(seed: u64, shape: Shape, cycles: u64, heard: &mut Heard) {
 /// Fewer of them where everything is slow.
 const LIVES: u64 = if cfg!(debug_assertions) { 400 } else { 15_000 };
 /// Lives of each shape where there is time.
-const MANY: u64 = 100_000;
+const MANY: u64 = 40_000;
 
 fn check(from: u64, shapes: &[usize], lives: u64) -> Heard {
     let mut heard = Heard::default();
