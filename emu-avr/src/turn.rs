@@ -94,7 +94,6 @@ impl<P: Probe> Turn<'_, P> {
     #[inline(always)]
     fn wake(&mut self, wake: Wake) {
         if wake != Wake::NONE {
-            self.hot.time.charge(wake.stalled());
             if wake.has(Wake::HOLD) {
                 self.hot.hold_at = self.hot.time.now();
             }

@@ -152,18 +152,6 @@ impl Wake {
     /// Hold interrupts for one instruction.
     pub const HOLD: Wake = Wake(2);
 
-    /// Stalls the core for `cycles` (at most 65,535).
-    #[must_use]
-    pub const fn stall(cycles: u32) -> Wake {
-        Wake(cycles << 16)
-    }
-
-    /// Cycles to stall.
-    #[must_use]
-    pub const fn stalled(self) -> u32 {
-        self.0 >> 16
-    }
-
     /// True when `other` is asked for.
     #[must_use]
     pub const fn has(self, other: Wake) -> bool {
