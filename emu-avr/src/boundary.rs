@@ -72,7 +72,12 @@ impl Engine for Avr {
         if !self.interrupt_pending(now) {
             return false;
         }
-        if std::mem::take(&mut self.hot.sleeping) {
+        if self.hot.sleeping {
+            // What lock bits bar does not wake either.
+            if self.soc.locks_interrupts(2 * self.pc()) {
+                return false;
+            }
+            self.hot.sleeping = false;
             self.soc.wake_up(now);
             return true;
         }
@@ -131,7 +136,7 @@ impl Avr {
     fn barred(&self, now: u64) -> bool {
         self.hot.flags.get(Flag::I)
             && self.soc.pending(now).is_some()
-            && self.soc.bars_interrupts(2 * self.pc(), now)
+            && (self.soc.ivce(now) || self.soc.locks_interrupts(2 * self.pc()))
             && !self.asleep()
     }
 }

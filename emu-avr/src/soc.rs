@@ -256,10 +256,10 @@ impl Soc {
         self.spm.bytes()
     }
 
-    /// Boot lock bits bar interrupts while the instruction at the byte address `pc` runs, or IVCE does at the cycle `now` (12.5.1).
+    /// Boot lock bits bar interrupts while the instruction at the byte address `pc` runs.
     #[must_use]
-    pub fn bars_interrupts(&self, pc: u32, now: u64) -> bool {
-        self.power.ivce_open(now) || self.spm.bars_interrupts(pc, self.mcucr & regs::IVSEL != 0)
+    pub fn locks_interrupts(&self, pc: u32) -> bool {
+        self.spm.bars_interrupts(pc, self.mcucr & regs::IVSEL != 0)
     }
 
     /// Program word at which a reset starts: 0, or the boot section (BOOTRST).

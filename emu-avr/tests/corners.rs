@@ -6,7 +6,7 @@ use emu_avr::{Avr, Options};
 use emu_core::image::{Image, Segment};
 use emu_core::{Cpu, Event, Level, Probe, RamInit, Stop, Time};
 
-/// Words at their addresses: a line that begins with a number goes there.
+/// One instruction a line; `@` and a word address in hexadecimal say where the next ones stand.
 fn machine(source: &str, lock: u8, fuses: [u8; 3]) -> Avr {
     let mut segments: Vec<Segment> = Vec::new();
     let mut at = 0;
@@ -70,6 +70,9 @@ fn barred_interrupts_are_taken_outside_of_the_boot_section() {
     let source = source.replace(" @", "\n@");
     assert_eq!(after(machine(&source, 0xDF, [0xFF, 0xD8, 0xFF]), 500), [1, 1, 0, 0]);
     assert_eq!(after(machine(&source, 0xFF, [0xFF, 0xD8, 0xFF]), 500), [1, 1, 0, 0]);
+    // Nor do they wake the core there.
+    let sleeps = source.replace("jmp 0x400", "ldi r16, 1\n out 0x33, r16\n sleep\n sts 0x102, r16\n rjmp .-2");
+    assert_eq!(after(machine(&sleeps, 0xDF, [0xFF, 0xD8, 0xFF]), 500), [0; 4]);
     // Without a way out they never come.
     let stays = source.replace("jmp 0x400", "rjmp .-4\n nop");
     assert_eq!(after(machine(&stays, 0xDF, [0xFF, 0xD8, 0xFF]), 500), [0; 4]);

@@ -261,6 +261,12 @@ impl Soc {
         self.power.request.take()
     }
 
+    /// IVCE is set at the cycle `now`: no interrupt is taken (12.5.1).
+    #[must_use]
+    pub const fn ivce(&self, now: u64) -> bool {
+        self.power.ivce_open(now)
+    }
+
     /// The core stands: in reset, from outside or while the clock starts up, at waking, or while a memory halts it.
     #[must_use]
     pub fn stands(&self) -> bool {
