@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::codes::{NO_LINES, about_file};
 use crate::fail::{Failure, exit};
-use crate::report::{Terminal, report};
+use crate::report::{Terminal, Texts, report};
 use crate::sources::Sources;
 use crate::{family, input, output};
 
@@ -74,7 +74,7 @@ pub fn disasm(args: &DisasmArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let range = range(args, &source);
     let pieces = range.map(|(from, to)| Code::new(args.chip, &image).pieces(from, to));
     let mut listing = args.source.then(|| Listing::new(args, &image.lines, terminal));
-    report(terminal, image.lines.warnings(), &[]);
+    report(terminal, image.lines.warnings(), Texts::NONE);
     let pieces = pieces?;
     if args.json {
         let list: Vec<Value> = pieces.iter().filter_map(|piece| document(piece, &source, listing.as_mut())).collect();
@@ -115,7 +115,7 @@ impl<'a> Listing<'a> {
         if lines.all().is_empty() && lines.warnings().is_empty() {
             let hint = "give an ELF file that was compiled with -gdwarf-4, or files of symbols with --symbols";
             let none = about_file(NO_LINES, &args.image, "there are no source lines".to_owned(), hint);
-            report(terminal, &[Diagnostic { severity: Severity::Warning, ..none }], &[]);
+            report(terminal, &[Diagnostic { severity: Severity::Warning, ..none }], Texts::NONE);
         }
         let files = std::iter::once(&args.image).chain(&args.symbols).map(String::as_str);
         Listing { sources: Sources::new(lines, files), last: None }

@@ -13,7 +13,7 @@ use crate::codes::{OTHER_PROCESSOR, OTHER_PROGRAM, UNREADABLE, about_file, reaso
 use crate::fail::Failure;
 use crate::family;
 use crate::guess::guess;
-use crate::report::{Terminal, report};
+use crate::report::{Terminal, Texts, report};
 
 /// Largest file, in bytes.
 const MAX_BYTES: u64 = 64 << 20;
@@ -25,7 +25,7 @@ pub const ELF: &[u8] = b"\x7fELF";
 pub fn bytes(file: &str) -> Result<Vec<u8>, Failure> {
     let refuse = |cause: String| {
         let hint = "check the path; - is standard input";
-        Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Vec::new())
+        Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Texts::default())
     };
     let read = |from: &mut dyn io::Read| -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
@@ -47,15 +47,18 @@ pub fn image(file: &str, chip: &Chip, terminal: &Terminal) -> Result<Image, Fail
     match image::load(file, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)) {
         Ok(mut loaded) => {
             loaded.warnings.extend(guess(file, &bytes, chip, false));
-            report(terminal, &loaded.warnings, &bytes);
+            // The lines of an ELF file are no text.
             if bytes.starts_with(ELF) {
+                report(terminal, &loaded.warnings, Texts::NONE);
                 loaded.image.lines = Lines::of_elf(file, bytes);
+            } else {
+                report(terminal, &loaded.warnings, &Texts::one(file, bytes));
             }
             Ok(loaded.image)
         }
         Err(mut faults) => {
             faults.extend(guess(file, &bytes, chip, true));
-            Err(Failure::Refused(faults, bytes))
+            Err(Failure::Refused(faults, Texts::one(file, bytes)))
         }
     }
 }
@@ -77,15 +80,12 @@ pub fn image_with_symbols(file: &str, symbols: &[String], chip: &Chip, terminal:
     let mut image = image(file, chip, terminal)?;
     let files = symbols.iter().map(|name| Ok((name, bytes(name)?))).collect::<Result<Vec<_>, Failure>>()?;
     let read: Vec<SymbolFile<'_>> = files.iter().map(|(name, bytes)| SymbolFile { name, bytes }).collect();
-    // Complaints are drawn with the text of one file, so those about several are not drawn.
-    let text = |about: &[diag::Diagnostic]| {
-        let named = files.iter().find(|(name, _)| about.iter().all(|d| d.file == **name));
-        named.map(|(_, bytes)| bytes.clone()).unwrap_or_default()
-    };
-    match image::load_symbols(&read, spaces) {
+    let loaded = image::load_symbols(&read, spaces);
+    let texts = Texts(files.into_iter().map(|(name, bytes)| (name.clone(), bytes)).collect());
+    match loaded {
         Ok(found) => {
-            report(terminal, &found.warnings, &text(&found.warnings));
-            report(terminal, &strangers(&found, symbols, &image, chip), &[]);
+            report(terminal, &found.warnings, &texts);
+            report(terminal, &strangers(&found, symbols, &image, chip), Texts::NONE);
             let constant = |(name, value)| SymbolAt { name, space: CONSTANT, addr: value, size: 0 };
             image.symbols.extend(found.symbols);
             image.symbols.extend(found.unplaced.into_iter().map(constant));
@@ -94,10 +94,7 @@ pub fn image_with_symbols(file: &str, symbols: &[String], chip: &Chip, terminal:
             }
             Ok(image)
         }
-        Err(faults) => {
-            let text = text(&faults);
-            Err(Failure::Refused(faults, text))
-        }
+        Err(faults) => Err(Failure::Refused(faults, texts)),
     }
 }
 
@@ -136,15 +133,17 @@ pub struct Read {
     /// The program.
     pub program: Program,
     /// Its text, for drawing complaints.
-    pub text: Vec<u8>,
+    pub texts: Texts,
 }
 
 /// Reads a ladder program; with `checked`, also looks for what cannot be meant.
 pub fn program(file: &str, dialect: Option<Dialect>, checked: bool, terminal: &Terminal) -> Result<Read, Failure> {
     let text = bytes(file)?;
-    let parsed = match ladder::parse_bytes(file, &text, ladder::Options { dialect }) {
+    let parsed = ladder::parse_bytes(file, &text, ladder::Options { dialect });
+    let texts = Texts::one(file, text);
+    let parsed = match parsed {
         Ok(parsed) => parsed,
-        Err(faults) => return Err(Failure::Refused(faults, text)),
+        Err(faults) => return Err(Failure::Refused(faults, texts)),
     };
     // No verb writes a program back, so what writing would change is of no interest.
     let mut told: Vec<_> = parsed.warnings.into_iter().filter(|d| d.code != ladder::REWRITTEN).collect();
@@ -153,8 +152,8 @@ pub fn program(file: &str, dialect: Option<Dialect>, checked: bool, terminal: &T
         told.sort_by_key(|d| d.pos);
     }
     if told.iter().any(diag::Diagnostic::is_error) {
-        return Err(Failure::Refused(told, text));
+        return Err(Failure::Refused(told, texts));
     }
-    report(terminal, &told, &text);
-    Ok(Read { program: parsed.program, text })
+    report(terminal, &told, &texts);
+    Ok(Read { program: parsed.program, texts })
 }
