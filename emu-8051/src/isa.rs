@@ -259,7 +259,8 @@ pub(crate) use mcs51_table;
 mcs51_table!(emu_core::define_isa {});
 
 /// The table as tools see it. Erased program memory is all ones, which happens to be `mov R7,A`.
-pub const ISA: Isa = Isa { disassemble, erased: 0xFF };
+pub const ISA: Isa =
+    Isa { disassemble, erased: 0xFF, rows: ROWS, word_bits: WORD_BITS, aliases: ALIASES, site, lacks: |_| false };
 
 /// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
 pub const ALIASES: &[Alias] = &[

@@ -292,7 +292,15 @@ pub const ALIASES: &[Alias] = &[
 
 /// The table as tools see it, on a chip with so many bytes of flash, a power of two.
 pub const fn isa<const FLASH: u32>() -> Isa {
-    Isa { disassemble: disassemble_in::<FLASH>, erased: 0xFFFF }
+    Isa {
+        disassemble: disassemble_in::<FLASH>,
+        erased: 0xFFFF,
+        rows: ROWS,
+        word_bits: WORD_BITS,
+        aliases: ALIASES,
+        site: |pc, len| Site { pc, len, next_len: 1, pc_mask: FLASH / 2 - 1 },
+        lacks: |row| matches!(KINDS.get(row), Some(&kind) if lacks(FLASH, kind)),
+    }
 }
 
 /// A chip with so many bytes of flash does not have an instruction: jumps of two words come with more than 8 KB, ELPM with more
