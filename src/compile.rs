@@ -83,7 +83,8 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
     Ok(exit::OK)
 }
 
-fn default_name(program: &str) -> String {
+/// The name of the image that is made of a program.
+pub fn default_name(program: &str) -> String {
     let stem = Path::new(program).file_stem().map(|stem| stem.to_string_lossy());
     match stem {
         Some(stem) if program != "-" => format!("{stem}.hex"),

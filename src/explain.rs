@@ -32,7 +32,7 @@ pub fn all() -> Vec<&'static Code> {
         emu_core::image::CODES,
         emu_core::image::LINE_CODES,
         emu_core::image::SYMBOL_CODES,
-        emu_core::table::CODES,
+        emu_asm::CODES,
         emu_core::lint::CODES,
         ladder::CODES,
         ladder_compile::CODES,

@@ -11,9 +11,9 @@ use ladder::{Dialect, Program};
 
 use crate::codes::{OTHER_PROCESSOR, OTHER_PROGRAM, UNREADABLE, about_file, reason};
 use crate::fail::Failure;
-use crate::family;
 use crate::guess::guess;
 use crate::report::{Terminal, Texts, report};
+use crate::{asm, family};
 
 /// Largest file, in bytes.
 const MAX_BYTES: u64 = 64 << 20;
@@ -23,26 +23,32 @@ pub const ELF: &[u8] = b"\x7fELF";
 
 /// All bytes of a file; `-` is standard input.
 pub fn bytes(file: &str) -> Result<Vec<u8>, Failure> {
-    let refuse = |cause: String| {
+    read(file).map_err(|error| {
+        let cause = match error.kind() {
+            io::ErrorKind::FileTooLarge => "is larger than 64 MB".to_owned(),
+            _ => format!("cannot be read: {}", reason(&error)),
+        };
         let hint = "check the path; - is standard input";
         Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Texts::default())
-    };
-    let read = |from: &mut dyn io::Read| -> io::Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        from.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
-        Ok(bytes)
-    };
-    let result =
-        if file == "-" { read(&mut io::stdin().lock()) } else { File::open(file).and_then(|mut f| read(&mut f)) };
-    match result {
-        Ok(bytes) if bytes.len() as u64 > MAX_BYTES => Err(refuse("is larger than 64 MB".to_owned())),
-        Ok(bytes) => Ok(bytes),
-        Err(error) => Err(refuse(format!("cannot be read: {}", reason(&error)))),
-    }
+    })
 }
 
-/// The image in a HEX or ELF file, for `chip`; warnings are told.
-pub fn image(file: &str, chip: &Chip, terminal: &Terminal) -> Result<Image, Failure> {
+/// The same, with the system's word where it fails.
+pub fn read(file: &str) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let most = MAX_BYTES + 1;
+    match file {
+        "-" => io::stdin().lock().take(most).read_to_end(&mut bytes)?,
+        _ => File::open(file)?.take(most).read_to_end(&mut bytes)?,
+    };
+    if bytes.len() as u64 > MAX_BYTES { Err(io::ErrorKind::FileTooLarge.into()) } else { Ok(bytes) }
+}
+
+/// The image in a HEX or ELF file, or made of a source, for `chip`; warnings are told.
+pub fn image(file: &str, chip: &'static Chip, terminal: &Terminal) -> Result<Image, Failure> {
+    if asm::is_source(file) {
+        return asm::image(file, chip, terminal);
+    }
     let bytes = bytes(file)?;
     match image::load(file, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)) {
         Ok(mut loaded) => {
@@ -64,7 +70,12 @@ pub fn image(file: &str, chip: &Chip, terminal: &Terminal) -> Result<Image, Fail
 }
 
 /// The image as [`image`] reads it, and with its symbols those of symbol files; warnings are told.
-pub fn image_with_symbols(file: &str, symbols: &[String], chip: &Chip, terminal: &Terminal) -> Result<Image, Failure> {
+pub fn image_with_symbols(
+    file: &str,
+    symbols: &[String],
+    chip: &'static Chip,
+    terminal: &Terminal,
+) -> Result<Image, Failure> {
     if std::iter::once(file).chain(symbols.iter().map(String::as_str)).filter(|name| *name == "-").count() > 1 {
         return Err(Failure::Usage("standard input (-) can be only one of the files".to_owned()));
     }
