@@ -390,7 +390,8 @@ mod tests {
             for first in 0..=0xFFFFu16 {
                 let words = [first, second];
                 let line = disassemble(&words, 0x100);
-                let back = assemble(&line.text, 0x100).unwrap_or_else(|e| panic!("{first:04x}: {}: {e}", line.text));
+                let back = emu_asm::line(&crate::chips::ATMEGA328P, &line.text, 0x100);
+                let back = back.unwrap_or_else(|e| panic!("{first:04x}: {}: {e}", line.text));
                 assert_eq!(back, words[..line.len], "{first:04x}: {}", line.text);
             }
         }
