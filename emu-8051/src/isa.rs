@@ -263,9 +263,16 @@ pub const ISA: Isa =
     Isa { disassemble, erased: 0xFF, rows: ROWS, word_bits: WORD_BITS, aliases: ALIASES, site, lacks: |_| false };
 
 /// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
+#[rustfmt::skip]
 pub const ALIASES: &[Alias] = &[
     // Assemblers take this for the general call, and pick a form; here the long one.
     ("call", "t", "lcall", "t"),
+    // as31 takes the sum in any order, and `!` for the complement of a bit.
+    ("jmp",  "@DPTR+A",    "jmp",  "@A+DPTR"),
+    ("movc", "A, @DPTR+A", "movc", "A,@A+DPTR"),
+    ("movc", "A, @PC+A",   "movc", "A,@A+PC"),
+    ("anl",  "C, !b",      "anl",  "C,/b"),
+    ("orl",  "C, !b",      "orl",  "C,/b"),
 ];
 
 /// Bits of a program word.

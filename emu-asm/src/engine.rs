@@ -81,6 +81,8 @@ pub(crate) struct Asm<'a> {
     pub numbered: HashMap<String, u32>,
     /// Length of the instruction in the unit of addresses while its operands are read, where the dialect counts from its end.
     pub behind: i64,
+    /// The address of the line.
+    pub line_at: i64,
     pub out: Output,
     faults: Vec<(Diagnostic, Option<String>)>,
     /// Errors beyond [`LIMIT`].
@@ -119,6 +121,7 @@ impl<'a> Asm<'a> {
             stretch: 0,
             numbered: HashMap::new(),
             behind: 0,
+            line_at: 0,
             out: Output::new(chip, d),
             faults: Vec::new(),
             more: 0,
@@ -311,7 +314,8 @@ impl Names for Asm<'_> {
     }
 
     fn here(&self) -> i64 {
-        self.out.here() + self.behind
+        let here = if self.d.here_is_line { self.line_at } else { self.out.here() };
+        here + self.behind
     }
 
     fn radix(&self) -> u32 {

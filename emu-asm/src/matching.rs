@@ -36,7 +36,9 @@ impl Asm<'_> {
         word: Range<usize>,
         rest: Range<usize>,
     ) -> Option<Vec<u16>> {
-        match self.encode(text, mnemonic, word, rest, 0) {
+        let found = self.encode(text, mnemonic, word, rest, 0);
+        self.behind = 0;
+        match found {
             Ok(words) => Some(words),
             Err(fault) => {
                 self.tell(fault);
@@ -119,6 +121,9 @@ impl Asm<'_> {
         let mut values = Vec::with_capacity(parts.len());
         let mut known = true;
         let mut wrong: Option<(u8, Fault)> = None;
+        if self.d.here_is_behind {
+            self.behind = i64::from(row.len() * self.chip.word_bytes / self.out.unit().max(1));
+        }
         for slot in row.operands.iter().filter(|slot| row.pattern.has(slot.letter)) {
             let Some((_, range)) = parts.iter().find(|(letter, _)| *letter == slot.letter) else { return Tried::Not };
             match self.operand(text, range.clone(), slot.kind, &site) {

@@ -161,6 +161,11 @@ impl Output {
         }
     }
 
+    /// Something was given already in this section.
+    pub fn begun(&self) -> bool {
+        self.runs.iter().any(|run| run.section == self.current)
+    }
+
     /// Switches to the section of this name; `None` where there is none.
     pub fn switch(&mut self, name: &str) -> Option<()> {
         self.current = self.sections.iter().position(|section| section.name.eq_ignore_ascii_case(name))?;
@@ -207,7 +212,12 @@ struct Cell {
 impl Asm<'_> {
     /// Gives bytes at the next address.
     pub fn emit(&mut self, bytes: &[u8], at: Range<usize>) {
-        if self.out.holds() == Holds::Addresses && !bytes.is_empty() {
+        if self.out.holds() == Holds::Addresses {
+            let here = self.out.here();
+            self.out.go(here + bytes.len() as i64);
+            if bytes.iter().all(|&byte| byte == 0) {
+                return;
+            }
             let cause = "there is no memory here that a program can fill";
             return self.tell(Fault::new("ASM020", at, cause, "reserve room with ds, and let the program write it"));
         }

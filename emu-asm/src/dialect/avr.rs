@@ -15,6 +15,7 @@ pub(super) const AVR: Dialect = Dialect {
     name: "AVR",
     comments: &[";", "//"],
     line_comments: &["#", "*"],
+    separators: b"$",
     block_comments: true,
     column_one: false,
     column_one_warns: false,
@@ -22,6 +23,7 @@ pub(super) const AVR: Dialect = Dialect {
     radix: 10,
     dot_is_bit: false,
     here: &["."],
+    here_is_line: false,
     here_is_behind: true,
     // The order of the GNU assembler.
     operators: &[
@@ -49,6 +51,8 @@ pub(super) const AVR: Dialect = Dialect {
     plain_arguments: false,
     big_endian: false,
     word_bytes: 2,
+    org_fills: Some(0),
+    spaced_arguments: true,
     space_fills: true,
     literals: &[],
     directives: &[
@@ -61,7 +65,7 @@ pub(super) const AVR: Dialect = Dialect {
         Directive::run("hword", |asm, call| super::common::words(asm, call)),
         Directive::run("long", longs),
         Directive::run("4byte", longs),
-        Directive::run("int", |asm, call| super::common::words(asm, call)),
+        Directive::run("int", longs),
         Directive::run("align", |asm, call| align(asm, call, true)),
         Directive::run("p2align", |asm, call| align(asm, call, true)),
         Directive::run("balign", |asm, call| align(asm, call, false)),

@@ -20,6 +20,8 @@ pub(crate) struct Dialect {
     pub comments: &'static [&'static str],
     /// Characters that begin a comment at the beginning of a line.
     pub line_comments: &'static [&'static str],
+    /// Characters that end a statement, so that another may follow on the line.
+    pub separators: &'static [u8],
     /// `/* .. */` is a comment, over several lines.
     pub block_comments: bool,
     /// A word in column 1 that is no instruction, directive or macro is a label without a colon.
@@ -36,6 +38,8 @@ pub(crate) struct Dialect {
     pub here: &'static [&'static str],
     /// Within an instruction the location counter stands behind it.
     pub here_is_behind: bool,
+    /// Within a list of values the location counter stands where the line begins.
+    pub here_is_line: bool,
     /// Binary operators: token, how strongly it binds, meaning.
     pub operators: &'static [(&'static str, u8, Op)],
     /// Unary operators and functions of one value: token, how strongly what follows must bind, what it does.
@@ -54,6 +58,10 @@ pub(crate) struct Dialect {
     pub big_endian: bool,
     /// Bytes of `dw`: 1 where the unit is bytes and words have two, 0 where a word fills one address.
     pub word_bytes: u32,
+    /// A value that `org` puts into what it leaps over within the program.
+    pub org_fills: Option<u8>,
+    /// Macro arguments may stand with spaces between them.
+    pub spaced_arguments: bool,
     /// Memory that is reserved gets bytes of 0 (else none).
     pub space_fills: bool,
     /// Literals of the syntax that a value may stand for.
@@ -110,6 +118,10 @@ pub(crate) enum Form {
     Binary0b,
     /// `$1F`
     HexDollar,
+    /// `$$1F`
+    HexDollars,
+    /// `0h1F`, `0o17`, `0q17`, `0d31`
+    ZeroLetter,
     /// `%101`
     BinaryPercent,
     /// `0FFH`
