@@ -3,8 +3,8 @@
 
 use std::collections::HashSet;
 
-use emu_core::chip::Chip;
-use emu_core::image::{Image, Segment};
+use emu_core::chip::{Chip, Family};
+use emu_core::image::{Bits, Image};
 use emu_core::table::Line;
 use emu_debug::{Names, Source};
 
@@ -14,11 +14,6 @@ use super::pieces::Piece;
 /// Column in which comments begin.
 const COMMENT: usize = 32;
 
-/// Words that some dialect has for directives and functions.
-const DIRECTIVES: &str = "
-    org equ set db dw ds byte word space ascii asciz include rept endr if ifdef ifndef elif else endif macro endm local error warning
-    end high low";
-
 /// Bytes of other memories in a line.
 const BYTES: usize = 8;
 
@@ -27,8 +22,8 @@ pub(super) struct Text<'a> {
     chip: &'static Chip,
     source: &'a Source<'a>,
     out: String,
-    /// Names that are no labels: what the assembler knows already, and those that are given; in lower case.
-    taken: HashSet<String>,
+    /// Labels that are given, in lower case.
+    given: HashSet<String>,
     /// The word at which the assembler would go on.
     at: u32,
 }
@@ -37,7 +32,7 @@ impl<'a> Text<'a> {
     /// An empty text.
     pub(super) fn new(source: &'a Source<'a>) -> Text<'a> {
         let chip = source.names.chip;
-        Text { chip, source, out: String::new(), taken: known(chip), at: 0 }
+        Text { chip, source, out: String::new(), given: HashSet::new(), at: 0 }
     }
 
     /// The text as far as it goes.
@@ -79,31 +74,32 @@ impl<'a> Text<'a> {
     }
 
     /// What the image fills besides program memory: at their addresses in the HEX file, or in sections where it has no place for
-    /// them.
+    /// them. Bytes of RAM, which an ELF file may have but no chip keeps, are only told.
     pub(super) fn memories(&mut self, image: &Image) {
         for segment in image.segments.iter().filter(|segment| segment.space != self.chip.code) {
             let window = self.chip.hex.iter().find(|space| space.name == segment.space);
+            let ram = segment.space == self.chip.ram;
             let unit = if window.is_some() { self.chip.width(self.chip.code) } else { 1 };
-            match window {
-                Some(space) => self.line(&format!(".org 0x{:X}", (space.start + segment.addr) / unit), space.name),
-                None => {
-                    self.line(&format!(".section .{}", segment.space), "");
-                    self.line(&format!(".org 0x{:X}", segment.addr), "");
+            let at = (window.map_or(0, |space| space.start) + segment.addr) / unit;
+            if window.is_none() && !ram {
+                self.line(&format!(".section .{}", segment.space), "");
+            }
+            if !ram {
+                self.line(&format!(".org 0x{at:04X}{}", self.filler()), segment.space);
+            }
+            let mask = match window.map(|space| space.bits) {
+                Some(Bits::Low(bits)) => (1 << bits) - 1,
+                _ => u16::MAX,
+            };
+            for (i, bytes) in segment.bytes.chunks(BYTES).enumerate() {
+                let text = values(bytes, unit, mask);
+                let addr = at + (i * BYTES) as u32 / unit;
+                if ram {
+                    self.out.push_str(&format!("; {addr:04X}  {}  {text}\n", segment.space));
+                } else {
+                    self.line(&text, &format!("{addr:04X}  {}", segment.space));
                 }
             }
-            self.data(segment, window.map_or(0, |space| space.start), unit);
-        }
-    }
-
-    /// The bytes of a memory, `unit` at an address, which are counted from `start`.
-    fn data(&mut self, segment: &Segment, start: u32, unit: u32) {
-        let (directive, digits) = if unit == 2 { (".word", 4) } else { (".byte", 2) };
-        for (i, bytes) in segment.bytes.chunks(BYTES).enumerate() {
-            let addr = (start + segment.addr + (i * BYTES) as u32) / unit;
-            let words = bytes.chunks(unit.max(1) as usize);
-            let words = words.map(|word| word.iter().rev().fold(0, |high, &low| high << 8 | u32::from(low)));
-            let words: Vec<String> = words.map(|word| format!("0x{word:0digits$X}")).collect();
-            self.line(&format!("{directive} {}", words.join(", ")), &format!("{addr:04X}  {}", segment.space));
         }
     }
 
@@ -116,8 +112,14 @@ impl<'a> Text<'a> {
     }
 
     fn org(&mut self, word: u32, comment: &str) {
-        self.line(&format!(".org 0x{:04X}", self.chip.code_address(word)), comment);
+        self.line(&format!(".org 0x{:04X}{}", self.chip.code_address(word), self.filler()), comment);
         self.at = word;
+    }
+
+    /// What stands behind the address of an `.org`. On AVR it fills what it passes over, with zeros unless told otherwise; an
+    /// erased byte as filler leaves it as it is.
+    fn filler(&self) -> &'static str {
+        if self.chip.family == Family::Avr { ", 0xFF" } else { "" }
     }
 
     /// Goes on at a word.
@@ -148,12 +150,17 @@ impl<'a> Text<'a> {
         let start = self.chip.code_address(word);
         for (addr, name) in labels(&self.source.names, word, len) {
             let line = match addr - word * self.chip.word_bytes {
-                0 if identifier(name) && self.taken.insert(name.to_ascii_lowercase()) => format!("{name}:\n"),
+                0 if self.label(name) => format!("{name}:\n"),
                 0 => format!("; {name}:\n"),
                 within => format!("; {name} = {start:04X} + {within}\n"),
             };
             self.out.push_str(&line);
         }
+    }
+
+    /// A name can be a label, and becomes one.
+    fn label(&mut self, name: &str) -> bool {
+        identifier(name) && !emu_asm::is_taken(self.chip, name) && self.given.insert(name.to_ascii_lowercase())
     }
 
     fn instruction(&mut self, at: u32, words: &[u16], Line { text, operands, .. }: &Line) {
@@ -165,6 +172,15 @@ impl<'a> Text<'a> {
         let comment = format!("{:04X}  {:<9}  {}", self.chip.code_address(at), hex.join(" "), meant.join(", "));
         self.line(text.trim_end(), comment.trim_end());
     }
+}
+
+/// The directive for some bytes, `unit` at an address, of which the memory keeps the bits under `mask`.
+fn values(bytes: &[u8], unit: u32, mask: u16) -> String {
+    let (directive, digits) = if unit == 2 { (".word", 4) } else { (".byte", 2) };
+    let words = bytes.chunks(unit.max(1) as usize);
+    let words = words.map(|word| word.iter().rev().fold(0, |high, &low| high << 8 | u16::from(low)));
+    let words: Vec<String> = words.map(|word| format!("0x{:0digits$X}", word & mask)).collect();
+    format!("{directive} {}", words.join(", "))
 }
 
 /// Names of the words of an instruction, with their byte addresses.
@@ -179,15 +195,4 @@ pub(super) fn labels<'a>(names: &Names<'a>, word: u32, len: usize) -> impl Itera
 fn identifier(name: &str) -> bool {
     let first = name.bytes().next().is_some_and(|byte| byte.is_ascii_alphabetic() || byte == b'_');
     first && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
-}
-
-/// Names that an assembler has for other things: instructions, registers, bits, numbers of the chip, directives; in lower case.
-fn known(chip: &Chip) -> HashSet<String> {
-    let rows = chip.isa.rows;
-    let mnemonics = rows.iter().map(|row| row.mnemonic).chain(chip.isa.aliases.iter().map(|alias| alias.0));
-    let operands = rows.iter().flat_map(|row| row.syntax.split(|c: char| !c.is_ascii_alphanumeric()));
-    let registers = chip.regs.iter().chain(chip.bits).map(|reg| reg.name).chain(chip.cpu_regs.iter().copied());
-    let numbers = (chip.constants)().into_iter().map(|(name, _)| name);
-    let names = mnemonics.chain(operands).chain(registers).chain(numbers).chain(DIRECTIVES.split_whitespace());
-    names.map(str::to_ascii_lowercase).collect()
 }
