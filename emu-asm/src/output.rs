@@ -19,6 +19,10 @@ pub(crate) struct Section {
     pub space: &'static str,
     /// What it holds.
     pub holds: Holds,
+    /// It lies behind the section before it in the same memory.
+    pub behind: bool,
+    /// The largest alignment in it, to which it is filled up at its end.
+    pub align: i64,
     /// Byte address of its address 0 in the image file.
     pub base: u64,
     /// Bytes per address.
@@ -87,6 +91,8 @@ impl Output {
                 space: row.space,
                 holds: row.holds,
                 base: window.filter(|_| row.holds == Holds::Memory).map_or(0, |space| space.start.into()),
+                behind: row.behind,
+                align: if row.holds == Holds::Copied { 2 } else { 1 },
                 unit: if row.holds == Holds::Image { unit } else { 1 },
                 at: if row.space == chip.ram { chip.ram_start.into() } else { 0 },
             }
@@ -108,11 +114,32 @@ impl Output {
 
     /// Begins a pass.
     pub fn restart(&mut self) {
+        self.stack();
         self.sections.clone_from(&self.first);
         self.current = 0;
         self.bytes.clear();
         self.runs.clear();
         self.list.clear();
+    }
+
+    /// Sections in the same RAM lie behind each other, as a linker puts them; true where one of them has moved.
+    pub fn stack(&mut self) -> bool {
+        let mut moved = false;
+        let mut end: Option<(&'static str, i64)> = None;
+        for (first, section) in self.first.iter_mut().zip(&self.sections) {
+            if first.holds == Holds::Image || first.holds == Holds::Memory || !first.behind {
+                continue;
+            }
+            let length = section.at - first.at;
+            if let Some((_, at)) = end.filter(|(space, _)| *space == first.space) {
+                moved |= first.at != at;
+                first.at = at;
+            }
+            let behind = first.at + length.max(0);
+            let even = if first.holds == Holds::Copied { (behind + 1) & !1 } else { behind };
+            end = Some((first.space, even));
+        }
+        moved
     }
 
     fn section(&self) -> Option<&Section> {
@@ -221,7 +248,7 @@ impl Asm<'_> {
             let cause = "there is no memory here that a program can fill";
             return self.tell(Fault::new("ASM020", at, cause, "reserve room with ds, and let the program write it"));
         }
-        let line = self.out.list.len() as u32;
+        let line = (self.out.list.len() as u32).saturating_sub(1);
         if bytes.len() as u64 > MOST as u64 || !self.out.add(bytes, line) {
             let cause = format!("the program gives more than {MOST} bytes");
             self.tell(Fault::new("ASM017", at, cause, "look for a repetition or a gap that has grown too large"));
@@ -241,8 +268,21 @@ impl Asm<'_> {
         self.emit(bytes.get(..len).unwrap_or_default(), at);
     }
 
+    /// Fills sections up to their alignment, as the GNU assembler does.
+    fn fill_up(&mut self) {
+        for current in 0..self.out.sections.len() {
+            self.out.current = current;
+            let Some(section) = self.out.sections.get(current) else { continue };
+            let gap = (section.align - section.at.rem_euclid(section.align)) % section.align;
+            if self.out.begun() && section.holds != Holds::Addresses {
+                self.emit(&vec![0; gap as usize], 0..0);
+            }
+        }
+    }
+
     /// Puts all bytes where they belong and tells what does not fit.
     pub fn place(&mut self) {
+        self.fill_up();
         let spaces = std::mem::take(&mut self.out.spaces);
         let runs = std::mem::take(&mut self.out.runs);
         let mut memories: Vec<Vec<Cell>> = spaces.iter().map(|_| Vec::new()).collect();

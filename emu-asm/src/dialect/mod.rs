@@ -38,7 +38,7 @@ pub(crate) struct Dialect {
     pub here: &'static [&'static str],
     /// Within an instruction the location counter stands behind it.
     pub here_is_behind: bool,
-    /// Within a list of values the location counter stands where the line begins.
+    /// Within a list of values the location counter stands where the line begins; but not `.`, which moves with each value.
     pub here_is_line: bool,
     /// Binary operators: token, how strongly it binds, meaning.
     pub operators: &'static [(&'static str, u8, Op)],
@@ -94,6 +94,8 @@ pub(crate) struct SectionRow {
     pub space: &'static str,
     /// What it holds.
     pub holds: Holds,
+    /// It lies behind the section before it in the same memory.
+    pub behind: bool,
 }
 
 /// What a section holds.

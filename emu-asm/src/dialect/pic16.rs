@@ -58,7 +58,7 @@ pub(super) const PIC16: Dialect = Dialect {
     ],
     provides,
     defines: |_| Vec::new(),
-    sections: &[SectionRow { name: "code", space: "", holds: Holds::Image }],
+    sections: &[SectionRow { name: "code", space: "", holds: Holds::Image, behind: false }],
 };
 
 fn provides(_: &Chip, _: &str) -> Provided {
