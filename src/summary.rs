@@ -1,7 +1,7 @@
 //! How a run went, for people and as JSON.
 
 use emu_core::cpu::{Cpu, Fault};
-use emu_core::pins::Level;
+use emu_core::pins::{Level, PinId};
 use emu_debug::text::escape;
 use emu_debug::{Clock, Ended, Plan, Range, Reason, Source};
 use serde_json::{Map, Value, json};
@@ -116,7 +116,7 @@ impl<C: Cpu> Story<'_, C> {
 
     /// Name and level of the pins that the package has.
     fn pins(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
-        self.source.names.chip.pins.iter().zip(0u8..).filter(|(def, _)| def.dip != 0).map(|(def, id)| {
+        self.source.names.chip.pins.iter().zip(0..).filter(|(def, _)| def.dip != 0).map(|(def, id)| {
             let level = match self.cpu.level(id) {
                 Level::Low => "0",
                 Level::High => "1",
@@ -128,7 +128,7 @@ impl<C: Cpu> Story<'_, C> {
 
     /// Pins that chip and outside drove against each other, with the first cycle of that.
     fn contention(&self) -> impl Iterator<Item = (&'static str, u64)> {
-        let name = |pin: u8| self.source.names.chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
+        let name = |pin: PinId| self.source.names.chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
         self.ended.contention.iter().map(move |&(pin, cycle)| (name(pin), cycle))
     }
 

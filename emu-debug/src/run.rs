@@ -127,7 +127,7 @@ pub fn run_on<C: Cpu>(
 
 /// Levels of all pins of a chip, in the order of its pins.
 pub fn levels<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<Level> {
-    (0..chip.pins.len()).map(|pin| cpu.level(pin as u8)).collect()
+    (0..chip.pins.len()).map(|pin| cpu.level(pin as PinId)).collect()
 }
 
 impl Plan {
