@@ -154,20 +154,12 @@ impl Ap101 {
         matches!(self.phase, Phase::Run { .. }) && self.code.ended(self.which, self.hot.na)
     }
 
-    /// A program cycle, or a reload, that is over at `now` ends.
+    /// A program cycle that is over at `now` ends.
     fn end(&mut self, now: u64) {
         if self.at_end() {
             self.end_cycle(now);
         }
         self.hot.na %= SPAN as u32;
-        if let Phase::Reload { from, due } = self.phase
-            && now >= from + self.soc.channels()
-        {
-            if due.is_some_and(|due| now > due) {
-                self.overruns = self.overruns.saturating_add(1);
-            }
-            self.phase = Phase::Ready { at: due.unwrap_or(now).max(now) };
-        }
     }
 
     /// The program cycle is over; its outputs are looked at from `now` on.
@@ -178,8 +170,16 @@ impl Ap101 {
         }
     }
 
-    /// The next program cycle begins, if it is time and a program may run.
+    /// A reload that is over has shown whether the period is; the next program cycle begins, if it is time and a program may run.
     fn begin(&mut self, now: u64) {
+        if let Phase::Reload { from, due } = self.phase
+            && now >= from + self.soc.channels()
+        {
+            if due.is_some_and(|due| now > due) {
+                self.overruns = self.overruns.saturating_add(1);
+            }
+            self.phase = Phase::Ready { at: due.unwrap_or(now).max(now) };
+        }
         if let (Phase::Ready { at }, Some(which)) = (self.phase, self.choose())
             && now >= at
         {

@@ -70,8 +70,6 @@ pub struct Program {
     pub last: u16,
     /// The index register while it runs.
     pub rx: u16,
-    /// A cold start enables it, in reconfigurable mode.
-    pub enabled: bool,
 }
 
 /// What the block says.
@@ -91,6 +89,8 @@ pub struct Config {
     pub period: u64,
     /// The programs that are present, in table order. None where the table names none.
     pub programs: Vec<Program>,
+    /// What a cold start makes of the bits that enable programs, in reconfigurable mode; also of entries that are not present.
+    pub enabled: [bool; PROGRAMS],
     /// The modules.
     pub modules: [Settings; MODULES],
 }
@@ -106,6 +106,7 @@ impl Default for Config {
             hz: HZ,
             period: 0,
             programs: Vec::new(),
+            enabled: [false; PROGRAMS],
             modules: [Settings::NONE; MODULES],
         }
     }
@@ -153,7 +154,7 @@ impl Reader<'_> {
         value.min(most)
     }
 
-    fn program(&mut self, entry: usize) -> Option<Program> {
+    fn program(&mut self, entry: usize, enabled: &mut bool) -> Option<Program> {
         let at = 0x20 + 8 * entry;
         let most = SPAN as u16 - 1;
         let (what, hint) = (format!("program {entry}"), "words of program memory are 0 to 2047");
@@ -166,8 +167,8 @@ impl Reader<'_> {
             let cause = format!("{what} begins at {start}, behind its last word {last}");
             self.wrong(at + 2, cause, "the first word of a program is not behind its last one");
         }
-        let program = Program { entry: entry as u8, start, last, rx, enabled: flags & 2 != 0 };
-        (flags & 1 != 0).then_some(program)
+        *enabled = flags & 2 != 0;
+        (flags & 1 != 0).then_some(Program { entry: entry as u8, start, last, rx })
     }
 
     fn module(&mut self, n: usize) -> Settings {
@@ -235,7 +236,9 @@ impl Config {
         let hint = "there are at most 256 outputs and 512 inputs";
         let output_channels = reader.at_most(6, reader.word(6), OUTPUTS, "the number of output channels", hint);
         let input_channels = reader.at_most(8, reader.word(8), INPUTS, "the number of input channels", hint);
-        let programs = (0..PROGRAMS).filter_map(|entry| reader.program(entry)).collect();
+        let mut enabled = [false; PROGRAMS];
+        let entries = enabled.iter_mut().enumerate();
+        let programs = entries.filter_map(|(entry, enabled)| reader.program(entry, enabled)).collect();
         let mut modules = [Settings::NONE; MODULES];
         for (n, settings) in modules.iter_mut().enumerate() {
             *settings = reader.module(n);
@@ -251,6 +254,7 @@ impl Config {
             },
             period: reader.long(0x10).into(),
             programs,
+            enabled,
             modules,
         }
     }

@@ -25,8 +25,8 @@ pub trait Ap101 {
     fn read(&mut self, place: Place) -> Self::Bit;
     /// Writes to a place where `condition` holds; else nothing is written.
     fn write_if(&mut self, condition: Self::Bit, place: Place, bit: Self::Bit);
-    /// Writes to a place; a store, which a preset port takes for an order.
-    fn store(&mut self, place: Place, bit: Self::Bit);
+    /// Writes to a place. `orders`: a preset port takes it for an order to read the word behind.
+    fn store(&mut self, place: Place, bit: Self::Bit, orders: bool);
     /// NA becomes `target` where `condition` holds.
     fn jump_if(&mut self, condition: Self::Bit, target: u16);
 }
@@ -35,8 +35,8 @@ pub trait Ap101 {
 pub trait Address: Copy {
     /// Reads the bit.
     fn read<M: Ap101>(self, m: &mut M) -> M::Bit;
-    /// Stores a bit.
-    fn store<M: Ap101>(self, m: &mut M, bit: M::Bit);
+    /// Stores a bit; `orders` as in [`Ap101::store`].
+    fn store<M: Ap101>(self, m: &mut M, bit: M::Bit, orders: bool);
     /// Writes a bit where `condition` holds.
     fn write_if<M: Ap101>(self, m: &mut M, condition: M::Bit, bit: M::Bit);
 }
@@ -49,8 +49,8 @@ macro_rules! addresses {
                 m.read(self.0)
             }
             #[inline(always)]
-            fn store<M: Ap101>(self, m: &mut M, bit: M::Bit) {
-                m.store(self.0, bit);
+            fn store<M: Ap101>(self, m: &mut M, bit: M::Bit, orders: bool) {
+                m.store(self.0, bit, orders);
             }
             #[inline(always)]
             fn write_if<M: Ap101>(self, m: &mut M, condition: M::Bit, bit: M::Bit) {
@@ -67,7 +67,7 @@ impl Address for Cell {
         m.cell(self.0)
     }
     #[inline(always)]
-    fn store<M: Ap101>(self, m: &mut M, bit: M::Bit) {
+    fn store<M: Ap101>(self, m: &mut M, bit: M::Bit, _: bool) {
         m.set_cell(self.0, bit);
     }
     #[inline(always)]
@@ -92,13 +92,13 @@ pub fn load_not<M: Ap101>(m: &mut M, a: impl Address) {
 #[inline(always)]
 pub fn store<M: Ap101>(m: &mut M, a: impl Address) {
     let bit = m.a();
-    a.store(m, bit);
+    a.store(m, bit, true);
 }
 
 #[inline(always)]
 pub fn store_not<M: Ap101>(m: &mut M, a: impl Address) {
     let bit = !m.a();
-    a.store(m, bit);
+    a.store(m, bit, false);
 }
 
 #[inline(always)]

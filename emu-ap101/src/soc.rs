@@ -272,8 +272,8 @@ impl Soc {
     pub fn clear(&mut self, config: &Config) {
         self.cells[usize::from(M)..].fill(false);
         if config.reconfigurable {
-            for program in &config.programs {
-                self.set(ENABLES + u16::from(program.entry), program.enabled);
+            for (bit, &enabled) in (ENABLES..).zip(&config.enabled) {
+                self.set(bit, enabled);
             }
         }
     }

@@ -98,7 +98,7 @@ impl<P: Probe> Turn<'_, P> {
         if cell < M { self.saw(I_SPACE, cell, bit, write) } else { self.saw(M_SPACE, cell - M, bit, write) }
     }
 
-    /// Writes what is no cell that may be written without a look; returns false for an order to a port.
+    /// Writes to a place.
     fn write(&mut self, place: Place, bit: bool) {
         let next = self.hot.time.now();
         match place.spot() {
@@ -221,9 +221,9 @@ impl<P: Probe> Ap101 for Turn<'_, P> {
     }
 
     #[inline(always)]
-    fn store(&mut self, place: Place, bit: bool) {
+    fn store(&mut self, place: Place, bit: bool, orders: bool) {
         match place.spot() {
-            Spot::Port(n) => self.order(n, bit),
+            Spot::Port(n) if orders => self.order(n, bit),
             Spot::Cell(addr @ 0..M) if P::LINT && self.soc.live() => self.lint(Lint::InputWritten { addr }),
             _ => self.write(place, bit),
         }
