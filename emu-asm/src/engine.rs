@@ -134,6 +134,7 @@ impl<'a> Asm<'a> {
         loop {
             self.begin_pass();
             self.read(0);
+            (self.d.finish)(self);
             let moving = self.symbols.end(self.pass);
             // Names that were read before they were given have moved, or some had no value at all when they were read.
             let again = self.out.stack() || if self.pass == 1 { self.forward } else { !moving.is_empty() };

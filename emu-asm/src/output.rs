@@ -27,8 +27,8 @@ pub(crate) struct Section {
     pub base: u64,
     /// Bytes per address.
     pub unit: u32,
-    /// The address that comes next.
-    pub at: i64,
+    /// The byte that comes next, from its address 0.
+    pub pos: i64,
 }
 
 /// Bytes that a line gives.
@@ -94,7 +94,7 @@ impl Output {
                 behind: row.behind,
                 align: if row.holds == Holds::Copied { 2 } else { 1 },
                 unit: if row.holds == Holds::Image { unit } else { 1 },
-                at: if row.space == chip.ram { chip.ram_start.into() } else { 0 },
+                pos: if row.space == chip.ram { chip.ram_start.into() } else { 0 },
             }
         };
         let first: Vec<Section> = d.sections.iter().map(section).collect();
@@ -130,12 +130,12 @@ impl Output {
             if first.holds == Holds::Image || first.holds == Holds::Memory || !first.behind {
                 continue;
             }
-            let length = section.at - first.at;
+            let length = section.pos - first.pos;
             if let Some((_, at)) = end.filter(|(space, _)| *space == first.space) {
-                moved |= first.at != at;
-                first.at = at;
+                moved |= first.pos != at;
+                first.pos = at;
             }
-            let behind = first.at + length.max(0);
+            let behind = first.pos + length.max(0);
             let even = if first.holds == Holds::Copied { (behind + 1) & !1 } else { behind };
             end = Some((first.space, even));
         }
@@ -148,13 +148,13 @@ impl Output {
 
     /// The address that comes next, in the unit of the section.
     pub fn here(&self) -> i64 {
-        self.section().map_or(0, |section| section.at)
+        self.section().map_or(0, |section| section.pos.div_euclid(section.unit.max(1).into()))
     }
 
     /// The next address is `at`.
     pub fn go(&mut self, at: i64) {
         if let Some(section) = self.sections.get_mut(self.current) {
-            section.at = at;
+            section.pos = at.saturating_mul(section.unit.into());
         }
     }
 
@@ -170,14 +170,14 @@ impl Output {
 
     /// The byte address in the image file.
     pub fn image_address(&self) -> u64 {
-        self.section().map_or(0, |s| (s.base as i64 + s.at * i64::from(s.unit)).max(0) as u64)
+        self.section().map_or(0, |s| (s.base as i64).saturating_add(s.pos).max(0) as u64)
     }
 
     /// Memory and byte address of a label here.
     pub fn label_place(&self) -> (&'static str, u32) {
         let Some(section) = self.section() else { return (self.code, 0) };
         if section.holds != Holds::Image {
-            return (section.space, section.at as u32);
+            return (section.space, section.pos as u32);
         }
         let addr = self.image_address();
         let inside =
@@ -203,7 +203,7 @@ impl Output {
     fn add(&mut self, bytes: &[u8], line: u32) -> bool {
         let addr = match self.section() {
             Some(section) if section.holds == Holds::Copied => {
-                (section.at - self.first.get(self.current).map_or(0, |first| first.at)).max(0) as u64
+                (section.pos - self.first.get(self.current).map_or(0, |first| first.pos)).max(0) as u64
             }
             _ => self.image_address(),
         };
@@ -222,7 +222,7 @@ impl Output {
             _ => self.runs.push(Run { section, addr, bytes: start..end, line }),
         }
         if let Some(section) = self.sections.get_mut(self.current) {
-            section.at += (bytes.len() / section.unit.max(1) as usize) as i64;
+            section.pos += bytes.len() as i64;
         }
         true
     }
@@ -273,7 +273,7 @@ impl Asm<'_> {
         for current in 0..self.out.sections.len() {
             self.out.current = current;
             let Some(section) = self.out.sections.get(current) else { continue };
-            let gap = (section.align - section.at.rem_euclid(section.align)) % section.align;
+            let gap = (section.align - section.pos.rem_euclid(section.align)) % section.align;
             if self.out.begun() && section.holds != Holds::Addresses {
                 self.emit(&vec![0; gap as usize], 0..0);
             }

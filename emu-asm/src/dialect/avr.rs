@@ -54,6 +54,7 @@ pub(super) const AVR: Dialect = Dialect {
     org_fills: Some(0),
     spaced_arguments: true,
     space_fills: true,
+    zones: false,
     literals: &[],
     directives: &[
         Directive::run("skip", space),
@@ -102,6 +103,8 @@ pub(super) const AVR: Dialect = Dialect {
     ],
     provides,
     defines: |chip| vec![(predefined(chip.name), "1".to_owned()), ("__AVR__".to_owned(), "1".to_owned())],
+    refuses: |_, _| None,
+    finish: |_| (),
     sections: &[
         SectionRow { name: "text", space: "", holds: Holds::Image, behind: false },
         SectionRow { name: "data", space: "data", holds: Holds::Copied, behind: true },

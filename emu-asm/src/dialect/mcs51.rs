@@ -55,6 +55,7 @@ pub(super) const MCS51: Dialect = Dialect {
     org_fills: None,
     spaced_arguments: false,
     space_fills: false,
+    zones: false,
     literals: &[],
     directives: &[
         Directive::run("defb", |asm, call| super::common::bytes(asm, call)),
@@ -107,6 +108,8 @@ pub(super) const MCS51: Dialect = Dialect {
     ],
     provides,
     defines: |_| Vec::new(),
+    refuses: |_, _| None,
+    finish: |_| (),
     sections: &[
         SectionRow { name: "code", space: "", holds: Holds::Image, behind: false },
         SectionRow { name: "idata", space: "idata", holds: Holds::Addresses, behind: false },

@@ -48,6 +48,7 @@ pub(super) const PIC16: Dialect = Dialect {
     org_fills: None,
     spaced_arguments: false,
     space_fills: false,
+    zones: false,
     literals: &[("W", 0), ("F", 1)],
     directives: &[
         Directive::run("dw", words),
@@ -58,6 +59,8 @@ pub(super) const PIC16: Dialect = Dialect {
     ],
     provides,
     defines: |_| Vec::new(),
+    refuses: |_, _| None,
+    finish: |_| (),
     sections: &[SectionRow { name: "code", space: "", holds: Holds::Image, behind: false }],
 };
 
