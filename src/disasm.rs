@@ -2,6 +2,8 @@
 
 mod listing;
 mod pieces;
+#[cfg(test)]
+mod tests;
 mod text;
 
 use clap::Args;

@@ -134,9 +134,10 @@ impl<'a> Asm<'a> {
         loop {
             self.begin_pass();
             self.read(0);
+            (self.d.finish)(self);
             let moving = self.symbols.end(self.pass);
             // Names that were read before they were given have moved, or some had no value at all when they were read.
-            let again = if self.pass == 1 { self.forward } else { !moving.is_empty() };
+            let again = self.out.stack() || if self.pass == 1 { self.forward } else { !moving.is_empty() };
             if !again || self.stopped() {
                 break;
             }
@@ -313,8 +314,8 @@ impl Names for Asm<'_> {
         Ok(Value { unknown: true, ..Value::default() })
     }
 
-    fn here(&self) -> i64 {
-        let here = if self.d.here_is_line { self.line_at } else { self.out.here() };
+    fn here(&self, token: &str) -> i64 {
+        let here = if self.d.here_is_line && token != "." { self.line_at } else { self.out.here() };
         here + self.behind
     }
 

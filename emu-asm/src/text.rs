@@ -158,7 +158,7 @@ pub(crate) fn cut(text: &str, range: Range<usize>) -> Vec<Range<usize>> {
 }
 
 /// A piece without white space around it, but for a space in a quote that nothing closes.
-fn piece(text: &str, range: Range<usize>) -> Range<usize> {
+pub(crate) fn piece(text: &str, range: Range<usize>) -> Range<usize> {
     let piece = trim(text, range.clone());
     if piece.len() == 1 && byte(text, piece.start) == b'\'' {
         piece.start..(piece.end + 1).min(range.end)

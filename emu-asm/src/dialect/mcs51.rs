@@ -26,18 +26,18 @@ pub(super) const MCS51: Dialect = Dialect {
     here: &["$", ".", "*"],
     here_is_line: true,
     here_is_behind: false,
-    // ASM51's order: * / MOD SHL SHR, + -, comparisons, NOT, AND, OR XOR.
+    // The order of as31 and sdas8051; words bind as in Intel's ASM51.
     operators: &[
         (".", 12, Op::BitOf),
         ("*", 10, Op::Mul), ("/", 10, Op::Div), ("%", 10, Op::Mod), ("mod", 10, Op::Mod),
         ("<<", 8, Op::Shl), (">>", 8, Op::Shr), ("shl", 8, Op::Shl), ("shr", 8, Op::Shr),
         ("+", 9, Op::Add), ("-", 9, Op::Sub),
-        ("==", 6, Op::Equal), ("=", 6, Op::Equal), ("<>", 6, Op::Unequal), ("!=", 6, Op::Unequal),
-        ("<", 6, Op::Less), ("<=", 6, Op::LessEqual), (">", 6, Op::Greater), (">=", 6, Op::GreaterEqual),
-        ("eq", 6, Op::Equal), ("ne", 6, Op::Unequal), ("lt", 6, Op::Less), ("le", 6, Op::LessEqual),
-        ("gt", 6, Op::Greater), ("ge", 6, Op::GreaterEqual),
+        ("==", 7, Op::Equal), ("=", 7, Op::Equal), ("<>", 7, Op::Unequal), ("!=", 7, Op::Unequal),
+        ("<", 7, Op::Less), ("<=", 7, Op::LessEqual), (">", 7, Op::Greater), (">=", 7, Op::GreaterEqual),
+        ("eq", 7, Op::Equal), ("ne", 7, Op::Unequal), ("lt", 7, Op::Less), ("le", 7, Op::LessEqual),
+        ("gt", 7, Op::Greater), ("ge", 7, Op::GreaterEqual),
         ("&", 5, Op::And), ("and", 5, Op::And),
-        ("^", 4, Op::Xor), ("xor", 4, Op::Xor), ("|", 3, Op::Or), ("or", 3, Op::Or),
+        ("^", 6, Op::Xor), ("xor", 4, Op::Xor), ("|", 3, Op::Or), ("or", 3, Op::Or),
         ("&&", 2, Op::BothTrue), ("||", 1, Op::EitherTrue),
     ],
     unary: &[
@@ -55,6 +55,7 @@ pub(super) const MCS51: Dialect = Dialect {
     org_fills: None,
     spaced_arguments: false,
     space_fills: false,
+    zones: false,
     literals: &[],
     directives: &[
         Directive::run("defb", |asm, call| super::common::bytes(asm, call)),
@@ -107,11 +108,13 @@ pub(super) const MCS51: Dialect = Dialect {
     ],
     provides,
     defines: |_| Vec::new(),
+    refuses: |_, _| None,
+    finish: |_| (),
     sections: &[
-        SectionRow { name: "code", space: "", holds: Holds::Image },
-        SectionRow { name: "idata", space: "idata", holds: Holds::Addresses },
-        SectionRow { name: "xdata", space: "xdata", holds: Holds::Addresses },
-        SectionRow { name: "bit", space: "bit", holds: Holds::Addresses },
+        SectionRow { name: "code", space: "", holds: Holds::Image, behind: false },
+        SectionRow { name: "idata", space: "idata", holds: Holds::Addresses, behind: false },
+        SectionRow { name: "xdata", space: "xdata", holds: Holds::Addresses, behind: false },
+        SectionRow { name: "bit", space: "bit", holds: Holds::Addresses, behind: false },
     ],
 };
 

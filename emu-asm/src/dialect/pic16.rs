@@ -48,6 +48,7 @@ pub(super) const PIC16: Dialect = Dialect {
     org_fills: None,
     spaced_arguments: false,
     space_fills: false,
+    zones: false,
     literals: &[("W", 0), ("F", 1)],
     directives: &[
         Directive::run("dw", words),
@@ -58,7 +59,9 @@ pub(super) const PIC16: Dialect = Dialect {
     ],
     provides,
     defines: |_| Vec::new(),
-    sections: &[SectionRow { name: "code", space: "", holds: Holds::Image }],
+    refuses: |_, _| None,
+    finish: |_| (),
+    sections: &[SectionRow { name: "code", space: "", holds: Holds::Image, behind: false }],
 };
 
 fn provides(_: &Chip, _: &str) -> Provided {

@@ -1,6 +1,7 @@
 //! ATmega64 and ATmega128 (Atmel 2490 and 2467), without the compatibility mode of the fuse M103C.
 
 use emu_core::chip::{Chip, PinDef, Reg};
+use emu_core::pins::PinId;
 
 use super::Own::*;
 use super::Site::{self, *};
@@ -225,7 +226,7 @@ const PINS: &[PinDef] = pins! {
 
 /// Alternate functions (alternate port functions).
 #[rustfmt::skip]
-const LINES: &[(usize, Line, u8)] = &[
+const LINES: &[(usize, Line, PinId)] = &[
     (unit::TIMER,     Line::OcA, 12), (unit::TIMER + 1, Line::T,   30), (unit::TIMER + 1, Line::Icp, 28),
     (unit::TIMER + 1, Line::OcA, 13), (unit::TIMER + 1, Line::OcB, 14), (unit::TIMER + 1, Line::OcC, 15),
     (unit::TIMER + 2, Line::T,   31), (unit::TIMER + 2, Line::OcA, 15), (unit::TIMER + 3, Line::T,   38),

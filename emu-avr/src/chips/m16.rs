@@ -1,6 +1,7 @@
 //! ATmega16 and ATmega32 (Atmel 2466 and 2503).
 
 use emu_core::chip::{Chip, PinDef, Reg};
+use emu_core::pins::PinId;
 
 use super::Own::*;
 use super::Site::{self, *};
@@ -173,7 +174,7 @@ const PINS: &[PinDef] = pins! {
 
 /// Alternate functions (alternate port functions).
 #[rustfmt::skip]
-const LINES: &[(usize, Line, u8)] = &[
+const LINES: &[(usize, Line, PinId)] = &[
     (unit::TIMER,     Line::T,    8), (unit::TIMER,     Line::OcA, 11), (unit::TIMER + 1, Line::T,    9),
     (unit::TIMER + 1, Line::Icp, 30), (unit::TIMER + 1, Line::OcA, 29), (unit::TIMER + 1, Line::OcB, 28),
     (unit::TIMER + 2, Line::OcA, 31), (unit::USART,     Line::Rxd, 24), (unit::USART,     Line::Txd, 25),

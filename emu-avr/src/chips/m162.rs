@@ -1,6 +1,7 @@
 //! ATmega162 (Atmel 2513), without the compatibility mode of the fuse M161C.
 
 use emu_core::chip::{Chip, PinDef, Reg};
+use emu_core::pins::PinId;
 
 use super::Own::*;
 use super::Site::{self, *};
@@ -193,7 +194,7 @@ const PINS: &[PinDef] = pins! {
 
 /// Alternate functions (alternate port functions).
 #[rustfmt::skip]
-const LINES: &[(usize, Line, u8)] = &[
+const LINES: &[(usize, Line, PinId)] = &[
     (unit::TIMER,     Line::T,    8), (unit::TIMER,     Line::OcA,  8), (unit::TIMER + 1, Line::T,    9),
     (unit::TIMER + 1, Line::Icp, 32), (unit::TIMER + 1, Line::OcA, 29), (unit::TIMER + 1, Line::OcB, 34),
     (unit::TIMER + 2, Line::OcA,  9), (unit::TIMER + 3, Line::Icp, 27), (unit::TIMER + 3, Line::OcA, 28),
@@ -206,7 +207,7 @@ const LINES: &[(usize, Line, u8)] = &[
 
 /// Pin change inputs: PCINT0 to 7 on port A, 8 to 15 on port C.
 #[rustfmt::skip]
-const PIN_CHANGES: &[(u8, u8)] = &[
+const PIN_CHANGES: &[(PinId, u8)] = &[
     (0, 0), (1, 1), (2, 2), (3, 3), (4, 4), (5, 5), (6, 6), (7, 7),
     (16, 8), (17, 9), (18, 10), (19, 11), (20, 12), (21, 13), (22, 14), (23, 15),
 ];

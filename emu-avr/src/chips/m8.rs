@@ -1,6 +1,7 @@
 //! ATmega8 (Atmel 2486).
 
 use emu_core::chip::{Chip, PinDef, Reg};
+use emu_core::pins::PinId;
 
 use super::Own::*;
 use super::Site::{self, *};
@@ -136,7 +137,7 @@ const PINS: &[PinDef] = pins! {
 
 /// Alternate functions (alternate port functions).
 #[rustfmt::skip]
-const LINES: &[(usize, Line, u8)] = &[
+const LINES: &[(usize, Line, PinId)] = &[
     (unit::TIMER,     Line::T,   20), (unit::TIMER + 1, Line::T,   21), (unit::TIMER + 1, Line::Icp,  0),
     (unit::TIMER + 1, Line::OcA,  1), (unit::TIMER + 1, Line::OcB,  2), (unit::TIMER + 2, Line::OcA,  3),
     (unit::USART,     Line::Rxd, 16), (unit::USART,     Line::Txd, 17), (unit::USART,     Line::Xck, 20),

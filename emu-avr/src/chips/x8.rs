@@ -1,6 +1,7 @@
 //! ATmega48, 88, 168 and 328 with their variants (DS40002061).
 
 use emu_core::chip::{Chip, PinDef, Reg};
+use emu_core::pins::PinId;
 
 use super::Own::*;
 use super::Site::{self, *};
@@ -266,7 +267,7 @@ const PINS: &[PinDef] = pins! {
 
 /// Alternate functions (section 14.3), pin change inputs apart.
 #[rustfmt::skip]
-const LINES: &[(usize, Line, u8)] = &[
+const LINES: &[(usize, Line, PinId)] = &[
     (unit::TIMER,     Line::T,   20), (unit::TIMER,     Line::OcA, 22), (unit::TIMER,     Line::OcB, 21),
     (unit::TIMER + 1, Line::T,   21), (unit::TIMER + 1, Line::Icp,  0), (unit::TIMER + 1, Line::OcA,  1),
     (unit::TIMER + 1, Line::OcB,  2), (unit::TIMER + 2, Line::OcA,  3), (unit::TIMER + 2, Line::OcB, 19),
@@ -278,7 +279,7 @@ const LINES: &[(usize, Line, u8)] = &[
 
 /// Pin change inputs: PCINT0 to 7 on port B, 8 to 14 on port C, 16 to 23 on port D.
 #[rustfmt::skip]
-const PIN_CHANGES: &[(u8, u8)] = &[
+const PIN_CHANGES: &[(PinId, u8)] = &[
     (0, 0), (1, 1), (2, 2), (3, 3), (4, 4), (5, 5), (6, 6), (7, 7), (8, 8), (9, 9), (10, 10), (11, 11), (12, 12), (13, 13),
     (14, 14), (16, 16), (17, 17), (18, 18), (19, 19), (20, 20), (21, 21), (22, 22), (23, 23),
 ];
