@@ -51,7 +51,7 @@ impl Bus {
                 lines.iter().find(|row| (row.0, row.1) == (unit, avr)).map(|row| row.2)
             }
             Family::Pic16 => emu_pic16::chips::part(chip.name)?.line(pic16).map(|line| line.pin),
-            Family::Mcs51 => None,
+            Family::Mcs51 | Family::Ap101 => None,
         }
     }
 }

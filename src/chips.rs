@@ -1,7 +1,7 @@
 //! `emu chips`: the chips and what they have.
 
 use clap::Args;
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, PinDef};
 use serde_json::{Value, json};
 
 use crate::fail::{Failure, exit};
@@ -45,10 +45,18 @@ fn document(chip: &Chip) -> Value {
         "eeprom": chip.eeprom,
         "max_hz": chip.max_hz,
         "default_hz": chip.default_hz,
-        "pins": pins.map(|p| json!({ "name": p.name, "dip": p.dip, "note": p.note })).collect::<Vec<_>>(),
+        "pins": pins.map(pin).collect::<Vec<_>>(),
         "vectors": chip.vectors,
         "spaces": chip.spaces.iter().map(space).collect::<Vec<_>>(),
     })
+}
+
+/// A pin, with its number where there is a package that gives it one.
+fn pin(pin: &PinDef) -> Value {
+    match pin.dip {
+        Chip::NO_PACKAGE => json!({ "name": pin.name, "note": pin.note }),
+        dip => json!({ "name": pin.name, "dip": dip, "note": pin.note }),
+    }
 }
 
 fn space(&(name, addresses, width): &(&str, u32, u32)) -> Value {

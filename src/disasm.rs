@@ -1,18 +1,29 @@
 //! `emu disasm`: the instructions of an image.
 
+mod listing;
+mod pieces;
+#[cfg(test)]
+mod tests;
+mod text;
+
 use clap::Args;
-use diag::{Diagnostic, Severity};
 use emu_core::chip::Chip;
-use emu_core::image::{Image, Lines};
+use emu_core::image::Image;
 use emu_core::table::Line;
 use emu_debug::{Names, Source};
 use serde_json::{Value, json};
 
-use crate::codes::{NO_LINES, about_file};
 use crate::fail::{Failure, exit};
+<<<<<<< HEAD
 use crate::report::{Terminal, Texts, report};
 use crate::sources::Sources;
+=======
+use crate::report::{Terminal, report};
+>>>>>>> w-names
 use crate::{family, input, output};
+use listing::Listing;
+use pieces::{Code, Piece};
+use text::{Text, labels};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -21,9 +32,6 @@ Examples:
   emu disasm blink.elf --source --from main.c:12
   emu disasm app.ihx --mcu at89s52 --symbols app.cdb
   emu disasm - --json < blink.hex";
-
-/// Erased bytes in a row from which on they are no longer printed.
-const ERASED: usize = 8;
 
 /// Flags of `emu disasm`.
 #[derive(Debug, Args)]
@@ -58,14 +66,6 @@ pub struct DisasmArgs {
 
 type Chosen = &'static Chip;
 
-/// A stretch of program memory.
-enum Piece {
-    /// An instruction: word address, its words, what it is.
-    Instruction(u32, Vec<u16>, Line),
-    /// Erased words: first and after the last.
-    Erased(u32, u32),
-}
-
 /// Prints the instructions of an image.
 pub fn disasm(args: &DisasmArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let image = input::image_with_symbols(&args.image, &args.symbols, args.chip, terminal)?;
@@ -76,11 +76,21 @@ pub fn disasm(args: &DisasmArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let mut listing = args.source.then(|| Listing::new(args, &image.lines, terminal));
     report(terminal, image.lines.warnings(), Texts::NONE);
     let pieces = pieces?;
+    let whole = args.from.is_none() && args.to.is_none();
     if args.json {
         let list: Vec<Value> = pieces.iter().filter_map(|piece| document(piece, &source, listing.as_mut())).collect();
-        output::json(&json!({ "schema": 1, "mcu": args.chip.name, "instructions": list }))?;
+        let mut document = json!({ "schema": 1, "mcu": args.chip.name, "instructions": list });
+        if whole {
+            document["memories"] = json!(memories(args.chip, &image));
+        }
+        output::json(&document)?;
     } else {
-        output::print(pieces.iter().map(|piece| line(piece, &source, listing.as_mut())).collect::<String>())?;
+        let mut text = Text::new(&source);
+        text.program(&pieces, listing);
+        if whole {
+            text.memories(&image);
+        }
+        output::print(text.finish())?;
     }
     Ok(exit::OK)
 }
@@ -103,6 +113,7 @@ fn range(args: &DisasmArgs, source: &Source<'_>) -> Result<(u32, u32), Failure> 
     Ok((from, to))
 }
 
+<<<<<<< HEAD
 /// Source lines between the instructions.
 struct Listing<'a> {
     sources: Sources<'a>,
@@ -232,6 +243,19 @@ fn line(piece: &Piece, source: &Source<'_>, listing: Option<&mut Listing<'_>>) -
             out
         }
     }
+=======
+/// What the image fills besides program memory.
+fn memories(chip: &Chip, image: &Image) -> Vec<Value> {
+    let others = image.segments.iter().filter(|segment| segment.space != chip.code);
+    let others = others.map(|segment| {
+        let size = chip.hex.iter().find(|space| space.name == segment.space).map_or(1, |space| space.word.max(1));
+        let words = segment.bytes.chunks(size as usize);
+        let words = words.map(|word| word.iter().rev().fold(0, |high, &low| high << 8 | u32::from(low)));
+        let words: Vec<u32> = words.collect();
+        json!({ "memory": segment.space, "addr": segment.addr / size, "words": words })
+    });
+    others.collect()
+>>>>>>> w-names
 }
 
 fn document(piece: &Piece, source: &Source<'_>, listing: Option<&mut Listing<'_>>) -> Option<Value> {

@@ -34,6 +34,7 @@ pub fn all() -> Vec<&'static Code> {
         emu_core::image::SYMBOL_CODES,
         emu_asm::CODES,
         emu_core::lint::CODES,
+        emu_ap101::config::CODES,
         ladder::CODES,
         ladder_compile::CODES,
         emu_check::CODES,

@@ -1,6 +1,7 @@
 //! The families of chips: the one place that lists them. Everything else reads a chip's row or is generic over its machine.
 
 use emu_8051::Mcs51;
+use emu_ap101::Ap101;
 use emu_avr::Avr;
 use emu_avr::chips::unit;
 use emu_avr::periph;
@@ -14,7 +15,8 @@ use crate::nearest::nearest;
 
 /// All chips, family by family.
 pub fn chips() -> impl Iterator<Item = &'static Chip> {
-    emu_avr::chips::CHIPS.iter().copied().chain(emu_8051::chips::chips()).chain(emu_pic16::chips::chips())
+    let avr = emu_avr::chips::CHIPS.iter().copied();
+    avr.chain(emu_8051::chips::chips()).chain(emu_pic16::chips::chips()).chain(emu_ap101::chips::chips())
 }
 
 /// The chip `name` (case aside).
@@ -36,13 +38,14 @@ pub fn name(family: Family) -> &'static str {
         Family::Avr => "avr",
         Family::Mcs51 => "mcs51",
         Family::Pic16 => "pic16",
+        Family::Ap101 => "ap101",
     }
 }
 
 /// Where the symbols go that linkers write into files of their own; nothing where the image brings its symbols along.
 pub fn symbol_spaces(chip: &Chip) -> Option<SymbolSpaces> {
     match chip.family {
-        Family::Avr => None,
+        Family::Avr | Family::Ap101 => None,
         Family::Mcs51 => Some(SymbolSpaces::MCS51),
         Family::Pic16 => Some(SymbolSpaces::PIC16),
     }
@@ -50,7 +53,7 @@ pub fn symbol_spaces(chip: &Chip) -> Option<SymbolSpaces> {
 
 /// The chip has a serial port whose bytes can be shown or waited for.
 pub fn has_uart(chip: &Chip) -> bool {
-    emu_pic16::chips::part(chip.name).is_none_or(|part| part.usart)
+    chip.family != Family::Ap101 && emu_pic16::chips::part(chip.name).is_none_or(|part| part.usart)
 }
 
 /// The pin at which the chip's first serial port receives.
@@ -62,6 +65,7 @@ pub fn receive_pin(chip: &Chip) -> Option<PinId> {
         }
         Family::Mcs51 => chip.pin("P3.0"),
         Family::Pic16 => emu_pic16::chips::part(chip.name)?.line(emu_pic16::periph::map::Line::Rx).map(|line| line.pin),
+        Family::Ap101 => None,
     }
 }
 
@@ -87,6 +91,8 @@ pub struct Setup {
     pub mcs51: emu_8051::Options,
     /// What only the PIC16 family has; with its oscillator.
     pub pic16: emu_pic16::Options,
+    /// What overrides the configuration of an AP101.
+    pub ap101: emu_ap101::Options,
 }
 
 /// Something to do with a machine of whatever family.
@@ -107,6 +113,7 @@ pub fn on_machine<J: Job>(chip: &'static Chip, image: &Image, setup: &Setup, job
             job.on(cpu)
         }
         Family::Pic16 => job.on(Pic16::with(chip, image, setup.ram, setup.pic16)),
+        Family::Ap101 => job.on(Ap101::with(image, setup.ap101)),
     }
 }
 

@@ -6,6 +6,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use diag::{Diagnostic, Pos, Severity};
+use emu_ap101::config;
 use emu_core::chip::{Chip, Family};
 use emu_core::image::{self, Bits, Space};
 use emu_pic16::chips::{self, Part};
@@ -115,15 +116,26 @@ impl Found {
     /// The family that the file is for, as far as it shows.
     fn family(&self, chip: &Chip) -> Looks {
         match chip.family {
+            _ if self.has_block() => Looks::Like(Family::Ap101),
             Family::Pic16 if self.words_of_14_bits() => Looks::Like(Family::Pic16),
             Family::Pic16 if !self.many_are_wide() => Looks::Unknown,
             Family::Pic16 if self.starts_as_avr() => Looks::Like(Family::Avr),
             Family::Pic16 if self.starts_as_mcs51() => Looks::Like(Family::Mcs51),
             Family::Pic16 if self.wide() >= ENOUGH => Looks::Wide,
             Family::Pic16 => Looks::Unknown,
-            Family::Avr | Family::Mcs51 if self.is_pic16() => Looks::Like(Family::Pic16),
-            Family::Avr | Family::Mcs51 => Looks::Unknown,
+            Family::Ap101 if self.starts_as_mcs51() => Looks::Like(Family::Mcs51),
+            Family::Ap101 if self.starts_as_avr() => Looks::Like(Family::Avr),
+            Family::Avr | Family::Mcs51 | Family::Ap101 if self.is_pic16() => Looks::Like(Family::Pic16),
+            Family::Avr | Family::Mcs51 | Family::Ap101 => Looks::Unknown,
         }
+    }
+
+    /// Where an AP101 has its configuration there is one, and nothing lies where it has no memory.
+    fn has_block(&self) -> bool {
+        let block = config::BLOCK..config::BLOCK + config::LENGTH;
+        let magic = [b'A', b'P', 1];
+        (block.start..).zip(magic).all(|(addr, byte)| self.byte(addr) == Some(byte))
+            && self.bytes.keys().all(|addr| *addr < block.end)
     }
 
     /// Whole words where a PIC16 has its program.

@@ -15,6 +15,7 @@ fn reset_pin(family: Family) -> (&'static str, Level, Level) {
         Family::Avr => ("RESET", Level::Low, Level::High),
         Family::Mcs51 => ("RST", Level::High, Level::Low),
         Family::Pic16 => ("MCLR", Level::Low, Level::High),
+        Family::Ap101 => ("POWER", Level::Low, Level::High),
     }
 }
 
@@ -55,5 +56,6 @@ pub fn held<C: Cpu>(cpu: &C, drives: &[Drive]) -> Option<String> {
         (Some(pin), Some(supply)) if goes_on(true, true) => format!("{pin}, and {supply}"),
         _ => return None,
     };
-    Some(format!("held in reset: {why}, and nothing ends that"))
+    let how = if cpu.chip().family == Family::Ap101 { "without supply" } else { "held in reset" };
+    Some(format!("{how}: {why}, and nothing ends that"))
 }

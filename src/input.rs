@@ -9,6 +9,7 @@ use emu_core::chip::Chip;
 use emu_core::image::{self, CONSTANT, ElfMachine, Image, Lines, SymbolAt, SymbolFile, Symbols};
 use ladder::{Dialect, Program};
 
+use crate::ap101;
 use crate::codes::{OTHER_PROCESSOR, OTHER_PROGRAM, UNREADABLE, about_file, reason};
 use crate::fail::Failure;
 use crate::guess::guess;
@@ -52,6 +53,10 @@ pub fn image(file: &str, chip: &'static Chip, terminal: &Terminal) -> Result<Ima
     let bytes = bytes(file)?;
     match image::load(file, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)) {
         Ok(mut loaded) => {
+            let faults = ap101::faults(file, &bytes, chip, &loaded.image);
+            if !faults.is_empty() {
+                return Err(Failure::Refused(faults, bytes));
+            }
             loaded.warnings.extend(guess(file, &bytes, chip, false));
             // The lines of an ELF file are no text.
             if bytes.starts_with(ELF) {

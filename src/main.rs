@@ -9,11 +9,12 @@
 //!   attach.rs  devices at the pins            sources.rs the text of source lines
 //!   lint.rs    what `run --lint` found              store.rs  files that keep what a memory holds
 //!   avr.rs     flags of the AVR family        mcs51.rs  flags of the 8051 family
-//!   pic16.rs   flags of the PIC16 family
+//!   pic16.rs   flags of the PIC16 family       ap101.rs  flags and configuration of AP101
 //! ```
 
 #![forbid(unsafe_code)]
 
+mod ap101;
 mod args;
 mod asm;
 mod attach;

@@ -9,7 +9,7 @@ use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
 use emu_core::pins::Time;
 use emu_debug::cod::{Limits, Script};
-use emu_debug::run::{levels, run_on};
+use emu_debug::run::{run_on, shown};
 use emu_debug::stimulus::{Put, drive, put, queue};
 use emu_debug::text::unescape;
 use emu_debug::{Board, Clock, Drive, Ended, Names, Plan, Range, Reason, Sender, Source, Wave, time};
@@ -24,7 +24,7 @@ use crate::output::Pending;
 use crate::report::{Terminal, Texts, report};
 use crate::store::{self, Store};
 use crate::summary::{self, Story};
-use crate::{avr, cod, input, lint, mcs51, output, pic16};
+use crate::{ap101, avr, cod, input, lint, mcs51, output, pic16};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -138,6 +138,8 @@ pub struct RunArgs {
     mcs51: mcs51::Flags,
     #[command(flatten)]
     pic16: pic16::Flags,
+    #[command(flatten)]
+    ap101: ap101::Flags,
 }
 
 /// Bytes (a type of its own, since clap takes a list of bytes for a repeated flag).
@@ -195,18 +197,19 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         _ => args.clock,
     };
     let start_up = !args.no_start_up && script.is_none();
-    if args.no_start_up && chip.family == Family::Mcs51 {
+    if args.no_start_up && matches!(chip.family, Family::Mcs51 | Family::Ap101) {
         let why = format!("--no-start-up is for chips of the AVR and PIC16 families; {} is none", chip.name);
         return Err(Failure::Usage(why));
     }
     let mcs51 = args.mcs51.options(chip)?;
+    let ap101 = args.ap101.options(chip, asked)?;
     let pic16 = args.pic16.options(chip, asked.unwrap_or(chip.default_hz), start_up)?;
     // Refused before the image is read, like the others.
     args.avr.wiring(chip, &Image::default(), asked, start_up)?;
     let symbols: Vec<String> = args.symbols.iter().chain(cod).cloned().collect();
     let image = input::image_with_symbols(&args.image, &symbols, chip, terminal)?;
     let avr = args.avr.wiring(chip, &image, asked, start_up)?;
-    let hz = avr.options.hz;
+    let hz = ap101::hz(chip, &image, &ap101).unwrap_or(avr.options.hz);
     if hz > chip.max_hz {
         let why = format!("{} runs at up to {} Hz", chip.name, chip.max_hz);
         return Err(Failure::value("--clock <HZ>", &hz.to_string(), &why));
@@ -222,7 +225,7 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
     on_machine(
         chip,
         &image,
-        &Setup { ram, bus: args.vcd.is_some(), avr: avr.options, mcs51, pic16 },
+        &Setup { ram, bus: args.vcd.is_some(), avr: avr.options, mcs51, pic16, ap101 },
         Headless { args, image: &image, script, hz, avr, pic16, eeprom, bench, to_stdout, terminal },
     )
 }
@@ -357,7 +360,7 @@ fn recorded<C: Cpu>(args: &RunArgs, (cpu, board): (&mut C, &mut Board), job: &Pl
         (Some(_), Some(file)) => Some(file.writer()?),
         (Some(_), None) => Some(Box::new(std::io::BufWriter::new(std::io::stdout())) as Box<dyn Write>),
     };
-    let wave = wave.map(|out| Wave::new(out, chip, job.clock, &levels(cpu, chip))).transpose().map_err(vcd_error)?;
+    let wave = wave.map(|out| Wave::new(out, chip, job.clock, &shown(cpu, chip))).transpose().map_err(vcd_error)?;
 
     let raw = args.uart.as_deref().is_some_and(output::is_stdout);
     let (start, mut printed, mut broken) = (Instant::now(), 0, None);

@@ -1,12 +1,15 @@
 //! How a run went, for people and as JSON.
 
 use emu_core::cpu::{Cpu, Fault};
-use emu_core::pins::Level;
+use emu_core::pins::{Level, PinId};
 use emu_debug::text::escape;
 use emu_debug::{Clock, Ended, Plan, Range, Reason, Source};
 use serde_json::{Map, Value, json};
 
 use crate::output;
+
+/// Pins of a chip of which all are shown.
+const FEW: usize = 100;
 
 /// Words of the longest instruction of any family.
 const LONGEST: u32 = 3;
@@ -83,6 +86,7 @@ impl<C: Cpu> Story<'_, C> {
                 let (instruction, object) = (self.instruction(), self.object(space, addr.into()));
                 Some(format!("{instruction}: {space}:0x{addr:04x}{object} was read before it was written"))
             }
+            Reason::Fault { fault, .. } => Some(format!("{}: {fault}", self.instruction())),
             Reason::Halted => self.held.clone(),
             Reason::Limit | Reason::Host => None,
         }
@@ -116,7 +120,7 @@ impl<C: Cpu> Story<'_, C> {
 
     /// Name and level of the pins that the package has.
     fn pins(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
-        self.source.names.chip.pins.iter().zip(0u8..).filter(|(def, _)| def.dip != 0).map(|(def, id)| {
+        self.source.names.chip.pins.iter().zip(0..).filter(|(_, id)| self.cpu.has_pin(*id)).map(|(def, id)| {
             let level = match self.cpu.level(id) {
                 Level::Low => "0",
                 Level::High => "1",
@@ -128,7 +132,7 @@ impl<C: Cpu> Story<'_, C> {
 
     /// Pins that chip and outside drove against each other, with the first cycle of that.
     fn contention(&self) -> impl Iterator<Item = (&'static str, u64)> {
-        let name = |pin: u8| self.source.names.chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
+        let name = |pin: PinId| self.source.names.chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
         self.ended.contention.iter().map(move |&(pin, cycle)| (name(pin), cycle))
     }
 
@@ -155,6 +159,12 @@ pub fn complain<C: Cpu>(story: &Story<'_, C>) {
         Reason::Illegal { .. } => ("no instruction", "is the image built for this chip?"),
         Reason::Fault { fault: Fault::UninitialisedRead { .. }, .. } => {
             ("a fault of the program", "write the cell first; after power-up RAM holds anything")
+        }
+        Reason::Fault { fault: Fault::LeavesProgram { .. }, .. } => {
+            ("a fault of the program", "jump only within the program, as the program table has it")
+        }
+        Reason::Fault { fault: Fault::NoEnd, .. } => {
+            ("a fault of the program", "let NA pass the last word of the program, or jump to its first one")
         }
         _ => return,
     };
@@ -234,7 +244,12 @@ pub fn text<C: Cpu>(story: &Story<'_, C>) -> String {
     }
     let special: Vec<String> = special.iter().map(|name| format!("{name}=0x{:02x}", story.register(name))).collect();
     out.push_str(&format!("registers  {}\n", special.join(" ")));
-    out.push_str(&format!("pins 7..0  {}\n", pins(story.pins())));
+    let (head, pins) = if story.cpu.chip().pins.len() > FEW {
+        ("pins at 1", high(story.pins()))
+    } else {
+        ("pins 7..0", pins(story.pins()))
+    };
+    out.push_str(&format!("{head:<10} {pins}\n"));
     if !story.ended.uart.is_empty() {
         out.push_str(&format!("uart       {}\n", escape(&story.ended.uart)));
     }
@@ -247,6 +262,12 @@ pub fn text<C: Cpu>(story: &Story<'_, C>) -> String {
         }
     }
     out
+}
+
+/// The pins that are high, where there are too many to show all.
+fn high(pins: impl Iterator<Item = (&'static str, &'static str)>) -> String {
+    let high: Vec<&str> = pins.filter(|(_, level)| *level == "1").map(|(name, _)| name).collect();
+    if high.is_empty() { "none".to_owned() } else { high.join(" ") }
 }
 
 /// Ports with their pins from bit 7 down, `PB=zz1zzzzz P1=zzzz1111`, with `-` where one is missing in between; then the other

@@ -4,6 +4,7 @@
 mod table;
 
 use emu_avr::{Avr, chips};
+use emu_core::pins::PinId;
 use emu_core::{Cpu, Level, RamInit, Stop, Time, image};
 use ladder_compile::{Compiled, Map, Options, Place, compile};
 
@@ -29,7 +30,7 @@ impl Bench {
     }
 
     /// The pin of an input or output.
-    fn pin(&self, name: &str) -> Option<u8> {
+    fn pin(&self, name: &str) -> Option<PinId> {
         let pin = self.map.pins.iter().find(|p| p.name == name)?;
         self.cpu.chip().pin(&pin.pin)
     }

@@ -2,6 +2,7 @@
 
 use emu_avr::{Avr, chips};
 use emu_core::lint::Lint;
+use emu_core::pins::PinId;
 use emu_core::rng::Rng;
 use emu_core::{Cpu, Level, Probe, RamInit, Stop, Time, image};
 use ladder_compile::{Options, compile};
@@ -38,7 +39,7 @@ fn every_example_runs_without_a_lint() {
         let chip = chips::chip("atmega328p").expect("a chip");
         let loaded = image::load_hex("image", compiled.hex.as_bytes(), chip.hex).expect("a sound image");
         let mut cpu = Avr::new(chip, &loaded.image, RamInit::Random(7));
-        let inputs: Vec<u8> = compiled
+        let inputs: Vec<PinId> = compiled
             .map
             .pins
             .iter()

@@ -81,6 +81,8 @@ pub(crate) struct Asm<'a> {
     pub numbered: HashMap<String, u32>,
     /// Length of the instruction in the unit of addresses while its operands are read, where the dialect counts from its end.
     pub behind: i64,
+    /// The address of the line.
+    pub line_at: i64,
     pub out: Output,
     faults: Vec<(Diagnostic, Option<String>)>,
     /// Errors beyond [`LIMIT`].
@@ -119,6 +121,7 @@ impl<'a> Asm<'a> {
             stretch: 0,
             numbered: HashMap::new(),
             behind: 0,
+            line_at: 0,
             out: Output::new(chip, d),
             faults: Vec::new(),
             more: 0,
@@ -131,9 +134,10 @@ impl<'a> Asm<'a> {
         loop {
             self.begin_pass();
             self.read(0);
+            (self.d.finish)(self);
             let moving = self.symbols.end(self.pass);
             // Names that were read before they were given have moved, or some had no value at all when they were read.
-            let again = if self.pass == 1 { self.forward } else { !moving.is_empty() };
+            let again = self.out.stack() || if self.pass == 1 { self.forward } else { !moving.is_empty() };
             if !again || self.stopped() {
                 break;
             }
@@ -310,8 +314,9 @@ impl Names for Asm<'_> {
         Ok(Value { unknown: true, ..Value::default() })
     }
 
-    fn here(&self) -> i64 {
-        self.out.here() + self.behind
+    fn here(&self, token: &str) -> i64 {
+        let here = if self.d.here_is_line && token != "." { self.line_at } else { self.out.here() };
+        here + self.behind
     }
 
     fn radix(&self) -> u32 {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::dialect::{Dialect, Op};
 use crate::fault::Fault;
 use crate::number::{self, quoted};
-use crate::text::{begins_name, behind_name, byte, skip_space, trim};
+use crate::text::{begins_name, behind_name, byte, piece, skip_space};
 
 /// What an expression comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -29,8 +29,8 @@ impl Value {
 pub(crate) trait Names {
     /// The value of the name that stands at `at`.
     fn name(&mut self, name: &str, at: Range<usize>) -> Result<Value, Fault>;
-    /// The location counter.
-    fn here(&self) -> i64;
+    /// The location counter by one of its names.
+    fn here(&self, token: &str) -> i64;
     /// The radix of a number that says nothing of it.
     fn radix(&self) -> u32;
     /// The name under which the local label `1:` is kept that `1f` or `1b` means, or that of `12$`.
@@ -45,16 +45,16 @@ const DEEPEST: u32 = 64;
 /// # Errors
 /// The first thing in it that is wrong.
 pub(crate) fn evaluate(d: &Dialect, text: &str, range: Range<usize>, names: &mut dyn Names) -> Result<Value, Fault> {
-    let range = trim(text, range);
+    let range = piece(text, range);
     if range.is_empty() {
         return Err(Fault::new("ASM005", range, "a value is missing", "write a number, a name or an expression"));
     }
-    let Some(piece) = text.get(..range.end) else { return Ok(Value::default()) };
-    let mut parser = Parser { d, text: piece, at: range.start, names, depth: 0 };
+    let Some(front) = text.get(..range.end) else { return Ok(Value::default()) };
+    let mut parser = Parser { d, text: front, at: range.start, names, depth: 0 };
     let value = parser.binary(0)?;
     parser.space();
-    if parser.at < piece.len() {
-        let rest = parser.at..piece.len();
+    if parser.at < front.len() {
+        let rest = parser.at..front.len();
         let what = text.get(rest.clone()).unwrap_or_default();
         let hint = "operators stand between values; see docs/formats/asm.md for those of this family";
         return Err(Fault::new("ASM005", rest, format!("`{what}` does not belong to the expression before it"), hint));
@@ -185,7 +185,7 @@ impl Parser<'_> {
         let rest = self.text.get(start..).unwrap_or_default();
         if let Some(token) = self.d.here.iter().find(|token| rest.starts_with(**token) && alone(rest, token)) {
             self.at += token.len();
-            return Ok(Value::of(self.names.here()));
+            return Ok(Value::of(self.names.here(token)));
         }
         if begins_name(c) {
             let end = behind_name(self.text, start, !self.d.dot_is_bit);

@@ -19,6 +19,8 @@ pub(crate) struct Param {
     pub default: Option<String>,
     /// Something must be given.
     pub required: bool,
+    /// It is a label of its own in each call that gives nothing for it.
+    pub label: bool,
     /// It takes all that is left.
     pub rest: bool,
 }
@@ -49,16 +51,13 @@ impl Asm<'_> {
                 (rest.start..end, skip_comma(text, end)..rest.end.max(end))
             }
         };
-        let Some(body) = self.collect(call, |flow| matches!(flow, Flow::Macro), |flow| matches!(flow, Flow::Endm))
-        else {
-            return;
-        };
+        let Some(body) = self.collect(call, Flow::Macro) else { return };
         if name.is_empty() {
             let hint = "write `name macro a, b`, or `.macro name a, b`";
             return self.tell(Fault::new("ASM023", call.word.clone(), "the macro has no name", hint));
         }
         let written = call.get(name.clone()).to_owned();
-        let params = parts(text, params).into_iter().map(|part| param(call.get(part))).collect();
+        let params = parts(self.d, text, params).into_iter().map(|part| param(call.get(part))).collect();
         let mut locals = Vec::new();
         for line in body.iter() {
             locals.extend(self.locals_of(line));
@@ -89,7 +88,7 @@ impl Asm<'_> {
         let number = self.calls;
         let mut values: Vec<(String, Option<String>)> = found.params.iter().map(|p| (p.name.clone(), None)).collect();
         let mut next = 0;
-        for range in parts(call.text, call.rest.clone()) {
+        for range in parts(self.d, call.text, call.rest.clone()) {
             let text = call.get(range.clone());
             let named = text.split_once('=').and_then(|(name, value)| {
                 let at = found.params.iter().position(|p| p.name == name.trim())?;
@@ -125,6 +124,12 @@ impl Asm<'_> {
                 self.tell(Fault::new("ASM023", call.word.clone(), cause, "give it behind the others, or by its name"));
             }
             *value = value.take().or_else(|| param.default.clone());
+        }
+        // sdas: a parameter with a question mark is another label in each call when nothing is given for it.
+        for (i, (param, (_, value))) in found.params.iter().zip(&mut values).enumerate() {
+            if param.label && value.is_none() {
+                *value = Some(format!("{}$", 10_000 + number as usize * 16 + i));
+            }
         }
         let locals = found.locals.iter().map(|name| (name.clone(), format!("{name}?{number}")));
         let values: Vec<(String, String)> =
@@ -163,6 +168,32 @@ impl Asm<'_> {
         };
         let text = call.get(from..rest.end.max(from)).trim().to_owned();
         self.defines.insert(name, Rc::new(Define { params, text }));
+    }
+
+    /// A condition with 1 or 0 for each `defined(NAME)`, as C's preprocessor has it.
+    pub fn decide_defined(&self, line: &Line, end: usize) -> Option<Line> {
+        let text = line.text.get(..end)?;
+        if !text.contains("defined") || !self.directive_of(text.split_whitespace().next()?)?.name.contains("if") {
+            return None;
+        }
+        let mut changed = Changed::default();
+        let mut done = 0;
+        for (at, word) in text.match_indices("defined") {
+            let mut name = skip_space(text, at + word.len());
+            let bracket = byte(text, name) == b'(';
+            name = skip_space(text, name + usize::from(bracket));
+            let mut end = behind_name(text, name, false);
+            let found = text.get(name..end).filter(|name| !name.is_empty())?;
+            let known = self.defines.contains_key(found) || self.known.get(found).is_some();
+            if bracket {
+                end = skip_space(text, end) + 1;
+            }
+            changed.copy(text, done..at);
+            changed.put(if known { "1" } else { "0" }, at);
+            done = end.min(text.len());
+        }
+        changed.copy(text, done..text.len());
+        Some(changed.into_line(line))
     }
 
     /// The line with the texts put in for which defined names stand.
@@ -257,9 +288,38 @@ fn copy(out: &mut Changed, code: &str, range: std::ops::Range<usize>, old: Optio
     }
 }
 
-/// Pieces between commas; where there are none, between spaces.
-fn parts(text: &str, range: std::ops::Range<usize>) -> Vec<std::ops::Range<usize>> {
-    cut(text, range)
+/// Pieces between commas, and in dialects that have it so between spaces, where no operator stands on either side.
+fn parts(d: &Dialect, text: &str, range: std::ops::Range<usize>) -> Vec<std::ops::Range<usize>> {
+    let pieces = cut(text, range);
+    if !d.spaced_arguments {
+        return pieces;
+    }
+    let mut all = Vec::new();
+    for piece in pieces {
+        let (mut start, mut at, mut depth) = (piece.start, piece.start, 0u32);
+        while at < piece.end {
+            match byte(text, at) {
+                b'(' | b'[' => depth += 1,
+                b')' | b']' => depth = depth.saturating_sub(1),
+                b' ' | b'\t' if depth == 0 => {
+                    let next = skip_space(text, at);
+                    let before = byte(text, at.saturating_sub(1));
+                    let value =
+                        |c: u8| c.is_ascii_alphanumeric() || matches!(c, b'_' | b'.' | b'"' | b'\'' | b'\\' | b'$');
+                    if (value(before) || before == b')') && (value(byte(text, next)) || byte(text, next) == b'(') {
+                        all.push(start..at);
+                        start = next;
+                    }
+                    at = next;
+                    continue;
+                }
+                _ => {}
+            }
+            at = step(text, at);
+        }
+        all.push(start..piece.end);
+    }
+    all
 }
 
 fn skip_comma(text: &str, at: usize) -> usize {
@@ -274,8 +334,9 @@ fn param(text: &str) -> Param {
     let (name, kind) = name.split_once(':').unwrap_or((name, ""));
     let kind = kind.trim();
     Param {
-        name: name.trim().trim_start_matches('\\').to_owned(),
+        name: name.trim().trim_start_matches(['\\', '?']).to_owned(),
         default,
+        label: name.trim().starts_with('?'),
         required: kind.eq_ignore_ascii_case("req"),
         rest: kind.eq_ignore_ascii_case("vararg"),
     }

@@ -36,7 +36,14 @@ impl Asm<'_> {
         word: Range<usize>,
         rest: Range<usize>,
     ) -> Option<Vec<u16>> {
-        match self.encode(text, mnemonic, word, rest, 0) {
+        let all = trim(text, rest.clone());
+        if let Some((cause, hint)) = (self.d.refuses)(mnemonic, text.get(all.clone()).unwrap_or_default()) {
+            self.tell(Fault::new("ASM002", all, cause, hint));
+            return None;
+        }
+        let found = self.encode(text, mnemonic, word, rest, 0);
+        self.behind = 0;
+        match found {
             Ok(words) => Some(words),
             Err(fault) => {
                 self.tell(fault);
@@ -119,6 +126,9 @@ impl Asm<'_> {
         let mut values = Vec::with_capacity(parts.len());
         let mut known = true;
         let mut wrong: Option<(u8, Fault)> = None;
+        if self.d.here_is_behind {
+            self.behind = i64::from(row.len() * self.chip.word_bytes / self.out.unit().max(1));
+        }
         for slot in row.operands.iter().filter(|slot| row.pattern.has(slot.letter)) {
             let Some((_, range)) = parts.iter().find(|(letter, _)| *letter == slot.letter) else { return Tried::Not };
             match self.operand(text, range.clone(), slot.kind, &site) {
@@ -199,6 +209,9 @@ impl Asm<'_> {
             }
         }
         let d = self.d;
+        if let Some(found) = self.zone(text, range.clone(), kind) {
+            return found;
+        }
         let value = match evaluate(d, text, range.clone(), self) {
             Ok(value) => value,
             // A register of the core where none is wanted: another form.
@@ -214,6 +227,28 @@ impl Asm<'_> {
             Ok(value_here) => Operand::Value(value_here, !value.unknown),
             Err(cause) => Operand::Wrong(1, Fault::new("ASM003", range, cause, format!("here stands a {}", kind.name))),
         }
+    }
+
+    /// `M(256+n)`: the name that the letter and the value in brackets are together.
+    fn zone(&mut self, text: &str, range: Range<usize>, kind: &OperandKind) -> Option<Operand> {
+        let piece = text.get(range.clone()).filter(|_| self.d.zones)?;
+        let inner = piece.get(1..)?.trim_start().strip_prefix('(')?.strip_suffix(')')?;
+        let letter = piece.get(..1).filter(|letter| letter.starts_with(|c: char| c.is_ascii_alphabetic()))?;
+        (kind.named)(&format!("{letter}0"))?;
+        let start = range.end - 1 - inner.len();
+        let d = self.d;
+        let value = match evaluate(d, text, start..range.end - 1, self) {
+            Ok(value) if value.unknown => return Some(Operand::Value(0, false)),
+            Ok(value) => value.n,
+            Err(fault) => return Some(Operand::Wrong(2, fault)),
+        };
+        Some(match (kind.named)(&format!("{letter}{value}")) {
+            Some(address) => Operand::Value(address, true),
+            None => {
+                let cause = format!("there is no {letter}{value}");
+                Operand::Wrong(3, Fault::new("ASM003", range, cause, "zones have addresses from 0 to 511"))
+            }
+        })
     }
 
     /// The operands of what another spelling stands for.

@@ -55,6 +55,13 @@ fn take(form: Form, rest: &str, radix: u32) -> Option<(usize, &str, u32, usize)>
         Form::Hex0x => prefixed("0x", 16),
         Form::Binary0b => prefixed("0b", 2),
         Form::HexDollar => prefixed("$", 16),
+        Form::HexDollars => prefixed("$$", 16),
+        Form::ZeroLetter => match byte(rest, 1).to_ascii_lowercase() {
+            b'h' if starts && byte(rest, 0) == b'0' => behind(2, 16),
+            b'o' | b'q' if starts && byte(rest, 0) == b'0' => behind(2, 8),
+            b'd' if starts && byte(rest, 0) == b'0' => behind(2, 10),
+            _ => None,
+        },
         Form::BinaryPercent => prefixed("%", 2),
         Form::HexH => suffixed(b"h", 16),
         Form::BinaryB => suffixed(b"b", 2),
@@ -103,11 +110,8 @@ pub(crate) fn quoted(d: &Dialect, text: &str, at: usize) -> Result<Option<(usize
         value = value << 8 | i64::from(code);
         at_char += len;
         count += 1;
-        if count == 1
-            && byte(text, at_char) != mark
-            && mark == b'\''
-            && !text.get(at_char..).unwrap_or_default().contains('\'')
-        {
+        let ends = byte(text, at_char) == b',' || !text.get(at_char..).unwrap_or_default().contains('\'');
+        if count == 1 && mark == b'\'' && byte(text, at_char) != mark && ends {
             // 'c with nothing that closes it.
             return Ok(Some((at_char - at, value)));
         }

@@ -19,12 +19,16 @@ pub(crate) struct Section {
     pub space: &'static str,
     /// What it holds.
     pub holds: Holds,
+    /// It lies behind the section before it in the same memory.
+    pub behind: bool,
+    /// The largest alignment in it, to which it is filled up at its end.
+    pub align: i64,
     /// Byte address of its address 0 in the image file.
     pub base: u64,
     /// Bytes per address.
     pub unit: u32,
-    /// The address that comes next.
-    pub at: i64,
+    /// The byte that comes next, from its address 0.
+    pub pos: i64,
 }
 
 /// Bytes that a line gives.
@@ -87,8 +91,10 @@ impl Output {
                 space: row.space,
                 holds: row.holds,
                 base: window.filter(|_| row.holds == Holds::Memory).map_or(0, |space| space.start.into()),
+                behind: row.behind,
+                align: if row.holds == Holds::Copied { 2 } else { 1 },
                 unit: if row.holds == Holds::Image { unit } else { 1 },
-                at: if row.space == chip.ram { chip.ram_start.into() } else { 0 },
+                pos: if row.space == chip.ram { chip.ram_start.into() } else { 0 },
             }
         };
         let first: Vec<Section> = d.sections.iter().map(section).collect();
@@ -108,11 +114,32 @@ impl Output {
 
     /// Begins a pass.
     pub fn restart(&mut self) {
+        self.stack();
         self.sections.clone_from(&self.first);
         self.current = 0;
         self.bytes.clear();
         self.runs.clear();
         self.list.clear();
+    }
+
+    /// Sections in the same RAM lie behind each other, as a linker puts them; true where one of them has moved.
+    pub fn stack(&mut self) -> bool {
+        let mut moved = false;
+        let mut end: Option<(&'static str, i64)> = None;
+        for (first, section) in self.first.iter_mut().zip(&self.sections) {
+            if first.holds == Holds::Image || first.holds == Holds::Memory || !first.behind {
+                continue;
+            }
+            let length = section.pos - first.pos;
+            if let Some((_, at)) = end.filter(|(space, _)| *space == first.space) {
+                moved |= first.pos != at;
+                first.pos = at;
+            }
+            let behind = first.pos + length.max(0);
+            let even = if first.holds == Holds::Copied { (behind + 1) & !1 } else { behind };
+            end = Some((first.space, even));
+        }
+        moved
     }
 
     fn section(&self) -> Option<&Section> {
@@ -121,13 +148,13 @@ impl Output {
 
     /// The address that comes next, in the unit of the section.
     pub fn here(&self) -> i64 {
-        self.section().map_or(0, |section| section.at)
+        self.section().map_or(0, |section| section.pos.div_euclid(section.unit.max(1).into()))
     }
 
     /// The next address is `at`.
     pub fn go(&mut self, at: i64) {
         if let Some(section) = self.sections.get_mut(self.current) {
-            section.at = at;
+            section.pos = at.saturating_mul(section.unit.into());
         }
     }
 
@@ -143,14 +170,14 @@ impl Output {
 
     /// The byte address in the image file.
     pub fn image_address(&self) -> u64 {
-        self.section().map_or(0, |s| (s.base as i64 + s.at * i64::from(s.unit)).max(0) as u64)
+        self.section().map_or(0, |s| (s.base as i64).saturating_add(s.pos).max(0) as u64)
     }
 
     /// Memory and byte address of a label here.
     pub fn label_place(&self) -> (&'static str, u32) {
         let Some(section) = self.section() else { return (self.code, 0) };
         if section.holds != Holds::Image {
-            return (section.space, section.at as u32);
+            return (section.space, section.pos as u32);
         }
         let addr = self.image_address();
         let inside =
@@ -159,6 +186,11 @@ impl Output {
             Some(space) => (space.name, (addr - u64::from(space.start)) as u32),
             None => (self.code, addr as u32),
         }
+    }
+
+    /// Something was given already in this section.
+    pub fn begun(&self) -> bool {
+        self.runs.iter().any(|run| run.section == self.current)
     }
 
     /// Switches to the section of this name; `None` where there is none.
@@ -171,7 +203,7 @@ impl Output {
     fn add(&mut self, bytes: &[u8], line: u32) -> bool {
         let addr = match self.section() {
             Some(section) if section.holds == Holds::Copied => {
-                (section.at - self.first.get(self.current).map_or(0, |first| first.at)).max(0) as u64
+                (section.pos - self.first.get(self.current).map_or(0, |first| first.pos)).max(0) as u64
             }
             _ => self.image_address(),
         };
@@ -190,7 +222,7 @@ impl Output {
             _ => self.runs.push(Run { section, addr, bytes: start..end, line }),
         }
         if let Some(section) = self.sections.get_mut(self.current) {
-            section.at += (bytes.len() / section.unit.max(1) as usize) as i64;
+            section.pos += bytes.len() as i64;
         }
         true
     }
@@ -207,11 +239,16 @@ struct Cell {
 impl Asm<'_> {
     /// Gives bytes at the next address.
     pub fn emit(&mut self, bytes: &[u8], at: Range<usize>) {
-        if self.out.holds() == Holds::Addresses && !bytes.is_empty() {
+        if self.out.holds() == Holds::Addresses {
+            let here = self.out.here();
+            self.out.go(here + bytes.len() as i64);
+            if bytes.iter().all(|&byte| byte == 0) {
+                return;
+            }
             let cause = "there is no memory here that a program can fill";
             return self.tell(Fault::new("ASM020", at, cause, "reserve room with ds, and let the program write it"));
         }
-        let line = self.out.list.len() as u32;
+        let line = (self.out.list.len() as u32).saturating_sub(1);
         if bytes.len() as u64 > MOST as u64 || !self.out.add(bytes, line) {
             let cause = format!("the program gives more than {MOST} bytes");
             self.tell(Fault::new("ASM017", at, cause, "look for a repetition or a gap that has grown too large"));
@@ -231,8 +268,21 @@ impl Asm<'_> {
         self.emit(bytes.get(..len).unwrap_or_default(), at);
     }
 
+    /// Fills sections up to their alignment, as the GNU assembler does.
+    fn fill_up(&mut self) {
+        for current in 0..self.out.sections.len() {
+            self.out.current = current;
+            let Some(section) = self.out.sections.get(current) else { continue };
+            let gap = (section.align - section.pos.rem_euclid(section.align)) % section.align;
+            if self.out.begun() && section.holds != Holds::Addresses {
+                self.emit(&vec![0; gap as usize], 0..0);
+            }
+        }
+    }
+
     /// Puts all bytes where they belong and tells what does not fit.
     pub fn place(&mut self) {
+        self.fill_up();
         let spaces = std::mem::take(&mut self.out.spaces);
         let runs = std::mem::take(&mut self.out.runs);
         let mut memories: Vec<Vec<Cell>> = spaces.iter().map(|_| Vec::new()).collect();

@@ -191,22 +191,12 @@ impl Asm<'_> {
             _ if !self.reading() => {}
             Flow::Macro => self.define_macro(call),
             Flow::Repeat(turns) => {
-                let Some(body) = self.collect(
-                    call,
-                    |flow| matches!(flow, Flow::Repeat(_)),
-                    |flow| matches!(flow, Flow::Endr | Flow::Endm),
-                ) else {
-                    return;
-                };
+                let Some(body) = self.collect(call, flow) else { return };
                 let turns = turns(self, call);
                 self.repeat(turns, body, call);
             }
             Flow::While => {
-                let Some(body) =
-                    self.collect(call, |flow| matches!(flow, Flow::While), |flow| matches!(flow, Flow::Endw))
-                else {
-                    return;
-                };
+                let Some(body) = self.collect(call, flow) else { return };
                 let Some(line) = self.line.clone() else { return };
                 if self.number(call.text, call.rest.clone()).is_some_and(|n| n != 0) && self.room(call) {
                     self.push(body, Turn::While(line, call.rest.start), None);
@@ -241,14 +231,10 @@ impl Asm<'_> {
         }
     }
 
-    /// The lines up to the directive that ends what `call` has begun.
-    pub fn collect(
-        &mut self,
-        call: &Call<'_>,
-        begins: fn(&Flow) -> bool,
-        ends: fn(&Flow) -> bool,
-    ) -> Option<Rc<[Line]>> {
-        let mut deep = 0;
+    /// The lines up to the directive that ends what `call` has begun: `endm` a macro, `endr` or `endm` a repetition, `endw` a
+    /// `while`.
+    pub fn collect(&mut self, call: &Call<'_>, opener: Flow) -> Option<Rc<[Line]>> {
+        let mut open = vec![opener];
         let mut body = Vec::new();
         loop {
             let Some(line) = self.frames.last_mut().and_then(|frame| {
@@ -262,13 +248,18 @@ impl Asm<'_> {
             };
             self.lines_read += 1;
             self.list(&line);
-            match self.flow_of(&line) {
-                Some(flow) if ends(&flow) && deep == 0 => return Some(body.into()),
-                Some(flow) if ends(&flow) => deep -= 1,
-                Some(flow) if begins(&flow) || matches!(flow, Flow::Macro | Flow::Repeat(_)) && ends(&Flow::Endm) => {
-                    deep += 1
+            let flow = self.flow_of(&line);
+            match (flow, open.last()) {
+                (Some(flow @ (Flow::Macro | Flow::Repeat(_) | Flow::While)), _) => open.push(flow),
+                (Some(Flow::Endm), Some(Flow::Macro | Flow::Repeat(_)))
+                | (Some(Flow::Endr), Some(Flow::Repeat(_)))
+                | (Some(Flow::Endw), Some(Flow::While)) => {
+                    open.pop();
                 }
                 _ => {}
+            }
+            if open.is_empty() {
+                return Some(body.into());
             }
             body.push(line);
         }

@@ -63,18 +63,20 @@ impl Asm<'_> {
         let keeps = self
             .directive_of(word)
             .is_some_and(|d| matches!(d.name, "define" | "undef" | "undefine" | "ifdef" | "ifndef"));
+        let decided = self.decide_defined(line, end);
+        let (line, end) = decided.as_ref().map_or((line, end), |line| (line, line.text.len()));
         let expanded = if keeps || !self.reading() { None } else { self.expand(line, end) };
         match expanded {
             Some(line) => {
                 let text = line.text.clone();
                 self.line = Some(line.clone());
                 self.list(&line);
-                self.code(&text, text.len());
+                self.codes(&text, text.len());
             }
             None => {
                 self.list(line);
                 let text = line.text.clone();
-                self.code(&text, end);
+                self.codes(&text, end);
             }
         }
         self.listed();
@@ -95,8 +97,22 @@ impl Asm<'_> {
         }
     }
 
-    fn code(&mut self, text: &str, end: usize) {
-        let mut from = 0;
+    /// The statements of a line.
+    fn codes(&mut self, text: &str, end: usize) {
+        let (mut from, mut at) = (0, 0);
+        while at < end && !self.d.separators.is_empty() {
+            let next = byte(text, at + 1);
+            if self.d.separators.contains(&byte(text, at)) && (next == 0 || next.is_ascii_whitespace()) {
+                self.code(text, from, at);
+                from = at + 1;
+            }
+            at = step(text, at);
+        }
+        self.code(text, from, end);
+    }
+
+    fn code(&mut self, text: &str, mut from: usize, end: usize) {
+        self.line_at = self.out.here();
         loop {
             let head = self.head(text, from, end);
             let word = text.get(head.word.clone()).unwrap_or_default();

@@ -114,13 +114,23 @@ pub(crate) fn step(text: &str, at: usize) -> usize {
     }
 }
 
-/// Behind a single quote: `'c'`, `'\n'`, `'c` with nothing that closes it, or a longer text in single quotes.
+/// Behind a single quote: `'c'`, `'\n'`, `'c` with nothing or a comma behind it, or a longer text in single quotes.
 fn behind_char(text: &str, at: usize) -> usize {
-    let inside = at + 1;
-    // A quote behind a letter is no opening one: B'1010' is closed by the next quote, and so is everything but 'c alone.
-    match behind_quote(text, at) {
-        Some(end) => end,
-        None => (inside + 1).min(text.len()).max(inside.min(text.len())),
+    let alone = at + 1 + width(text, at + 1);
+    match byte(text, alone) {
+        b',' => alone,
+        b'\'' => alone + 1,
+        _ => behind_quote(text, at).unwrap_or(alone),
+    }
+}
+
+/// Bytes of the character at `at`, an escape taken whole; 0 behind the end.
+pub(crate) fn width(text: &str, at: usize) -> usize {
+    let mut chars = text.get(at..).unwrap_or_default().chars();
+    match (chars.next(), chars.next()) {
+        (Some('\\'), Some(next)) => 1 + next.len_utf8(),
+        (Some(c), _) => c.len_utf8(),
+        (None, _) => 0,
     }
 }
 
@@ -134,7 +144,7 @@ pub(crate) fn cut(text: &str, range: Range<usize>) -> Vec<Range<usize>> {
     while at < range.end {
         match byte(text, at) {
             b',' if depth == 0 => {
-                pieces.push(trim(text, start..at));
+                pieces.push(piece(text, start..at));
                 start = at + 1;
             }
             b'(' | b'[' | b'{' => depth += 1,
@@ -143,8 +153,18 @@ pub(crate) fn cut(text: &str, range: Range<usize>) -> Vec<Range<usize>> {
         }
         at = step(text, at);
     }
-    pieces.push(trim(text, start..range.end));
+    pieces.push(piece(text, start..range.end));
     pieces
+}
+
+/// A piece without white space around it, but for a space in a quote that nothing closes.
+pub(crate) fn piece(text: &str, range: Range<usize>) -> Range<usize> {
+    let piece = trim(text, range.clone());
+    if piece.len() == 1 && byte(text, piece.start) == b'\'' {
+        piece.start..(piece.end + 1).min(range.end)
+    } else {
+        piece
+    }
 }
 
 /// True for a character that an identifier may begin with; a dot stands in front of directives.

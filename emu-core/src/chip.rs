@@ -13,6 +13,8 @@ pub enum Family {
     Mcs51,
     /// Crate `emu-pic16`.
     Pic16,
+    /// Crate `emu-ap101`.
+    Ap101,
 }
 
 /// What tools need of a family's instruction table.
@@ -109,13 +111,17 @@ pub struct Reg {
 pub struct PinDef {
     /// Port and bit, such as `PB5`.
     pub name: &'static str,
-    /// Pin of the usual package: the dual in-line one, or the flat one of a chip that comes in no other; 0 where it has none.
+    /// Pin of the usual package: the dual in-line one, or the flat one of a chip that comes in no other; 0 where it has none,
+    /// [`Chip::NO_PACKAGE`] where the machine has no package.
     pub dip: u8,
     /// What else it does, or why a program should not use it freely.
     pub note: &'static str,
 }
 
 impl Chip {
+    /// What stands for the number of a pin of a machine that comes in no package.
+    pub const NO_PACKAGE: u8 = u8::MAX;
+
     /// Address of the register `name` (case aside) in [`Chip::reg_space`].
     #[must_use]
     pub fn reg(&self, name: &str) -> Option<u16> {

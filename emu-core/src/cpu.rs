@@ -17,7 +17,8 @@ pub enum Reset {
     BrownOut,
 }
 
-/// Why a run ended. All of them leave the machine at an instruction boundary, ready to run on.
+/// Why a run ended. All of them leave the machine ready to run on, at an instruction boundary, or between two subcycles where a probe
+/// has stopped it there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
     /// The cycle asked for was reached.
@@ -57,6 +58,13 @@ pub enum Fault {
         /// Address in it.
         addr: u16,
     },
+    /// A jump went out of its program, on a controller with a table of programs.
+    LeavesProgram {
+        /// Where it went, in program words.
+        target: u16,
+    },
+    /// A program cycle took longer than any that ends: the watchdog of a controller.
+    NoEnd,
 }
 
 impl std::fmt::Display for Fault {
@@ -65,8 +73,19 @@ impl std::fmt::Display for Fault {
             Fault::UninitialisedRead { space, addr } => {
                 write!(f, "{space}:0x{addr:04x} was read before it was written")
             }
+            Fault::LeavesProgram { target } => write!(f, "the jump to 0x{target:03x} leaves the program"),
+            Fault::NoEnd => f.write_str("the program cycle has no end: the watchdog has stopped it"),
         }
     }
+}
+
+/// Half of a machine cycle of a machine that fetches and executes one after the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Subcycle {
+    /// The instruction has come from program memory; the program counter has gone on.
+    Fetch,
+    /// It was executed.
+    Execute,
 }
 
 /// What RAM holds after power-up.
@@ -106,6 +125,10 @@ pub trait Cpu: Clone {
     /// Sets or clears a breakpoint at the program word `pc`. It changes nothing that a program could see; a clone has the
     /// traps that were set when it was made.
     fn trap(&mut self, pc: u32, on: bool);
+    /// The chip has this pin, as it is configured.
+    fn has_pin(&self, pin: PinId) -> bool {
+        self.chip().pins.get(usize::from(pin)).is_some_and(|pin| pin.dip != 0)
+    }
     /// Level of a pin now.
     fn level(&self, pin: PinId) -> Level;
     /// The byte whose stop bit the first serial port is sending, where the program has been told already that it is sent: it may
@@ -206,6 +229,8 @@ pub trait Probe {
     const EVENTS: bool = false;
     /// [`Probe::lint`] is called, on machines that have diagnostics.
     const LINT: bool = false;
+    /// [`Probe::subcycle`] is called, on machines that have subcycles.
+    const SUBCYCLE: bool = false;
 
     /// Before the instruction at program word `pc` starts at machine cycle `at`. True stops the run before it.
     fn insn(&mut self, at: u64, pc: u32) -> bool {
@@ -232,6 +257,12 @@ pub trait Probe {
     fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
         let _ = (at, pc, lint);
     }
+    /// A subcycle of the instruction `word` at program word `pc` is over at `at`. True stops the run there, also between fetch and
+    /// execution; it goes on from there.
+    fn subcycle(&mut self, at: Time, phase: Subcycle, pc: u32, word: u16) -> bool {
+        let _ = (at, phase, pc, word);
+        false
+    }
 }
 
 impl Probe for () {}
@@ -242,6 +273,7 @@ impl<A: Probe, B: Probe> Probe for (A, B) {
     const DATA: bool = A::DATA || B::DATA;
     const EVENTS: bool = A::EVENTS || B::EVENTS;
     const LINT: bool = A::LINT || B::LINT;
+    const SUBCYCLE: bool = A::SUBCYCLE || B::SUBCYCLE;
 
     fn insn(&mut self, at: u64, pc: u32) -> bool {
         self.0.insn(at, pc) | self.1.insn(at, pc)
@@ -260,6 +292,9 @@ impl<A: Probe, B: Probe> Probe for (A, B) {
         self.0.lint(at, pc, lint);
         self.1.lint(at, pc, lint);
     }
+    fn subcycle(&mut self, at: Time, phase: Subcycle, pc: u32, word: u16) -> bool {
+        self.0.subcycle(at, phase, pc, word) | self.1.subcycle(at, phase, pc, word)
+    }
 }
 
 impl<P: Probe> Probe for &mut P {
@@ -267,6 +302,7 @@ impl<P: Probe> Probe for &mut P {
     const DATA: bool = P::DATA;
     const EVENTS: bool = P::EVENTS;
     const LINT: bool = P::LINT;
+    const SUBCYCLE: bool = P::SUBCYCLE;
 
     fn insn(&mut self, at: u64, pc: u32) -> bool {
         (**self).insn(at, pc)
@@ -282,5 +318,8 @@ impl<P: Probe> Probe for &mut P {
     }
     fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
         (**self).lint(at, pc, lint);
+    }
+    fn subcycle(&mut self, at: Time, phase: Subcycle, pc: u32, word: u16) -> bool {
+        (**self).subcycle(at, phase, pc, word)
     }
 }

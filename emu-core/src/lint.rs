@@ -95,6 +95,30 @@ pub enum Lint {
         /// The pins, one bit each.
         bits: u8,
     },
+    /// An instruction reaches a bit that the controller does not have: reads give 0, writes do nothing.
+    NoSuchBit {
+        /// The zone, as the chip's row names its memory.
+        space: &'static str,
+        /// Address in it.
+        addr: u16,
+    },
+    /// A program writes an input, which will not stay, or does not even begin.
+    InputWritten {
+        /// The input.
+        addr: u16,
+    },
+    /// The preset port of a timer or counter is used otherwise than to give it a preset.
+    PresetPort {
+        /// The module.
+        module: u16,
+        /// What is wrong.
+        why: &'static str,
+    },
+    /// An instruction without an operand has something in its field.
+    OddField {
+        /// The word.
+        word: u16,
+    },
 }
 
 /// The codes of lints.
@@ -160,6 +184,20 @@ pub const CODES: &[Code] = &[
         explain: "The pin is an input without pull-up, and nothing outside drives it: on the desk it reads anything, and picks up \
                   what is near it. Told where the bit makes a difference, once a pin: a port may be read whole if bits of such \
                   pins are masked out. Mend: turn on its pull-up, or drive it (--set PD2=1, --set PD2=pullup)." },
+    Code { code: "LINT016", title: "a bit that the controller does not have",
+        explain: "The address has no channel or no module behind it: E 256 to 511 and R 384 to 511 never have, inputs and outputs \
+                  only as many as the configuration says, R as it has modules. It reads 0, and what is written is lost. With an \
+                  index the address is meant that it leads to. Mend: configure the channel or module, or look at the address." },
+    Code { code: "LINT017", title: "an input is written",
+        explain: "STO and STOC to an input change its latch until inputs are sampled again; where inputs are read live there is no \
+                  latch, and nothing happens. STC and RTC are for outputs, timers and memory only; a raw word that names an \
+                  input does the same. Mend: write an output or a bit of M." },
+    Code { code: "LINT018", title: "a preset port is misused",
+        explain: "R256 to R383 take the presets of modules 0 to 127: STO to the port, then a NOP with bit 11 clear, whose field is \
+                  the preset. Any other write does nothing, and the port reads 0. Mend: write TIM Rn,#d, which makes both words." },
+    Code { code: "LINT019", title: "a field of an instruction is not empty",
+        explain: "NOT and CLR have no operand, and execute whatever their lower twelve bits are. The words B000h and C000h are the \
+                  plain ones; others are often data that the program runs into. Mend: look at the address." },
 ];
 
 /// Baud rates that serial lines have: the usual ones, and those of MIDI, S.BUS and DMX512.
@@ -195,6 +233,10 @@ impl Lint {
             Lint::NoHandler { .. } => 12,
             Lint::Unhandled { .. } => 13,
             Lint::FloatingRead { .. } => 14,
+            Lint::NoSuchBit { .. } => 15,
+            Lint::InputWritten { .. } => 16,
+            Lint::PresetPort { .. } => 17,
+            Lint::OddField { .. } => 18,
         };
         &CODES[row]
     }
@@ -224,6 +266,10 @@ impl Lint {
             Lint::Baud { .. } => "try U2X, another UBRR, or a crystal that divides well; --clock gives its frequency",
             Lint::NoHandler { .. } | Lint::Unhandled { .. } => "write a service routine for it, or do not enable it",
             Lint::FloatingRead { .. } => "turn on the pull-up, or drive the pin (--set PIN=LEVEL)",
+            Lint::NoSuchBit { .. } => "configure the channel or module, or look at the address",
+            Lint::InputWritten { .. } => "write an output or a bit of M",
+            Lint::PresetPort { .. } => "write STO to the port and behind it a NOP with the preset: TIM Rn,#d",
+            Lint::OddField { .. } => "look at the address: the program may run into data",
         }
     }
 }
@@ -274,6 +320,12 @@ impl fmt::Display for Lint {
             Lint::FloatingRead { port, bits } => {
                 write!(f, "the bits 0x{bits:02x} of the port at 0x{port:02x} are read, and nothing drives their pins")
             }
+            Lint::NoSuchBit { space, addr } => {
+                write!(f, "{}{addr} is used, and the controller does not have it", space.to_ascii_uppercase())
+            }
+            Lint::InputWritten { addr } => write!(f, "the input I{addr} is written"),
+            Lint::PresetPort { module, why } => write!(f, "the preset port of R{module}: {why}"),
+            Lint::OddField { word } => write!(f, "0x{word:04x} has something in its field"),
         }
     }
 }

@@ -42,7 +42,7 @@ impl Level {
 }
 
 /// A pin: position in the chip's list of pins ([`crate::chip::Chip::pins`]).
-pub type PinId = u8;
+pub type PinId = u16;
 
 /// Something that a chip did or saw, with its time; handed to [`Probe::event`](crate::cpu::Probe::event) in order of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

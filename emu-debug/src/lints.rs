@@ -63,7 +63,7 @@ impl Probe for Lints {
     }
 
     fn data(&mut self, at: u64, space: u8, addr: u16, _value: u8, write: bool) -> bool {
-        if self.chip.family == Family::Avr {
+        if matches!(self.chip.family, Family::Avr | Family::Ap101) {
             return false;
         }
         if let Some(byte) = self.fresh.reads_unwritten(self.chip, space, addr, write) {
@@ -132,9 +132,7 @@ pub fn describe(lint: Lint, names: &Names<'_>) -> String {
             let (port, pins) = (register(names, port), pins(names, port, bits));
             format!("{port} is read and used, and nothing drives {pins}")
         }
-        Lint::StackOverflow | Lint::StackUnderflow | Lint::NotSaved { .. } | Lint::NoSleep | Lint::Baud { .. } => {
-            lint.to_string()
-        }
+        _ => lint.to_string(),
     }
 }
 

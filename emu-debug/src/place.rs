@@ -94,7 +94,8 @@ impl Names<'_> {
         let found: Vec<&str> = spaces.clone().filter(|space| has(space)).collect();
         let register = || self.register(name).map(|_| self.chip.reg_space);
         let bit = || self.chip.bit(name).map(|_| BIT).filter(|bit| spaces.clone().any(|space| space == *bit));
-        if found.is_empty() { register().into_iter().chain(bit()).collect() } else { found }
+        let channel = || self.channel(name).map(|found| found.0);
+        if found.is_empty() { register().into_iter().chain(bit()).chain(channel()).collect() } else { found }
     }
 
     /// Address and bytes of a register of the chip: of one that has two halves next to each other, as TCNT1 has TCNT1L and TCNT1H, of
@@ -110,6 +111,15 @@ impl Names<'_> {
         let low = self.chip.reg(&format!("{name}L"))?;
         let high = self.chip.reg(&format!("{name}H"))?;
         (low.checked_add(1) == Some(high)).then_some((low.into(), 2))
+    }
+
+    /// The bit that a controller's program calls `I1`, `E2`, `R3` or `M4`.
+    fn channel(&self, name: &str) -> Option<(&'static str, u32)> {
+        let (letter, digits) = name.split_at_checked(1).filter(|_| self.chip.family == Family::Ap101)?;
+        let &(space, size, _) = self.chip.spaces.iter().find(|(space, ..)| space.eq_ignore_ascii_case(letter))?;
+        let plain = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
+        let addr = digits.parse().ok().filter(|&addr: &u32| plain && addr < size)?;
+        Some((space, addr))
     }
 
     /// The address in a memory of what data sheets and image files have at the word `word`, where words are what they count.
@@ -216,6 +226,9 @@ impl Names<'_> {
         }
         let named = match space {
             BIT => self.chip.bit(text).map(u32::from),
+            _ if self.chip.family == Family::Ap101 => {
+                self.channel(text).filter(|found| found.0 == space).map(|found| found.1)
+            }
             _ => self.register(text).filter(|_| space == self.chip.reg_space).map(|found| found.0),
         };
         // A constant is an address where it is used as one; of those below RAM most are numbers of bits (`C equ 0`).

@@ -127,7 +127,12 @@ pub fn run_on<C: Cpu>(
 
 /// Levels of all pins of a chip, in the order of its pins.
 pub fn levels<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<Level> {
-    (0..chip.pins.len()).map(|pin| cpu.level(pin as u8)).collect()
+    (0..chip.pins.len() as PinId).map(|pin| cpu.level(pin)).collect()
+}
+
+/// The same, and none where the chip has no such pin as it is configured.
+pub fn shown<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<Option<Level>> {
+    (0..chip.pins.len() as PinId).map(|pin| cpu.has_pin(pin).then(|| cpu.level(pin))).collect()
 }
 
 impl Plan {

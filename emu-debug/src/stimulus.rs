@@ -18,6 +18,9 @@ const COUNTS: u16 = 1024;
 /// Highest voltage, in millivolts: above what any pin of these chips bears.
 const MAX_MILLIVOLTS: u128 = 20_000;
 
+/// The pins of a controller in a few words.
+const CHANNELS: &str = "I0 to I511, E0 to E255, POWER and CLEAR";
+
 /// Something that is done from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Put {
@@ -82,9 +85,9 @@ pub fn put(chip: &Chip, text: &str) -> Result<Put, String> {
         _ => level(value),
     };
     level.map(|level| Put::Level(pin, level)).ok_or_else(|| {
-        // The 8051 knows levels only.
+        // The 8051 and AP101 know levels only.
         let volts = match decimal(value) {
-            _ if chip.family == Family::Mcs51 => String::new(),
+            _ if matches!(chip.family, Family::Mcs51 | Family::Ap101) => String::new(),
             Some(_) if millivolts(&format!("{value}V")).is_ok_and(|millivolts| millivolts <= FIRST_SUPPLY) => {
                 format!(", or volts with their unit: {name}={value}V")
             }
@@ -182,7 +185,8 @@ pub fn pin(chip: &Chip, name: &str) -> Result<PinId, String> {
     let shared = || chip.pins.iter().position(|p| p.dip != 0 && is(p.note)).map(|pin| pin as PinId);
     pin.or_else(shared).ok_or_else(|| {
         let names: Vec<&str> = chip.pins.iter().filter(|p| p.dip != 0).map(|p| p.name).collect();
-        format!("{} has no pin `{name}`; its pins are {}", chip.name, names.join(" "))
+        let names = if chip.family == Family::Ap101 { CHANNELS.to_owned() } else { names.join(" ") };
+        format!("{} has no pin `{name}`; its pins are {names}", chip.name)
     })
 }
 

@@ -22,28 +22,27 @@ pub struct Wave {
 }
 
 impl Wave {
-    /// Writes the head and the levels at the start, one for each of the chip's pins; those that the package lacks are left
-    /// out.
+    /// Writes the head and the levels at the start, one for each of the chip's pins, none for those that are left out.
     ///
     /// # Errors
     /// What `out` says.
-    pub fn new(out: Box<dyn Write>, chip: &Chip, clock: Clock, levels: &[Level]) -> io::Result<Wave> {
+    pub fn new(out: Box<dyn Write>, chip: &Chip, clock: Clock, levels: &[Option<Level>]) -> io::Result<Wave> {
         let mut out = Writer::new(out);
         let scale = Scale::of(clock);
         out.version(concat!("emu ", env!("CARGO_PKG_VERSION")))?;
         out.comment(&format!("{} at {} Hz", chip.name, clock.hz))?;
         out.timescale(scale.number, scale.unit)?;
         out.add_module(chip.name)?;
-        let wire = |pin: &PinDef| (pin.dip != 0).then(|| out.add_wire(1, pin.name)).transpose();
-        let pins = chip.pins.iter().map(wire).collect::<io::Result<Vec<_>>>()?;
+        let wire = |(pin, there): (&PinDef, &Option<Level>)| there.map(|_| out.add_wire(1, pin.name)).transpose();
+        let pins = chip.pins.iter().zip(levels).map(wire).collect::<io::Result<Vec<_>>>()?;
         let byte = out.add_var(VarType::Reg, 8, "uart0_byte", None)?;
         let sent = out.add_var(VarType::Event, 1, "uart0_sent", None)?;
         out.upscope()?;
         out.enddefinitions()?;
         out.timestamp(0)?;
         out.begin(SimulationCommand::Dumpvars)?;
-        for (wire, level) in pins.iter().zip(levels).filter_map(|(wire, level)| Some(((*wire)?, level))) {
-            out.change_scalar(wire, value(*level))?;
+        for (wire, level) in pins.iter().zip(levels).filter_map(|(wire, level)| Some(((*wire)?, (*level)?))) {
+            out.change_scalar(wire, value(level))?;
         }
         out.change_vector(byte, [Value::X; 8])?;
         out.end()?;

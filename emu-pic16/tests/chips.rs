@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use emu_core::chip::Family;
+use emu_core::pins::PinId;
 use emu_pic16::chips::{Comparators, Memory, NO_PIN, PARTS, Part, Place, Ssp, chip, chips, part};
 use emu_pic16::periph::map::{Flag, Sfr};
 
@@ -163,7 +164,7 @@ fn hex(text: &str) -> u16 {
     u16::from_str_radix(text, 16).unwrap_or_else(|e| panic!("{text}: {e}"))
 }
 
-fn pin(part: &Part, id: u8) -> &'static str {
+fn pin(part: &Part, id: PinId) -> &'static str {
     part.chip.pins.get(usize::from(id)).map_or("-", |p| p.name)
 }
 
@@ -395,7 +396,7 @@ fn rows_are_consistent() {
             }
         }
         assert_eq!(ports + usize::from(pins.contains("MCLR")), c.pins.len(), "{}", c.name);
-        let noted = |id: u8, word: &str| c.pins.get(usize::from(id)).is_some_and(|p| p.note.contains(word));
+        let noted = |id: PinId, word: &str| c.pins.get(usize::from(id)).is_some_and(|p| p.note.contains(word));
         assert!(part.analog.iter().enumerate().all(|(i, &id)| noted(id, &format!("AN{i}")) || !part.has(Sfr::ADCON0)));
         assert_eq!(part.config.lvp != 0, noted(part.config.pgm, "PGM"), "{}", c.name);
         assert_eq!(part.config.mclre != 0, noted(part.mclr, "MCLR"), "{}", c.name);

@@ -6,7 +6,7 @@ use emu_8051::Mcs51;
 use emu_8051::chips::chip;
 use emu_8051::isa::{SHAPES, assemble, row_of};
 use emu_core::image::Image;
-use emu_core::pins::{Level, Time};
+use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
 use emu_core::{Cpu, RamInit, Stop};
 
@@ -192,7 +192,7 @@ fn run(case: &Case, seed: u64) -> Result<(), String> {
         } else if let Some(addr) = bracketed(name, "code") {
             assert!(cpu.poke("code", addr, value as u8));
         } else if let Some(port) = name.strip_prefix("pinP") {
-            let port: u8 = port.parse().expect("a port");
+            let port: PinId = port.parse().expect("a port");
             pulled.extend((0..8).filter(|bit| value >> bit & 1 == 0).map(|bit| port * 8 + bit));
         } else {
             return Err(format!("  `{name}` is nothing that a case can name\n"));

@@ -43,7 +43,7 @@ pub fn pin(text: &str) -> Option<PinId> {
         return Some(32);
     }
     let (port, bit) = text.strip_prefix('P')?.split_once('.')?;
-    let (port, bit) = (port.parse::<u8>().ok()?, bit.parse::<u8>().ok()?);
+    let (port, bit) = (port.parse::<PinId>().ok()?, bit.parse::<PinId>().ok()?);
     (port < 4 && bit < 8).then_some(port * 8 + bit)
 }
 

@@ -15,6 +15,7 @@ pub(super) const AVR: Dialect = Dialect {
     name: "AVR",
     comments: &[";", "//"],
     line_comments: &["#", "*"],
+    separators: b"$",
     block_comments: true,
     column_one: false,
     column_one_warns: false,
@@ -22,6 +23,7 @@ pub(super) const AVR: Dialect = Dialect {
     radix: 10,
     dot_is_bit: false,
     here: &["."],
+    here_is_line: false,
     here_is_behind: true,
     // The order of the GNU assembler.
     operators: &[
@@ -49,7 +51,10 @@ pub(super) const AVR: Dialect = Dialect {
     plain_arguments: false,
     big_endian: false,
     word_bytes: 2,
+    org_fills: Some(0),
+    spaced_arguments: true,
     space_fills: true,
+    zones: false,
     literals: &[],
     directives: &[
         Directive::run("skip", space),
@@ -61,7 +66,7 @@ pub(super) const AVR: Dialect = Dialect {
         Directive::run("hword", |asm, call| super::common::words(asm, call)),
         Directive::run("long", longs),
         Directive::run("4byte", longs),
-        Directive::run("int", |asm, call| super::common::words(asm, call)),
+        Directive::run("int", longs),
         Directive::run("align", |asm, call| align(asm, call, true)),
         Directive::run("p2align", |asm, call| align(asm, call, true)),
         Directive::run("balign", |asm, call| align(asm, call, false)),
@@ -98,15 +103,17 @@ pub(super) const AVR: Dialect = Dialect {
     ],
     provides,
     defines: |chip| vec![(predefined(chip.name), "1".to_owned()), ("__AVR__".to_owned(), "1".to_owned())],
+    refuses: |_, _| None,
+    finish: |_| (),
     sections: &[
-        SectionRow { name: "text", space: "", holds: Holds::Image },
-        SectionRow { name: "data", space: "data", holds: Holds::Copied },
-        SectionRow { name: "bss", space: "data", holds: Holds::Addresses },
-        SectionRow { name: "noinit", space: "data", holds: Holds::Addresses },
-        SectionRow { name: "eeprom", space: "eeprom", holds: Holds::Memory },
-        SectionRow { name: "fuse", space: "fuse", holds: Holds::Memory },
-        SectionRow { name: "lock", space: "lock", holds: Holds::Memory },
-        SectionRow { name: "signature", space: "signature", holds: Holds::Memory },
+        SectionRow { name: "text", space: "", holds: Holds::Image, behind: false },
+        SectionRow { name: "data", space: "data", holds: Holds::Copied, behind: true },
+        SectionRow { name: "bss", space: "data", holds: Holds::Addresses, behind: true },
+        SectionRow { name: "noinit", space: "data", holds: Holds::Addresses, behind: true },
+        SectionRow { name: "eeprom", space: "eeprom", holds: Holds::Memory, behind: false },
+        SectionRow { name: "fuse", space: "fuse", holds: Holds::Memory, behind: false },
+        SectionRow { name: "lock", space: "lock", holds: Holds::Memory, behind: false },
+        SectionRow { name: "signature", space: "signature", holds: Holds::Memory, behind: false },
     ],
 };
 
@@ -194,6 +201,9 @@ fn align(asm: &mut Asm<'_>, call: &Call<'_>, power: bool) {
         ));
     }
     let value = parts.get(1).map_or(0, |part| value_of(asm, call.text, part.clone(), 8));
+    if let Some(section) = asm.out.sections.get_mut(asm.out.current) {
+        section.align = section.align.max(step);
+    }
     let here = asm.out.here();
     let gap = (here + step - 1).div_euclid(step) * step - here;
     if asm.out.holds() == Holds::Addresses {

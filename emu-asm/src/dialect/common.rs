@@ -38,6 +38,17 @@ pub(super) const DIRECTIVES: &[Directive] = &[
     Directive::flow("if", Flow::If(if_true)),
     Directive::flow("ifdef", Flow::If(|asm, call| is_defined(asm, call, true))),
     Directive::flow("ifndef", Flow::If(|asm, call| is_defined(asm, call, false))),
+    Directive::flow("ifnotdef", Flow::If(|asm, call| is_defined(asm, call, false))),
+    Directive::flow("ifeq", Flow::If(|asm, call| compare(asm, call, |n| n == 0))),
+    Directive::flow("ifne", Flow::If(|asm, call| compare(asm, call, |n| n != 0))),
+    Directive::flow("ifgt", Flow::If(|asm, call| compare(asm, call, |n| n > 0))),
+    Directive::flow("ifge", Flow::If(|asm, call| compare(asm, call, |n| n >= 0))),
+    Directive::flow("iflt", Flow::If(|asm, call| compare(asm, call, |n| n < 0))),
+    Directive::flow("ifle", Flow::If(|asm, call| compare(asm, call, |n| n <= 0))),
+    Directive::flow("ifb", Flow::If(|_, call| is_blank(call))),
+    Directive::flow("ifnb", Flow::If(|_, call| !is_blank(call))),
+    Directive::flow("ifc", Flow::If(|_, call| are_alike(call))),
+    Directive::flow("ifnc", Flow::If(|_, call| !are_alike(call))),
     Directive::flow("elif", Flow::Elif),
     Directive::flow("elseif", Flow::Elif),
     Directive::flow("else", Flow::Else),
@@ -62,7 +73,8 @@ pub(super) fn no_effect(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 pub(super) fn org(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let Some(at) = asm.number(call.text, call.rest.clone()) else { return };
+    let parts = wanted(asm, call);
+    let Some(at) = parts.first().and_then(|part| asm.number(call.text, part.clone())) else { return };
     if !(0..1 << 32).contains(&at) {
         let cause = format!("the address {at} is not in 0..=0xFFFFFFFF");
         return asm.tell(Fault::new(
@@ -72,7 +84,19 @@ pub(super) fn org(asm: &mut Asm<'_>, call: &Call<'_>) {
             "give an address of a memory",
         ));
     }
-    asm.out.go(at);
+    let fill = match parts.get(1) {
+        Some(part) => Some(value_of(asm, call.text, part.clone(), 8) as u8),
+        None => asm.d.org_fills,
+    };
+    let gap = at - asm.out.here();
+    match fill {
+        // What is filled as it is erased is left as it is.
+        Some(byte) if byte != 0xFF && gap > 0 && gap <= 0x100_0000 && asm.out.begun() => {
+            let gap = vec![byte; gap as usize * asm.out.unit() as usize];
+            asm.emit(&gap, call.rest.clone());
+        }
+        _ => asm.out.go(at),
+    }
 }
 
 /// `name equ value`, and `equ name, value`.
@@ -157,8 +181,19 @@ pub(super) fn wanted(asm: &mut Asm<'_>, call: &Call<'_>) -> Vec<Range<usize>> {
     parts
 }
 
+/// Goes on at the next even or odd address.
+pub(super) fn parity(asm: &mut Asm<'_>, _: &Call<'_>, odd: i64) {
+    let here = asm.out.here();
+    asm.out.go(here + (here & 1 ^ odd));
+}
+
 /// Room of so many addresses; filled with a value where one is given.
 pub(super) fn space(asm: &mut Asm<'_>, call: &Call<'_>) {
+    room(asm, call, 1);
+}
+
+/// Room of so many times `each` addresses.
+pub(super) fn room(asm: &mut Asm<'_>, call: &Call<'_>, each: i64) {
     let mut parts = wanted(asm, call).into_iter();
     let (Some(count), value) = (parts.next(), parts.next()) else { return };
     let Some(n) = asm.number(call.text, count.clone()) else { return };
@@ -169,14 +204,22 @@ pub(super) fn space(asm: &mut Asm<'_>, call: &Call<'_>) {
     let fills = (asm.d.space_fills || value.is_some()) && asm.out.holds() != Holds::Addresses;
     if !fills {
         let here = asm.out.here();
-        return asm.out.go(here + n);
+        return asm.out.go(here + n * each);
     }
     let byte = value.map_or(0, |part| value_of(asm, call.text, part, 8));
-    let size = n as usize * asm.out.unit() as usize;
+    let size = (n * each) as usize * asm.out.unit() as usize;
     asm.emit(&vec![byte as u8; size], count);
 }
 
 pub(super) fn text(asm: &mut Asm<'_>, call: &Call<'_>, zero: bool) {
+    let all = trim(call.text, call.rest.clone());
+    let mark = byte(call.text, all.start);
+    let delimited = matches!(mark, b'/' | b'|' | b'^') && all.len() >= 2 && byte(call.text, all.end - 1) == mark;
+    if delimited {
+        let mut bytes = call.get(all.start + 1..all.end - 1).as_bytes().to_vec();
+        bytes.extend(zero.then_some(0));
+        return asm.emit(&bytes, all);
+    }
     for part in wanted(asm, call) {
         match string(call.text, part.start, part.end) {
             Some(mut bytes) => {
@@ -191,7 +234,7 @@ pub(super) fn text(asm: &mut Asm<'_>, call: &Call<'_>, zero: bool) {
     }
 }
 
-fn include(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn include(asm: &mut Asm<'_>, call: &Call<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone());
     let inner = written.trim_matches(|c| matches!(c, '"' | '\'' | '<' | '>')).trim();
@@ -227,6 +270,24 @@ fn message(asm: &mut Asm<'_>, call: &Call<'_>, error: bool) {
 
 fn if_true(asm: &mut Asm<'_>, call: &Call<'_>) -> bool {
     asm.number(call.text, call.rest.clone()).is_some_and(|n| n != 0)
+}
+
+/// The value and 0; the value and another where two are given.
+fn compare(asm: &mut Asm<'_>, call: &Call<'_>, holds: fn(i64) -> bool) -> bool {
+    let parts = wanted(asm, call);
+    let mut numbers = parts.iter().map(|part| asm.number(call.text, part.clone()).unwrap_or(0));
+    let (first, second) = (numbers.next().unwrap_or(0), numbers.next().unwrap_or(0));
+    holds(first.wrapping_sub(second))
+}
+
+fn is_blank(call: &Call<'_>) -> bool {
+    matches!(call.get(trim(call.text, call.rest.clone())), "" | "<>")
+}
+
+fn are_alike(call: &Call<'_>) -> bool {
+    let parts = cut(call.text, call.rest.clone());
+    let text = |i: usize| parts.get(i).map_or("", |part| call.get(part.clone()));
+    text(0) == text(1)
 }
 
 fn is_defined(asm: &mut Asm<'_>, call: &Call<'_>, wanted: bool) -> bool {

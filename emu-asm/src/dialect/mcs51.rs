@@ -2,7 +2,7 @@
 
 use emu_core::chip::Chip;
 
-use super::common::{constant, no_effect, nothing};
+use super::common::{constant, include, no_effect, nothing};
 use super::{Dialect, Directive, Form, Holds, Op, Provided, SectionRow};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
@@ -14,28 +14,30 @@ use crate::text::{cut, trim};
 pub(super) const MCS51: Dialect = Dialect {
     name: "8051",
     comments: &[";"],
-    line_comments: &["*"],
+    line_comments: &[],
+    separators: b"",
     block_comments: false,
     column_one: false,
     column_one_warns: false,
-    numbers: &[Form::Hex0x, Form::HexH, Form::BinaryB, Form::OctalOQ, Form::DecimalD, Form::HexDollar, Form::Binary0b,
+    numbers: &[Form::Hex0x, Form::HexDollars, Form::HexH, Form::ZeroLetter, Form::BinaryB, Form::OctalOQ, Form::DecimalD, Form::HexDollar, Form::Binary0b,
                Form::BinaryPercent, Form::Plain],
     radix: 10,
     dot_is_bit: true,
-    here: &["$", "."],
+    here: &["$", ".", "*"],
+    here_is_line: true,
     here_is_behind: false,
-    // ASM51's order: * / MOD SHL SHR, + -, comparisons, NOT, AND, OR XOR.
+    // The order of as31 and sdas8051; words bind as in Intel's ASM51.
     operators: &[
         (".", 12, Op::BitOf),
         ("*", 10, Op::Mul), ("/", 10, Op::Div), ("%", 10, Op::Mod), ("mod", 10, Op::Mod),
         ("<<", 8, Op::Shl), (">>", 8, Op::Shr), ("shl", 8, Op::Shl), ("shr", 8, Op::Shr),
         ("+", 9, Op::Add), ("-", 9, Op::Sub),
-        ("==", 6, Op::Equal), ("=", 6, Op::Equal), ("<>", 6, Op::Unequal), ("!=", 6, Op::Unequal),
-        ("<", 6, Op::Less), ("<=", 6, Op::LessEqual), (">", 6, Op::Greater), (">=", 6, Op::GreaterEqual),
-        ("eq", 6, Op::Equal), ("ne", 6, Op::Unequal), ("lt", 6, Op::Less), ("le", 6, Op::LessEqual),
-        ("gt", 6, Op::Greater), ("ge", 6, Op::GreaterEqual),
+        ("==", 7, Op::Equal), ("=", 7, Op::Equal), ("<>", 7, Op::Unequal), ("!=", 7, Op::Unequal),
+        ("<", 7, Op::Less), ("<=", 7, Op::LessEqual), (">", 7, Op::Greater), (">=", 7, Op::GreaterEqual),
+        ("eq", 7, Op::Equal), ("ne", 7, Op::Unequal), ("lt", 7, Op::Less), ("le", 7, Op::LessEqual),
+        ("gt", 7, Op::Greater), ("ge", 7, Op::GreaterEqual),
         ("&", 5, Op::And), ("and", 5, Op::And),
-        ("^", 4, Op::Xor), ("xor", 4, Op::Xor), ("|", 3, Op::Or), ("or", 3, Op::Or),
+        ("^", 6, Op::Xor), ("xor", 4, Op::Xor), ("|", 3, Op::Or), ("or", 3, Op::Or),
         ("&&", 2, Op::BothTrue), ("||", 1, Op::EitherTrue),
     ],
     unary: &[
@@ -50,7 +52,10 @@ pub(super) const MCS51: Dialect = Dialect {
     plain_arguments: true,
     big_endian: true,
     word_bytes: 2,
+    org_fills: None,
+    spaced_arguments: false,
     space_fills: false,
+    zones: false,
     literals: &[],
     directives: &[
         Directive::run("defb", |asm, call| super::common::bytes(asm, call)),
@@ -63,6 +68,16 @@ pub(super) const MCS51: Dialect = Dialect {
         Directive::run("blkb", super::common::space),
         Directive::run("dbit", super::common::space),
         Directive::run("dsb", super::common::space),
+        Directive::named("flag", |asm, call| constant(asm, call, Kind::Equ)),
+        Directive::run("inc", include),
+        Directive::run("blkw", |asm, call| super::common::room(asm, call, 2)),
+        Directive::run("rs", super::common::space),
+        Directive::run("str", |asm, call| super::common::text(asm, call, false)),
+        Directive::run("strz", |asm, call| super::common::text(asm, call, true)),
+        Directive::run("even", |asm, call| super::common::parity(asm, call, 0)),
+        Directive::run("odd", |asm, call| super::common::parity(asm, call, 1)),
+        Directive::run("radix", radix),
+        Directive::run("mexit", |asm, call| asm.leave_macro(call)),
         Directive::named("bit", |asm, call| constant(asm, call, Kind::Equ)),
         Directive::named("data", |asm, call| constant(asm, call, Kind::Equ)),
         Directive::named("idata", |asm, call| constant(asm, call, Kind::Equ)),
@@ -93,11 +108,13 @@ pub(super) const MCS51: Dialect = Dialect {
     ],
     provides,
     defines: |_| Vec::new(),
+    refuses: |_, _| None,
+    finish: |_| (),
     sections: &[
-        SectionRow { name: "code", space: "", holds: Holds::Image },
-        SectionRow { name: "idata", space: "idata", holds: Holds::Addresses },
-        SectionRow { name: "xdata", space: "xdata", holds: Holds::Addresses },
-        SectionRow { name: "bit", space: "bit", holds: Holds::Addresses },
+        SectionRow { name: "code", space: "", holds: Holds::Image, behind: false },
+        SectionRow { name: "idata", space: "idata", holds: Holds::Addresses, behind: false },
+        SectionRow { name: "xdata", space: "xdata", holds: Holds::Addresses, behind: false },
+        SectionRow { name: "bit", space: "bit", holds: Holds::Addresses, behind: false },
     ],
 };
 
@@ -119,6 +136,21 @@ fn segment(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
             asm.out.go(n);
         }
     }
+}
+
+/// `.radix x`: b, o, d or x; or a number.
+fn radix(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let written = call.get(trim(call.text, call.rest.clone())).to_ascii_lowercase();
+    asm.radix = match written.as_str() {
+        "b" | "2" => 2,
+        "o" | "q" | "8" => 8,
+        "d" | "10" | "" => 10,
+        "x" | "h" | "16" => 16,
+        _ => {
+            let cause = format!("`{written}` is no radix");
+            return asm.tell(Fault::new("ASM023", call.rest.clone(), cause, "write b, o, d or x"));
+        }
+    };
 }
 
 /// `.area NAME (..)`: RAM by the names that SDCC gives its areas, everything else is program memory.

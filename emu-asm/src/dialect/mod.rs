@@ -3,6 +3,7 @@
 //! One engine reads all of them; a dialect is a row of tables: comment marks, forms of numbers, operators with their
 //! precedence, and directives by name.
 
+mod ap101;
 mod avr;
 mod common;
 mod mcs51;
@@ -20,6 +21,8 @@ pub(crate) struct Dialect {
     pub comments: &'static [&'static str],
     /// Characters that begin a comment at the beginning of a line.
     pub line_comments: &'static [&'static str],
+    /// Characters that end a statement, so that another may follow on the line.
+    pub separators: &'static [u8],
     /// `/* .. */` is a comment, over several lines.
     pub block_comments: bool,
     /// A word in column 1 that is no instruction, directive or macro is a label without a colon.
@@ -36,6 +39,8 @@ pub(crate) struct Dialect {
     pub here: &'static [&'static str],
     /// Within an instruction the location counter stands behind it.
     pub here_is_behind: bool,
+    /// Within a list of values the location counter stands where the line begins; but not `.`, which moves with each value.
+    pub here_is_line: bool,
     /// Binary operators: token, how strongly it binds, meaning.
     pub operators: &'static [(&'static str, u8, Op)],
     /// Unary operators and functions of one value: token, how strongly what follows must bind, what it does.
@@ -54,8 +59,14 @@ pub(crate) struct Dialect {
     pub big_endian: bool,
     /// Bytes of `dw`: 1 where the unit is bytes and words have two, 0 where a word fills one address.
     pub word_bytes: u32,
+    /// A value that `org` puts into what it leaps over within the program.
+    pub org_fills: Option<u8>,
+    /// Macro arguments may stand with spaces between them.
+    pub spaced_arguments: bool,
     /// Memory that is reserved gets bytes of 0 (else none).
     pub space_fills: bool,
+    /// A letter with a value in brackets is the name of a place: `M(256+n)`.
+    pub zones: bool,
     /// Literals of the syntax that a value may stand for.
     pub literals: &'static [(&'static str, i64)],
     /// Directives of this dialect alone, looked up before the common ones.
@@ -64,9 +75,30 @@ pub(crate) struct Dialect {
     pub provides: fn(chip: &Chip, include: &str) -> Provided,
     /// Names and texts that are defined before the first line.
     pub defines: fn(chip: &Chip) -> Vec<(String, String)>,
+    /// An instruction that the dialect does not take with these operands: cause and hint.
+    pub refuses: fn(mnemonic: &str, operands: &str) -> Option<(String, String)>,
+    /// What is done at the end of each pass.
+    pub finish: fn(&mut Asm<'_>),
     /// The sections that there are from the start; the first is where the program begins.
     pub sections: &'static [SectionRow],
 }
+
+/// The operators of C, with its precedence.
+#[rustfmt::skip]
+const C_OPERATORS: &[(&str, u8, Op)] = &[
+    ("*", 10, Op::Mul), ("/", 10, Op::Div), ("%", 10, Op::Mod), ("+", 9, Op::Add), ("-", 9, Op::Sub),
+    ("<<", 8, Op::Shl), (">>", 8, Op::Shr),
+    ("<", 7, Op::Less), ("<=", 7, Op::LessEqual), (">", 7, Op::Greater), (">=", 7, Op::GreaterEqual),
+    ("==", 6, Op::Equal), ("!=", 6, Op::Unequal),
+    ("&", 5, Op::And), ("^", 4, Op::Xor), ("|", 3, Op::Or), ("&&", 2, Op::BothTrue), ("||", 1, Op::EitherTrue),
+];
+
+/// The signs of C, and the bytes of a number.
+#[rustfmt::skip]
+const C_UNARY: &[(&str, u8, fn(i64) -> i64)] = &[
+    ("-", 11, |n| n.wrapping_neg()), ("+", 11, |n| n), ("~", 11, |n| !n), ("!", 11, |n| if n == 0 { 1 } else { 0 }),
+    ("low", 11, |n| n & 0xFF), ("high", 11, |n| n >> 8 & 0xFF),
+];
 
 /// What becomes of an include.
 pub(crate) enum Provided {
@@ -86,6 +118,8 @@ pub(crate) struct SectionRow {
     pub space: &'static str,
     /// What it holds.
     pub holds: Holds,
+    /// It lies behind the section before it in the same memory.
+    pub behind: bool,
 }
 
 /// What a section holds.
@@ -110,6 +144,10 @@ pub(crate) enum Form {
     Binary0b,
     /// `$1F`
     HexDollar,
+    /// `$$1F`
+    HexDollars,
+    /// `0h1F`, `0o17`, `0q17`, `0d31`
+    ZeroLetter,
     /// `%101`
     BinaryPercent,
     /// `0FFH`
@@ -224,6 +262,8 @@ pub(crate) struct Turns {
 pub(crate) struct Own {
     /// The PIC16's.
     pub pic16: pic16::State,
+    /// AP101's.
+    pub ap101: ap101::State,
 }
 
 impl Directive {
@@ -251,6 +291,7 @@ impl Dialect {
             Family::Avr => &avr::AVR,
             Family::Mcs51 => &mcs51::MCS51,
             Family::Pic16 => &pic16::PIC16,
+            Family::Ap101 => &ap101::AP101,
         }
     }
 

@@ -16,6 +16,7 @@ pub(super) const PIC16: Dialect = Dialect {
     name: "PIC16",
     comments: &[";"],
     line_comments: &[],
+    separators: b"",
     block_comments: false,
     column_one: true,
     column_one_warns: true,
@@ -23,6 +24,7 @@ pub(super) const PIC16: Dialect = Dialect {
     radix: 16,
     dot_is_bit: false,
     here: &["$"],
+    here_is_line: true,
     here_is_behind: false,
     operators: &[
         ("*", 10, Op::Mul), ("/", 10, Op::Div), ("%", 10, Op::Mod),
@@ -43,7 +45,10 @@ pub(super) const PIC16: Dialect = Dialect {
     plain_arguments: true,
     big_endian: false,
     word_bytes: 0,
+    org_fills: None,
+    spaced_arguments: false,
     space_fills: false,
+    zones: false,
     literals: &[("W", 0), ("F", 1)],
     directives: &[
         Directive::run("dw", words),
@@ -54,7 +59,9 @@ pub(super) const PIC16: Dialect = Dialect {
     ],
     provides,
     defines: |_| Vec::new(),
-    sections: &[SectionRow { name: "code", space: "", holds: Holds::Image }],
+    refuses: |_, _| None,
+    finish: |_| (),
+    sections: &[SectionRow { name: "code", space: "", holds: Holds::Image, behind: false }],
 };
 
 fn provides(_: &Chip, _: &str) -> Provided {

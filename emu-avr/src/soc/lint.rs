@@ -4,7 +4,7 @@ use super::Soc;
 use crate::chips::{Part, unit};
 use crate::periph::{Device, adc, comparator, eeprom, external, guard, spi, spm, timers, twi, usart};
 
-use emu_core::pins::Level;
+use emu_core::pins::{Level, PinId};
 
 impl Soc {
     /// The chip's row.
@@ -20,7 +20,7 @@ impl Soc {
     /// The pins of a port on which nothing stands and whose level an instruction would read.
     pub(crate) fn floating(&self, port: usize) -> u8 {
         let exist = self.part.ports.get(port).copied().unwrap_or(0) & !self.analog_only(port);
-        let floats = |bit: &u8| self.ports.pin(port as u8 * 8 + bit).level() == Level::Float;
+        let floats = |bit: &PinId| self.ports.pin(port as PinId * 8 + bit).level() == Level::Float;
         (0..8).filter(|bit| exist >> bit & 1 == 1).filter(floats).fold(0, |bits, bit| bits | 1 << bit)
     }
 

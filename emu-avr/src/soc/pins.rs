@@ -205,7 +205,7 @@ impl Soc {
             _ => self.ports.set_port(port, out & !mask | value & mask),
         };
         for bit in (0..8).filter(|bit| changed >> bit & 1 == 1) {
-            let pin = (port * 8) as u8 + bit;
+            let pin = (port * 8) as PinId + bit;
             if kind == 1 {
                 self.tell_direction(pin, t);
             }

@@ -90,7 +90,7 @@ const fn port(port: Sfr, tris: Sfr, first: PinId, bits: u8, inputs: u8, open: u8
     let mut pins = [NO_PIN; 8];
     let mut i = 0;
     while i < bits {
-        pins[i as usize] = first + i;
+        pins[i as usize] = first + i as PinId;
         i += 1;
     }
     Port { port, tris, pins, inputs, open }

@@ -13,7 +13,7 @@
 //!
 //! A list that ends in `...` may go on; `none` is the empty one.
 
-use emu_core::pins::{Event, Level, Time};
+use emu_core::pins::{Event, Level, PinId, Time};
 use emu_core::rng::Rng;
 use emu_core::{Cpu, Probe, Reset, Stop};
 use emu_pic16::Pic16;
@@ -148,7 +148,7 @@ fn judge(case: &Case) -> Vec<String> {
                 list(log.visits.iter().filter(|v| v.1 == *pc).map(|v| v.0.to_string()).collect(), wanted);
             }
             ["fight", ref wanted @ ..] => {
-                let name = |pin: u8| case.program.part.chip.pins[usize::from(pin)].name;
+                let name = |pin: PinId| case.program.part.chip.pins[usize::from(pin)].name;
                 let fights = log.events.iter().filter_map(|event| match event {
                     Event::Contention { at, pin } => Some(format!("{}@{}", name(*pin), show_time(*at))),
                     _ => None,

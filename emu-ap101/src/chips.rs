@@ -1,0 +1,118 @@
+//! The one chip of the family, as data.
+
+use emu_core::chip::{Chip, Family, PinDef, Reg};
+use emu_core::image::{Bits, Space};
+use emu_core::pins::PinId;
+
+use crate::config::{BLOCK, INPUTS, LENGTH, OUTPUTS};
+use crate::isa::{ISA, SPAN};
+
+/// The first output channel among the pins; input channels stand before.
+pub const FIRST_OUTPUT: PinId = INPUTS;
+/// Supply: 0 is none.
+pub const POWER: PinId = INPUTS + OUTPUTS;
+/// Asks for a cold start.
+pub const CLEAR: PinId = POWER + 1;
+/// Pins in all.
+pub const PINS: usize = CLEAR as usize + 1;
+
+/// Longest name of a channel.
+const NAME: usize = 4;
+
+/// A letter and a number of up to three digits, and how long that is.
+const fn channel(letter: u8, n: u16) -> ([u8; NAME], usize) {
+    let (hundreds, tens, ones) = (b'0' + (n / 100) as u8, b'0' + (n / 10 % 10) as u8, b'0' + (n % 10) as u8);
+    match n {
+        0..=9 => ([letter, ones, 0, 0], 2),
+        10..=99 => ([letter, tens, ones, 0], 3),
+        _ => ([letter, hundreds, tens, ones], 4),
+    }
+}
+
+const fn names() -> [([u8; NAME], usize); FIRST_OUTPUT as usize + OUTPUTS as usize] {
+    let mut names = [([0; NAME], 0); FIRST_OUTPUT as usize + OUTPUTS as usize];
+    let mut i = 0;
+    while i < names.len() {
+        let n = i as u16;
+        names[i] = if n < FIRST_OUTPUT { channel(b'I', n) } else { channel(b'E', n - FIRST_OUTPUT) };
+        i += 1;
+    }
+    names
+}
+
+const NAMES: &[([u8; NAME], usize)] = &names();
+
+const fn name(pin: usize) -> &'static str {
+    let (letters, len) = &NAMES[pin];
+    match std::str::from_utf8(letters.split_at(*len).0) {
+        Ok(name) => name,
+        Err(_) => "",
+    }
+}
+
+const fn pins() -> [PinDef; PINS] {
+    let mut pins = [PinDef { name: "POWER", dip: Chip::NO_PACKAGE, note: "supply, 0 is none" }; PINS];
+    let mut i = 0;
+    while i < NAMES.len() {
+        pins[i] = PinDef { name: name(i), dip: Chip::NO_PACKAGE, note: "" };
+        i += 1;
+    }
+    pins[CLEAR as usize] = PinDef { name: "CLEAR", dip: Chip::NO_PACKAGE, note: "cold start" };
+    pins
+}
+
+/// Memories of an image file.
+const IMAGE: &[Space] = &[
+    Space { name: "code", start: 0, len: 2 * SPAN as u32, word: 2, bits: Bits::All },
+    Space { name: "config", start: BLOCK, len: LENGTH, word: 1, bits: Bits::All },
+];
+
+/// Positions of the memories with single bits in [`Chip::spaces`].
+pub const SPACES: [u8; 4] = [1, 2, 4, 3];
+
+/// AP101.
+pub static AP101: Chip = Chip {
+    name: "ap101",
+    family: Family::Ap101,
+    isa: &ISA,
+    title: "AP101, a programmable controller that computes single bits",
+    source: "Programarea automatelor programabile cu prelucrare la nivel de bit (hand-out); emu-ap101/QUIRKS.md",
+    code: "code",
+    flash: 2 * SPAN as u32,
+    on_chip: 2 * SPAN as u32,
+    ram: "m",
+    ram_start: 0,
+    ram_len: 512,
+    eeprom: 0,
+    word_bytes: 2,
+    max_hz: u32::MAX as u64,
+    default_hz: crate::config::HZ,
+    hex: IMAGE,
+    elf: &[],
+    elf_machine: 0,
+    cpu_regs: &["A", "NA", "RIC", "RX", "PROG", "OVR"],
+    reg_space: "r",
+    regs: REGS,
+    bits: &[],
+    constants: Vec::new,
+    pins: PIN_LIST,
+    vectors: &[],
+    vector_words: 0,
+    spaces: &[
+        ("code", SPAN as u32, 2),
+        ("i", 512, 1),
+        ("e", 256, 1),
+        ("m", 512, 1),
+        ("r", 384, 1),
+        ("preset", 128, 2),
+        ("value", 128, 2),
+    ],
+};
+
+const REGS: &[Reg] = &[];
+const PIN_LIST: &[PinDef] = &pins();
+
+/// All chips.
+pub fn chips() -> impl Iterator<Item = &'static Chip> {
+    std::iter::once(&AP101)
+}

@@ -1,0 +1,261 @@
+//! The block of the configuration, bytes 1000h to 12FFh of an image: channels, clock, program table, modules.
+//!
+//! ```text
+//!   1000h  'A' 'P'                               100Ch  clock in Hz, 4 bytes; 0 is 1,000,000
+//!   1002h  version, 1                            1010h  period in machine cycles, 4 bytes; 0 is free running
+//!   1003h  inputs: 0 scan, 1 live                1020h  8 programs: start, last, RX, flags (0 present, 1 enabled
+//!   1004h  mode: 0 fixed, 1 reconfigurable              at a cold start), 2 bytes each
+//!   1006h  output channels, 2 bytes              1100h  128 modules: type, unit, preset (2 bytes)
+//!   1008h  input channels, 2 bytes               else   reserved, 0
+//! ```
+//! Numbers of several bytes have the lowest first.
+
+use diag::Code;
+use emu_core::image::Image;
+
+use crate::isa::SPAN;
+use crate::modules::{Kind, Settings, Unit};
+
+/// Byte address of the block in an image file, and its length.
+pub const BLOCK: u32 = 0x1000;
+/// See [`BLOCK`].
+pub const LENGTH: u32 = 0x300;
+
+/// Programs in the table.
+pub const PROGRAMS: usize = 8;
+
+/// Modules.
+pub const MODULES: usize = 128;
+
+/// Output channels at most.
+pub const OUTPUTS: u16 = 256;
+
+/// Input channels at most.
+pub const INPUTS: u16 = 512;
+
+/// Clock where the block does not say.
+pub const HZ: u64 = 1_000_000;
+
+/// The code of a damaged block.
+pub const DAMAGED: &str = "CFG001";
+
+/// The codes of this crate.
+pub const CODES: &[Code] = &[Code {
+    code: DAMAGED,
+    title: "the configuration block of an AP101 image is damaged",
+    explain: "Bytes 1000h to 12FFh of an image for AP101 hold its configuration: channels, clock, the table of programs, timers and \
+              counters. They are there whole or not at all, begin with AP and version 1, and what is reserved is 0. The message \
+              names the byte. docs/chips/ap101.md has the layout. Mend: let the assembler write the block (`channels`, \
+              `program`, `module`), or leave it out: then there are 512 inputs, 256 outputs and one program.",
+}];
+
+/// When inputs are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Inputs {
+    /// All at once as a program cycle begins.
+    #[default]
+    Scan,
+    /// Each as an instruction reads it.
+    Live,
+}
+
+/// A program of the table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Program {
+    /// Its position in the table.
+    pub entry: u8,
+    /// First word.
+    pub start: u16,
+    /// Last word.
+    pub last: u16,
+    /// The index register while it runs.
+    pub rx: u16,
+}
+
+/// What the block says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Config {
+    /// When inputs are read.
+    pub inputs: Inputs,
+    /// Bits of M say which programs run; else all do, in turn.
+    pub reconfigurable: bool,
+    /// Output channels.
+    pub output_channels: u16,
+    /// Input channels.
+    pub input_channels: u16,
+    /// Clock, in Hz.
+    pub hz: u64,
+    /// Machine cycles from the beginning of one program cycle to that of the next, at least; 0 is free running.
+    pub period: u64,
+    /// The programs that are present, in table order. None where the table names none.
+    pub programs: Vec<Program>,
+    /// What a cold start makes of the bits that enable programs, in reconfigurable mode; also of entries that are not present.
+    pub enabled: [bool; PROGRAMS],
+    /// The modules.
+    pub modules: [Settings; MODULES],
+}
+
+impl Default for Config {
+    /// All channels, one clock of 1 MHz, free running, no modules.
+    fn default() -> Config {
+        Config {
+            inputs: Inputs::Scan,
+            reconfigurable: false,
+            output_channels: OUTPUTS,
+            input_channels: INPUTS,
+            hz: HZ,
+            period: 0,
+            programs: Vec::new(),
+            enabled: [false; PROGRAMS],
+            modules: [Settings::NONE; MODULES],
+        }
+    }
+}
+
+/// What is wrong with a block.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Damage {
+    /// Byte address in the image file.
+    pub addr: u32,
+    /// What is wrong, one sentence.
+    pub cause: String,
+    /// What to do about it.
+    pub hint: &'static str,
+}
+
+/// A block as it is read: where it is wrong is noted, and reading goes on.
+struct Reader<'a> {
+    bytes: &'a [u8],
+    damages: Vec<Damage>,
+}
+
+impl Reader<'_> {
+    fn byte(&self, at: usize) -> u8 {
+        self.bytes.get(at).copied().unwrap_or(0)
+    }
+
+    fn word(&self, at: usize) -> u16 {
+        u16::from_le_bytes([self.byte(at), self.byte(at + 1)])
+    }
+
+    fn long(&self, at: usize) -> u32 {
+        u32::from(self.word(at)) | u32::from(self.word(at + 2)) << 16
+    }
+
+    fn wrong(&mut self, at: usize, cause: String, hint: &'static str) {
+        self.damages.push(Damage { addr: BLOCK + at as u32, cause, hint });
+    }
+
+    /// A number that is at most `most`.
+    fn at_most(&mut self, at: usize, value: u16, most: u16, what: &str, hint: &'static str) -> u16 {
+        if value > most {
+            self.wrong(at, format!("{what} is {value}, and the most is {most}"), hint);
+        }
+        value.min(most)
+    }
+
+    fn program(&mut self, entry: usize, enabled: &mut bool) -> Option<Program> {
+        let at = 0x20 + 8 * entry;
+        let most = SPAN as u16 - 1;
+        let (what, hint) = (format!("program {entry}"), "words of program memory are 0 to 2047");
+        let start = self.at_most(at, self.word(at), most, &format!("the first word of {what}"), hint);
+        let last = self.at_most(at + 2, self.word(at + 2), most, &format!("the last word of {what}"), hint);
+        let rx = self.at_most(at + 4, self.word(at + 4), most, &format!("RX of {what}"), "RX has eleven bits");
+        let flags =
+            self.at_most(at + 6, self.word(at + 6), 3, &format!("the flags of {what}"), "bit 0 present, bit 1 enabled");
+        if start > last {
+            let cause = format!("{what} begins at {start}, behind its last word {last}");
+            self.wrong(at + 2, cause, "the first word of a program is not behind its last one");
+        }
+        *enabled = flags & 2 != 0;
+        (flags & 1 != 0).then_some(Program { entry: entry as u8, start, last, rx })
+    }
+
+    fn module(&mut self, n: usize) -> Settings {
+        let at = 0x100 + 4 * n;
+        let kind = Kind::ALL.get(usize::from(self.byte(at))).copied();
+        if kind.is_none() {
+            let cause = format!("module {n} has type {}", self.byte(at));
+            self.wrong(at, cause, "types are 0 none, 1 TON, 2 TOF, 3 RTO, 4 TP, 5 CTU, 6 CTD, 7 CTC");
+        }
+        let unit = Unit::ALL.get(usize::from(self.byte(at + 1))).copied();
+        if unit.is_none() {
+            let cause = format!("module {n} has unit {}", self.byte(at + 1));
+            self.wrong(at + 1, cause, "units are 0 program cycle, 1 1 ms, 2 10 ms, 3 100 ms");
+        }
+        Settings { kind: kind.unwrap_or(Kind::None), unit: unit.unwrap_or(Unit::Cycle), preset: self.word(at + 2) }
+    }
+}
+
+impl Config {
+    /// What the block in `image` says; the configuration of a machine without one where there is none.
+    ///
+    /// # Errors
+    /// All that is wrong with the block, in order of addresses.
+    pub fn of(image: &Image) -> Result<Config, Vec<Damage>> {
+        let found: Vec<(u32, u8)> = image.bytes_in("config").collect();
+        if found.is_empty() {
+            return Ok(Config::default());
+        }
+        let mut bytes = vec![0; LENGTH as usize];
+        image.fill("config", &mut bytes);
+        let mut reader = Reader { bytes: &bytes, damages: Vec::new() };
+        let gap = (0..LENGTH).zip(&found).find(|(wanted, (addr, _))| wanted != addr).map(|(wanted, _)| wanted);
+        if let Some(gap) = gap.or((found.len() < LENGTH as usize).then_some(found.len() as u32)) {
+            reader.wrong(
+                gap as usize,
+                "the block is not whole".to_owned(),
+                "give all bytes from 1000h to 12FFh, or none",
+            );
+            return Err(reader.damages);
+        }
+        let config = Config::read(&mut reader);
+        reader.damages.sort_by_key(|damage| damage.addr);
+        if reader.damages.is_empty() { Ok(config) } else { Err(reader.damages) }
+    }
+
+    fn read(reader: &mut Reader<'_>) -> Config {
+        for (at, letter) in b"AP".iter().enumerate() {
+            if reader.byte(at) != *letter {
+                let cause = format!("the block does not begin with AP: {:02X} for {letter:02X}", reader.byte(at));
+                reader.wrong(at, cause, "is the image for an AP101?");
+            }
+        }
+        if reader.byte(2) != 1 {
+            let cause = format!("the block is of version {}", reader.byte(2));
+            reader.wrong(2, cause, "only version 1 is known");
+        }
+        for at in [5, 0xA, 0xB].into_iter().chain(0x14..0x20).chain(0x60..0x100) {
+            if reader.byte(at) != 0 {
+                let cause = format!("a reserved byte is {:02X}", reader.byte(at));
+                reader.wrong(at, cause, "reserved bytes are 0");
+            }
+        }
+        let live = reader.at_most(3, reader.byte(3).into(), 1, "inputs", "inputs are 0 for scan, 1 for live");
+        let mode = reader.at_most(4, reader.byte(4).into(), 1, "mode", "mode is 0 for fixed, 1 for reconfigurable");
+        let hint = "there are at most 256 outputs and 512 inputs";
+        let output_channels = reader.at_most(6, reader.word(6), OUTPUTS, "the number of output channels", hint);
+        let input_channels = reader.at_most(8, reader.word(8), INPUTS, "the number of input channels", hint);
+        let mut enabled = [false; PROGRAMS];
+        let entries = enabled.iter_mut().enumerate();
+        let programs = entries.filter_map(|(entry, enabled)| reader.program(entry, enabled)).collect();
+        let mut modules = [Settings::NONE; MODULES];
+        for (n, settings) in modules.iter_mut().enumerate() {
+            *settings = reader.module(n);
+        }
+        Config {
+            inputs: if live == 1 { Inputs::Live } else { Inputs::Scan },
+            reconfigurable: mode == 1,
+            output_channels,
+            input_channels,
+            hz: match reader.long(0xC) {
+                0 => HZ,
+                hz => hz.into(),
+            },
+            period: reader.long(0x10).into(),
+            programs,
+            enabled,
+            modules,
+        }
+    }
+}

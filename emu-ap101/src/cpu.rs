@@ -1,0 +1,277 @@
+//! The machine as a value: [`Ap101`].
+
+use std::sync::Arc;
+
+use emu_core::chip::Chip;
+use emu_core::cpu::{Cpu, NEVER, Probe, Reset, Stop, Subcycle};
+use emu_core::image::Image;
+use emu_core::pins::{Level, PinId, Time};
+
+use crate::boundary::Phase;
+use crate::chips::AP101;
+use crate::config::{Config, Inputs, MODULES, OUTPUTS, Program};
+use crate::isa::{NOP, SPAN};
+use crate::operands::M;
+use crate::predecode::{Code, Wiring};
+use crate::soc::{CLOCKS, Soc};
+use crate::turn::Hot;
+
+/// What overrides the configuration of an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Options {
+    /// Clock, in Hz.
+    pub hz: Option<u64>,
+    /// When inputs are read.
+    pub inputs: Option<Inputs>,
+}
+
+/// An AP101 with its program. A clone is a snapshot; program memory is shared until it changes.
+#[derive(Debug, Clone)]
+pub struct Ap101 {
+    pub(crate) config: Arc<Config>,
+    pub(crate) hz: u64,
+    pub(crate) hot: Hot,
+    pub(crate) code: Arc<Code>,
+    pub(crate) soc: Soc,
+    pub(crate) phase: Phase,
+    /// The instruction last fetched.
+    pub(crate) ric: u16,
+    /// An instruction was fetched and not executed yet: RIC before that.
+    pub(crate) fetched: Option<u16>,
+    /// The program that runs, or would; by its position among those that are present.
+    pub(crate) which: usize,
+    /// The program that ran last, behind which the search for the next begins.
+    pub(crate) current: Option<usize>,
+    /// Program cycles that took longer than the period.
+    pub(crate) overruns: u16,
+    /// The trap that stopped the last run, to be stepped over by the next.
+    pub(crate) passing: Option<u32>,
+}
+
+impl Ap101 {
+    /// A machine at its first cold start with the program of `image`, configured as the image says. A block that is damaged, of
+    /// which [`Config::of`] tells, counts as none.
+    #[must_use]
+    pub fn new(image: &Image) -> Ap101 {
+        Ap101::with(image, Options::default())
+    }
+
+    /// The same where some is otherwise than the image says.
+    #[must_use]
+    pub fn with(image: &Image, options: Options) -> Ap101 {
+        let config = Config::of(image).unwrap_or_default();
+        let (hz, inputs) = (options.hz.unwrap_or(config.hz).max(1), options.inputs.unwrap_or(config.inputs));
+        let mut bytes = vec![0xFF; 2 * SPAN];
+        image.fill("code", &mut bytes);
+        let mut words = Box::new([NOP; SPAN]);
+        for (word, pair) in words.iter_mut().zip(bytes.chunks_exact(2)) {
+            *word = u16::from_le_bytes([pair[0], pair[1]]);
+        }
+        let last = (image.end("code") / 2).checked_sub(1).map(|last| last.min(SPAN as u32 - 1) as u16);
+        let whole = last.map(|last| Program { entry: 0, start: 0, last, rx: 0 });
+        let programs = if config.programs.is_empty() { whole.into_iter().collect() } else { config.programs.clone() };
+        let soc = Soc::new(&config, inputs, hz);
+        let mut machine = Ap101 {
+            code: Arc::new(Code::new(words, &programs, Wiring::new(&config, inputs))),
+            config: Arc::new(config),
+            hz,
+            hot: Hot::START,
+            soc,
+            phase: Phase::Off,
+            ric: 0,
+            fetched: None,
+            which: 0,
+            current: None,
+            overruns: 0,
+            passing: None,
+        };
+        machine.start(true);
+        machine
+    }
+
+    /// How the machine is configured.
+    #[must_use]
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Clock, in Hz.
+    #[must_use]
+    pub const fn hz(&self) -> u64 {
+        self.hz
+    }
+
+    /// No instruction is next: outputs are reloaded, a period is not over, no program is enabled, or there is no supply.
+    #[must_use]
+    pub fn waits(&self) -> bool {
+        !matches!(self.phase, Phase::Run { .. }) || self.at_end()
+    }
+
+    /// An instruction was fetched, and stands in RIC to be executed.
+    #[must_use]
+    pub const fn has_fetched(&self) -> bool {
+        self.fetched.is_some()
+    }
+
+    /// Runs the next subcycle, or a machine cycle in which there are none; ends as [`Cpu::step`] does.
+    pub fn step_subcycle<P: Probe>(&mut self, probe: &mut P) -> Stop {
+        struct Once;
+        impl Probe for Once {
+            const SUBCYCLE: bool = true;
+            fn subcycle(&mut self, _: Time, _: Subcycle, _: u32, _: u16) -> bool {
+                true
+            }
+        }
+        self.run_to(self.hot.time.now() + 1, &mut (probe, Once))
+    }
+
+    /// The program that runs, or would.
+    fn program(&self) -> Option<Program> {
+        self.code.programs.get(self.which).map(|ops| ops.program)
+    }
+}
+
+impl Cpu for Ap101 {
+    fn chip(&self) -> &'static Chip {
+        &AP101
+    }
+
+    fn clocks_per_cycle(&self) -> u32 {
+        CLOCKS as u32
+    }
+
+    fn reset(&mut self, why: Reset) {
+        self.hot.time.force();
+        self.start(why == Reset::PowerOn);
+    }
+
+    fn cycle(&self) -> u64 {
+        self.hot.time.now()
+    }
+
+    fn instructions(&self) -> u64 {
+        self.hot.time.instructions()
+    }
+
+    fn pc(&self) -> u32 {
+        self.hot.na % SPAN as u32
+    }
+
+    fn set_pc(&mut self, pc: u32) {
+        self.hot.na = pc % SPAN as u32;
+        (self.fetched, self.passing) = (None, None);
+        self.hot.time.force();
+    }
+
+    fn reg(&self, name: &str) -> Option<u32> {
+        Some(match name.to_ascii_uppercase().as_str() {
+            "A" => self.hot.a.into(),
+            "NA" => self.pc(),
+            "RIC" => self.ric.into(),
+            "RX" => self.program().map_or(0, |program| program.rx.into()),
+            "PROG" => self.program().map_or(0, |program| program.entry.into()),
+            "OVR" => self.overruns.into(),
+            _ => return None,
+        })
+    }
+
+    fn set_reg(&mut self, name: &str, value: u32) -> bool {
+        match name.to_ascii_uppercase().as_str() {
+            "A" => self.hot.a = value & 1 != 0,
+            "NA" => self.set_pc(value),
+            "RIC" => self.ric = value as u16,
+            "OVR" => self.overruns = value as u16,
+            // The program table alone says what they are.
+            _ => return false,
+        }
+        true
+    }
+
+    fn peek(&self, space: &str, addr: u32) -> Option<u8> {
+        let (n, now) = (addr as u16, self.cycle());
+        let byte = |word: u16| word.to_le_bytes().get(addr as usize % 2).copied();
+        let module = |n: u32| self.soc.modules.get(n as usize);
+        match space {
+            "code" if addr < 2 * SPAN as u32 => byte(self.code.word(addr / 2)),
+            "i" if addr < u32::from(M) => Some(self.soc.get(n).into()),
+            "e" if addr < u32::from(OUTPUTS) => Some(self.soc.output(n).into()),
+            "m" if addr < 512 => Some(self.soc.get(M + n).into()),
+            "r" if addr < 384 => Some(match (module(addr % MODULES as u32)?, addr / MODULES as u32) {
+                (module, 0) => module.q(now).into(),
+                (module, 1) => module.running(now).into(),
+                _ => 0,
+            }),
+            "preset" => byte(module(addr / 2)?.preset()),
+            "value" => byte(module(addr / 2)?.value(now)),
+            _ => None,
+        }
+    }
+
+    /// Writes a latch, a bistable, a bit of M, a preset or a word; what modules have timed and counted cannot be written, nor
+    /// inputs that are read live.
+    fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool {
+        let (n, bit, now) = (addr as u16, value & 1 != 0, self.cycle());
+        match space {
+            "code" if addr < 2 * SPAN as u32 => {
+                let mut bytes = self.code.word(addr / 2).to_le_bytes();
+                bytes[addr as usize % 2] = value;
+                Arc::make_mut(&mut self.code).poke(addr / 2, u16::from_le_bytes(bytes));
+            }
+            "i" if addr < u32::from(M) && !self.soc.live() => self.soc.set(n, bit),
+            "e" if addr < u32::from(OUTPUTS) => _ = self.soc.set_output(n, bit, Time::at(now)),
+            "m" if addr < 512 => self.soc.set(M + n, bit),
+            "preset" if addr < 2 * MODULES as u32 => {
+                let module = self.soc.module_mut(n / 2);
+                let mut bytes = module.preset().to_le_bytes();
+                bytes[addr as usize % 2] = value;
+                module.set_preset(u16::from_le_bytes(bytes));
+            }
+            _ => return false,
+        }
+        true
+    }
+
+    fn trap(&mut self, pc: u32, on: bool) {
+        let pc = pc % SPAN as u32;
+        if self.code.has_trap(pc) != on {
+            Arc::make_mut(&mut self.code).trap(pc, on);
+            self.passing = self.passing.filter(|&passing| on || passing != pc);
+        }
+    }
+
+    fn level(&self, pin: PinId) -> Level {
+        self.soc.level(pin)
+    }
+
+    fn has_pin(&self, pin: PinId) -> bool {
+        self.soc.has_pin(pin)
+    }
+
+    fn drive(&mut self, at: Time, pin: PinId, level: Level) {
+        let clock = at.cycle.saturating_mul(CLOCKS).saturating_add(at.phase.into());
+        let now = CLOCKS * self.cycle() + u64::from(self.fetched.is_some());
+        self.soc.drive(clock.max(now).min(NEVER - 1), pin, level);
+    }
+
+    /// M is 0 after a cold start, so no bit of it is ever unknown.
+    fn ram_at(&self, _: u32) -> Option<u32> {
+        None
+    }
+
+    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
+        self.run_to(until, probe)
+    }
+
+    fn step<P: Probe>(&mut self, probe: &mut P) -> Stop {
+        let now = self.cycle();
+        // Where no instruction is next, on to where one is, or to what is due before.
+        let until = match self.phase {
+            _ if self.fetched.is_some() => now,
+            Phase::Reload { from, .. } => from + self.soc.channels(),
+            Phase::Ready { at } => at,
+            Phase::Off | Phase::Run { .. } => now,
+        };
+        let due = self.soc.next().div_ceil(CLOCKS);
+        self.run_to(until.min(due).max(now + 1), probe)
+    }
+}

@@ -1,0 +1,164 @@
+//! Bodies of the instructions, one function for all rows that do the same, generic over a machine.
+
+use emu_core::machine::BitOps;
+
+use crate::operands::{A, Cell, D, Place, Target, X};
+
+/// A machine that instructions run on.
+pub trait Ap101 {
+    /// A bit.
+    type Bit: BitOps;
+
+    /// Begins an instruction of `words` program words that takes `cycles` machine cycles: NA goes on, time passes.
+    fn begin(&mut self, words: u32, cycles: u32);
+    /// A bit that is known.
+    fn bit(value: bool) -> Self::Bit;
+    /// A.
+    fn a(&self) -> Self::Bit;
+    /// Sets A.
+    fn set_a(&mut self, bit: Self::Bit);
+    /// Reads a bit of memory.
+    fn cell(&self, cell: u16) -> Self::Bit;
+    /// Writes a bit of memory.
+    fn set_cell(&mut self, cell: u16, bit: Self::Bit);
+    /// Reads what stands at a place.
+    fn read(&mut self, place: Place) -> Self::Bit;
+    /// Writes to a place where `condition` holds; else nothing is written.
+    fn write_if(&mut self, condition: Self::Bit, place: Place, bit: Self::Bit);
+    /// Writes to a place. `orders`: a preset port takes it for an order to read the word behind.
+    fn store(&mut self, place: Place, bit: Self::Bit, orders: bool);
+    /// NA becomes `target` where `condition` holds.
+    fn jump_if(&mut self, condition: Self::Bit, target: u16);
+}
+
+/// An address in whatever form an op has it.
+pub trait Address: Copy {
+    /// Reads the bit.
+    fn read<M: Ap101>(self, m: &mut M) -> M::Bit;
+    /// Stores a bit; `orders` as in [`Ap101::store`].
+    fn store<M: Ap101>(self, m: &mut M, bit: M::Bit, orders: bool);
+    /// Writes a bit where `condition` holds.
+    fn write_if<M: Ap101>(self, m: &mut M, condition: M::Bit, bit: M::Bit);
+}
+
+macro_rules! addresses {
+    ($($name:ident)*) => { $(
+        impl Address for $name {
+            #[inline(always)]
+            fn read<M: Ap101>(self, m: &mut M) -> M::Bit {
+                m.read(self.0)
+            }
+            #[inline(always)]
+            fn store<M: Ap101>(self, m: &mut M, bit: M::Bit, orders: bool) {
+                m.store(self.0, bit, orders);
+            }
+            #[inline(always)]
+            fn write_if<M: Ap101>(self, m: &mut M, condition: M::Bit, bit: M::Bit) {
+                m.write_if(condition, self.0, bit);
+            }
+        }
+    )* };
+}
+addresses! { A X }
+
+impl Address for Cell {
+    #[inline(always)]
+    fn read<M: Ap101>(self, m: &mut M) -> M::Bit {
+        m.cell(self.0)
+    }
+    #[inline(always)]
+    fn store<M: Ap101>(self, m: &mut M, bit: M::Bit, _: bool) {
+        m.set_cell(self.0, bit);
+    }
+    #[inline(always)]
+    fn write_if<M: Ap101>(self, m: &mut M, condition: M::Bit, bit: M::Bit) {
+        let old = m.cell(self.0);
+        m.set_cell(self.0, (old & !condition) | (bit & condition));
+    }
+}
+
+#[inline(always)]
+pub fn load<M: Ap101>(m: &mut M, a: impl Address) {
+    let bit = a.read(m);
+    m.set_a(bit);
+}
+
+#[inline(always)]
+pub fn load_not<M: Ap101>(m: &mut M, a: impl Address) {
+    let bit = a.read(m);
+    m.set_a(!bit);
+}
+
+#[inline(always)]
+pub fn store<M: Ap101>(m: &mut M, a: impl Address) {
+    let bit = m.a();
+    a.store(m, bit, true);
+}
+
+#[inline(always)]
+pub fn store_not<M: Ap101>(m: &mut M, a: impl Address) {
+    let bit = !m.a();
+    a.store(m, bit, false);
+}
+
+#[inline(always)]
+pub fn put_if<M: Ap101>(m: &mut M, a: impl Address, value: bool) {
+    let condition = m.a();
+    a.write_if(m, condition, M::bit(value));
+}
+
+#[inline(always)]
+pub fn and<M: Ap101>(m: &mut M, a: impl Address) {
+    let bit = a.read(m);
+    m.set_a(m.a() & bit);
+}
+
+#[inline(always)]
+pub fn and_not<M: Ap101>(m: &mut M, a: impl Address) {
+    let bit = a.read(m);
+    m.set_a(m.a() & !bit);
+}
+
+#[inline(always)]
+pub fn or<M: Ap101>(m: &mut M, a: impl Address) {
+    let bit = a.read(m);
+    m.set_a(m.a() | bit);
+}
+
+#[inline(always)]
+pub fn or_not<M: Ap101>(m: &mut M, a: impl Address) {
+    let bit = a.read(m);
+    m.set_a(m.a() | !bit);
+}
+
+#[inline(always)]
+pub fn xor<M: Ap101>(m: &mut M, a: impl Address) {
+    let bit = a.read(m);
+    m.set_a(m.a() ^ bit);
+}
+
+#[inline(always)]
+pub fn not<M: Ap101>(m: &mut M) {
+    m.set_a(!m.a());
+}
+
+#[inline(always)]
+pub fn clear<M: Ap101>(m: &mut M) {
+    m.set_a(M::bit(false));
+}
+
+#[inline(always)]
+pub fn jump<M: Ap101>(m: &mut M, t: Target) {
+    m.jump_if(M::bit(true), t.0);
+}
+
+#[inline(always)]
+pub fn jump_if<M: Ap101>(m: &mut M, t: Target) {
+    m.jump_if(m.a(), t.0);
+}
+
+#[inline(always)]
+pub fn nop<M: Ap101>(_: &mut M) {}
+
+#[inline(always)]
+pub fn data<M: Ap101>(_: &mut M, _: D) {}

@@ -1,0 +1,173 @@
+//! THE table of AP101's instructions, and what is read off it.
+//!
+//! Order of rows: that of the source, which counts its instructions from 1; an opcode is that number less one. Every
+//! instruction with an address has two rows, one for each addressing mode: direct, and relative to the index register. A direct
+//! address that is a plain bit of memory has a kind of its own.
+
+use emu_core::chip::Isa;
+use emu_core::table::{
+    Alias, AsmError, EncodeError, Line, Op, Row, Site, assemble as assemble_line, disassemble as disassemble_line,
+};
+
+use crate::operands::{A, D, Target, X};
+
+/// Hands every row to `callback!`, after the tokens of `{ .. }`. Columns: name, mnemonic, syntax, pattern, operands, machine cycles,
+/// registers written, body, kind for plain bits of memory.
+#[rustfmt::skip]
+macro_rules! ap101_table {
+    ($callback:path { $($head:tt)* }) => { $callback! { $($head)* 16; extra {
+        /// Not for the hot loop: the end of the program, a jump that ends it or leaves it, a breakpoint, an address behind memory.
+        Slow,
+    }
+    /// Load: A becomes the bit.
+    Ld      "ld"    "a"    "0000 0aaa aaaa aaaa" (a: A)       "1"  "A"  => load(a), LdCell;
+    /// Load, relative to RX.
+    LdX     "ld"    "a,X"  "0000 1aaa aaaa aaaa" (a: X)       "1"  "A"  => load(a);
+    /// Load the complement.
+    Ldc     "ldc"   "a"    "0001 0aaa aaaa aaaa" (a: A)       "1"  "A"  => load_not(a), LdcCell;
+    /// Load the complement, relative to RX.
+    LdcX    "ldc"   "a,X"  "0001 1aaa aaaa aaaa" (a: X)       "1"  "A"  => load_not(a);
+    /// Store A.
+    Sto     "sto"   "a"    "0010 0aaa aaaa aaaa" (a: A)       "1"  ""   => store(a), StoCell;
+    /// Store A, relative to RX.
+    StoX    "sto"   "a,X"  "0010 1aaa aaaa aaaa" (a: X)       "1"  ""   => store(a);
+    /// Store the complement of A.
+    Stoc    "stoc"  "a"    "0011 0aaa aaaa aaaa" (a: A)       "1"  ""   => store_not(a), StocCell;
+    /// Store the complement of A, relative to RX.
+    StocX   "stoc"  "a,X"  "0011 1aaa aaaa aaaa" (a: X)       "1"  ""   => store_not(a);
+    /// Set the bit if A is 1.
+    Stc     "stc"   "a"    "0100 0aaa aaaa aaaa" (a: A)       "1"  ""   => put_if(a, true), StcCell;
+    /// Set the bit if A is 1, relative to RX.
+    StcX    "stc"   "a,X"  "0100 1aaa aaaa aaaa" (a: X)       "1"  ""   => put_if(a, true);
+    /// Clear the bit if A is 1.
+    Rtc     "rtc"   "a"    "0101 0aaa aaaa aaaa" (a: A)       "1"  ""   => put_if(a, false), RtcCell;
+    /// Clear the bit if A is 1, relative to RX.
+    RtcX    "rtc"   "a,X"  "0101 1aaa aaaa aaaa" (a: X)       "1"  ""   => put_if(a, false);
+    /// And A with the bit.
+    And     "and"   "a"    "0110 0aaa aaaa aaaa" (a: A)       "1"  "A"  => and(a), AndCell;
+    /// And A with the bit, relative to RX.
+    AndX    "and"   "a,X"  "0110 1aaa aaaa aaaa" (a: X)       "1"  "A"  => and(a);
+    /// And A with the complement of the bit.
+    Andc    "andc"  "a"    "0111 0aaa aaaa aaaa" (a: A)       "1"  "A"  => and_not(a), AndcCell;
+    /// And A with the complement of the bit, relative to RX.
+    AndcX   "andc"  "a,X"  "0111 1aaa aaaa aaaa" (a: X)       "1"  "A"  => and_not(a);
+    /// Or A with the bit.
+    Or      "or"    "a"    "1000 0aaa aaaa aaaa" (a: A)       "1"  "A"  => or(a), OrCell;
+    /// Or A with the bit, relative to RX.
+    OrX     "or"    "a,X"  "1000 1aaa aaaa aaaa" (a: X)       "1"  "A"  => or(a);
+    /// Or A with the complement of the bit.
+    Orc     "orc"   "a"    "1001 0aaa aaaa aaaa" (a: A)       "1"  "A"  => or_not(a), OrcCell;
+    /// Or A with the complement of the bit, relative to RX.
+    OrcX    "orc"   "a,X"  "1001 1aaa aaaa aaaa" (a: X)       "1"  "A"  => or_not(a);
+    /// Exclusive-or A with the bit.
+    Xor     "xor"   "a"    "1010 0aaa aaaa aaaa" (a: A)       "1"  "A"  => xor(a), XorCell;
+    /// Exclusive-or A with the bit, relative to RX.
+    XorX    "xor"   "a,X"  "1010 1aaa aaaa aaaa" (a: X)       "1"  "A"  => xor(a);
+    /// Complement A.
+    Not     "not"   ""     "1011 ---- ---- ----" ()           "1"  "A"  => not();
+    /// Clear A.
+    Clr     "clr"   ""     "1100 ---- ---- ----" ()           "1"  "A"  => clear();
+    /// Jump.
+    Jmp     "jmp"   "t"    "1101 0ttt tttt tttt" (t: Target)  "1"  ""   => jump(t);
+    /// Jump, relative to RX.
+    JmpX    "jmp"   "t,X"  "1101 1ttt tttt tttt" (t: Target)  "1"  ""   => jump(t);
+    /// Jump if A is 1.
+    Jmpc    "jmpc"  "t"    "1110 0ttt tttt tttt" (t: Target)  "1"  ""   => jump_if(t);
+    /// Jump if A is 1, relative to RX.
+    JmpcX   "jmpc"  "t,X"  "1110 1ttt tttt tttt" (t: Target)  "1"  ""   => jump_if(t);
+    /// No operation.
+    Nop     "nop"   ""     "1111 1111 1111 1111" ()           "1"  ""   => nop();
+    /// No operation; with bit 11 clear the field is what a store into a preset port before it takes. Written as a word.
+    NopData "nop"   "d"    "1111 dddd dddd dddd" (d: D)       "1"  ""   => data(d);
+    } };
+}
+pub(crate) use ap101_table;
+
+ap101_table!(emu_core::define_isa {});
+
+/// The table as tools see it. A blank memory is NOPs.
+pub const ISA: Isa = Isa {
+    disassemble,
+    erased: NOP,
+    rows: ROWS,
+    word_bits: WORD_BITS,
+    aliases: ALIASES,
+    site: |pc, _| site(pc),
+    lacks: |_| false,
+};
+
+/// A plain NOP, and a blank word.
+pub const NOP: u16 = 0xFFFF;
+
+/// Other spellings that the assembler takes: none.
+pub const ALIASES: &[Alias] = &[];
+
+/// Bits of a program word.
+pub const WORD_BITS: u32 = 16;
+
+/// Words that NA reaches.
+pub const SPAN: usize = 0x800;
+
+/// Bit 11: the address is relative to RX.
+pub const INDEXED: u16 = 0x800;
+
+/// The row of the instruction `word`, and its kind. Every word is an instruction.
+#[must_use]
+pub fn row_of(word: u16) -> (&'static Row, Kind) {
+    let (i, _) = emu_core::table::find(ROWS, WORD_BITS, &[word]).unwrap_or((ROWS.len() - 1, 0));
+    (&ROWS[i], KINDS[i])
+}
+
+const fn site(pc: u32) -> Site {
+    Site { pc, len: 1, next_len: 1, pc_mask: SPAN as u32 - 1 }
+}
+
+/// The word of an instruction. Operands come in row order: addresses and targets by their eleven bits.
+///
+/// # Errors
+/// An operand that does not fit, with what is allowed.
+pub fn encode(kind: Kind, operands: &[i32]) -> Result<u16, EncodeError> {
+    let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: "not an instruction".into() })?;
+    row.encode(operands, &site(0)).map(|word| word as u16)
+}
+
+/// Disassembles the instruction at the front of `words`, which stands at `pc`, with its mnemonic in capitals, as the source has them.
+#[must_use]
+pub fn disassemble(words: &[u16], pc: u32) -> Line {
+    let mut line = disassemble_line(ROWS, WORD_BITS, words, &site(pc));
+    // Behind a word that is written as such the instruction is a comment.
+    let first = line.text.find("; ").map_or(0, |comment| comment + 2);
+    let first = if line.row.is_some() { 0 } else { first };
+    if line.row.is_some() || first > 0 {
+        let end = line.text[first..].find(' ').map_or(line.text.len(), |end| first + end);
+        let shouted = line.text[first..end].to_ascii_uppercase();
+        line.text.replace_range(first..end, &shouted);
+    }
+    line
+}
+
+/// Assembles one line that will stand at `pc`.
+///
+/// # Errors
+/// As [`emu_core::table::assemble`].
+pub fn assemble(line: &str, pc: u32) -> Result<Vec<u16>, AsmError> {
+    assemble_line(ROWS, ALIASES, WORD_BITS, line, &site(pc))
+}
+
+/// A predecoded instruction.
+pub type Ap101Op = Op<Kind>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kinds_stand_in_the_order_of_rows() {
+        assert!(KINDS.iter().enumerate().all(|(i, &kind)| kind as usize == i));
+    }
+
+    #[test]
+    fn every_word_is_an_instruction() {
+        assert!((0..=u16::MAX).all(|word| emu_core::table::find(ROWS, WORD_BITS, &[word]).is_some()));
+    }
+}

@@ -1,0 +1,24 @@
+//! AP101, a programmable controller that computes single bits: instruction table, core, channels, modules and program table.
+//!
+//! Source: a Romanian hand-out on programming such controllers ("Programarea automatelor programabile cu prelucrare la nivel de
+//! bit"), which gives the sixteen instructions, the registers, the two subcycles, the zones I, E, R and M and the protected images
+//! of outputs. What it leaves open (widths, codes, zones' sizes, the block of the configuration) is a choice, and stands in
+//! QUIRKS.md.
+
+#![forbid(unsafe_code)]
+
+pub mod chips;
+pub mod config;
+pub mod isa;
+pub mod modules;
+pub mod operands;
+
+mod boundary;
+mod cpu;
+mod exec;
+mod predecode;
+mod soc;
+mod turn;
+
+pub use config::{Config, Inputs};
+pub use cpu::{Ap101, Options};

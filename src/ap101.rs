@@ -1,0 +1,81 @@
+//! The flags of `emu run` that belong to AP101, and what its images must be.
+
+use clap::{Args, ValueEnum};
+use diag::{Diagnostic, Pos, Severity};
+use emu_ap101::config::{Config, DAMAGED};
+use emu_ap101::{Inputs, Options};
+use emu_core::chip::{Chip, Family};
+use emu_core::image::Image;
+
+use crate::fail::Failure;
+
+/// Bytes of a line of Intel HEX before its data: the colon, and length, address and type in two digits a byte.
+const HEAD: u32 = 9;
+
+/// The flags.
+#[derive(Debug, Args)]
+#[group(id = "ap101")]
+#[command(next_help_heading = "Only for AP101")]
+pub struct Flags {
+    /// When inputs are read: scan, all at once as a program cycle begins, or live, each as an instruction reads it. Default: as
+    /// the configuration in the image says, else scan.
+    #[arg(long, value_name = "WHEN", hide_possible_values = true)]
+    inputs: Option<When>,
+}
+
+/// See [`Inputs`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum When {
+    /// As a program cycle begins.
+    Scan,
+    /// As they are read.
+    Live,
+}
+
+impl Flags {
+    /// What is otherwise than the image says, with a clock of `hz` where one was asked for; refuses flags that are not for the chip.
+    pub fn options(&self, chip: &Chip, hz: Option<u64>) -> Result<Options, Failure> {
+        if self.inputs.is_some() && chip.family != Family::Ap101 {
+            return Err(Failure::Usage(format!("--inputs is for AP101; {} is none", chip.name)));
+        }
+        let inputs = self.inputs.map(|when| if when == When::Live { Inputs::Live } else { Inputs::Scan });
+        Ok(Options { hz, inputs })
+    }
+}
+
+/// The clock of a machine with that image, if it is an AP101.
+pub fn hz(chip: &Chip, image: &Image, options: &Options) -> Option<u64> {
+    let own = || Config::of(image).unwrap_or_default().hz;
+    (chip.family == Family::Ap101).then(|| options.hz.unwrap_or_else(own))
+}
+
+/// What is wrong with the configuration in an image, which came from the lines of Intel HEX in `text`.
+pub fn faults(file: &str, text: &[u8], chip: &Chip, image: &Image) -> Vec<Diagnostic> {
+    if chip.family != Family::Ap101 {
+        return Vec::new();
+    }
+    let damages = Config::of(image).err().unwrap_or_default();
+    let fault = |damage: emu_ap101::config::Damage| {
+        let cause = format!("at {:04X}h: {}", damage.addr, damage.cause);
+        Diagnostic::new(
+            Severity::Error,
+            DAMAGED,
+            file,
+            place(text, damage.addr).unwrap_or_default(),
+            cause,
+            damage.hint,
+        )
+    };
+    damages.into_iter().map(fault).collect()
+}
+
+/// The digits of the byte at an address below 64 K, where they stand in a file of Intel HEX without other addresses.
+fn place(text: &[u8], addr: u32) -> Option<Pos> {
+    let text = std::str::from_utf8(text).ok()?;
+    (1..).zip(text.lines()).find_map(|(number, line)| {
+        let field = |from: usize, to: usize| u32::from_str_radix(line.get(from..to)?, 16).ok();
+        let (len, start, kind) = (field(1, 3)?, field(3, 7)?, field(7, 9)?);
+        let within = addr.checked_sub(start).filter(|&within| kind == 0 && within < len)?;
+        Some(Pos::new(number, HEAD + 1 + 2 * within, 2))
+    })
+}
