@@ -52,6 +52,8 @@ impl Ap101 {
                 }
             }
             if let Some(stop) = self.one(probe) {
+                // What was driven before it came to that is told.
+                self.tell(probe);
                 return stop;
             }
         }
@@ -69,11 +71,7 @@ impl Ap101 {
                 self.supply(now);
                 self.end(now);
             }
-            if P::EVENTS {
-                while let Some(event) = self.soc.log.take() {
-                    self.hot.stop |= probe.event(event);
-                }
-            }
+            self.tell(probe);
             if std::mem::take(&mut self.hot.stop) {
                 return Some(Stop::Probe);
             }
@@ -82,6 +80,9 @@ impl Ap101 {
             }
             if between {
                 self.begin(now);
+                if matches!(self.phase, Phase::Run { begun } if now >= begun + WATCHDOG) {
+                    return Some(Stop::Fault { pc: self.hot.na, fault: Fault::NoEnd });
+                }
             }
             // Inputs were latched at the first clock of the cycle; what is driven in the second is there for a live look.
             let fired = self.soc.fire(CLOCKS * now + CLOCKS - 1, self.phase != Phase::Off);
@@ -89,11 +90,7 @@ impl Ap101 {
             let idle = !fired && self.soc.next() == NEVER;
             let end = match self.phase {
                 Phase::Run { begun } => {
-                    let bites = begun + WATCHDOG;
-                    if between && now >= bites {
-                        return Some(Stop::Fault { pc: self.hot.na, fault: Fault::NoEnd });
-                    }
-                    self.hot.time.set_deadline(until.min(next).min(bites).max(now + 1));
+                    self.hot.time.set_deadline(until.min(next).min(begun + WATCHDOG).max(now + 1));
                     return None;
                 }
                 Phase::Reload { from, .. } => from + self.soc.channels(),
@@ -106,6 +103,15 @@ impl Ap101 {
                 self.soc.reload(from, now, to);
             }
             self.hot.time.pass(to - now);
+        }
+    }
+
+    /// Tells the probe what has happened at the pins.
+    fn tell<P: Probe>(&mut self, probe: &mut P) {
+        if P::EVENTS {
+            while let Some(event) = self.soc.log.take() {
+                self.hot.stop |= probe.event(event);
+            }
         }
     }
 

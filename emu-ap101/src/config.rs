@@ -163,7 +163,7 @@ impl Reader<'_> {
         let rx = self.at_most(at + 4, self.word(at + 4), most, &format!("RX of {what}"), "RX has eleven bits");
         let flags =
             self.at_most(at + 6, self.word(at + 6), 3, &format!("the flags of {what}"), "bit 0 present, bit 1 enabled");
-        if start > last {
+        if self.word(at) > self.word(at + 2) && start < most {
             let cause = format!("{what} begins at {start}, behind its last word {last}");
             self.wrong(at + 2, cause, "the first word of a program is not behind its last one");
         }

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::cpu::{Cpu, Probe, Reset, Stop};
+use crate::cpu::{Cpu, Fault, Probe, Reset, Stop};
 use crate::pins::{Event, Level, PinId, Time};
 use crate::rng::Rng;
 
@@ -188,8 +188,10 @@ impl<C: Cpu> Subject<C> {
         check("all hooks", plan, &wanted, &shown);
         assert!(all.irqs == irqs && all.events == events.events, "all hooks: interrupts or events\n{}", plan.what);
         // Instructions of a reset machine are counted on.
-        // What is no instruction is shown, and then stops the run.
-        let illegal = shown.looks.iter().filter(|look| matches!(look.0, Stop::Illegal { .. })).count() as u64;
+        // What is no instruction, or a jump that cannot be carried out, is shown, and then stops the run.
+        let refused =
+            |stop: &Stop| matches!(stop, Stop::Illegal { .. } | Stop::Fault { fault: Fault::LeavesProgram { .. }, .. });
+        let illegal = shown.looks.iter().filter(|look| refused(&look.0)).count() as u64;
         let counted = shown.looks.last().map(|look| look.1[1] + illegal);
         assert_eq!(counted, Some(all.insns), "instructions shown\n{}", plan.what);
 

@@ -1,7 +1,8 @@
 //! What looks at every instruction and every access: costs time, so it is a type parameter of the tools.
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Fault, Probe};
+use emu_core::cpu::{Fault, Probe, Subcycle};
+use emu_core::pins::Time;
 
 use crate::bits::{self, BIT};
 use crate::place::Range;
@@ -33,6 +34,10 @@ pub struct Close {
     pub fault: Option<(u32, Fault)>,
     chip: &'static Chip,
     watches: Vec<Watch>,
+    /// Program words whose fetch is waited for.
+    fetches: Vec<u32>,
+    /// Position of the one that was fetched.
+    pub fetched: Option<usize>,
     fresh: Option<Fresh>,
     pc: u32,
 }
@@ -69,7 +74,14 @@ impl Close {
     /// nor counts as written.
     #[must_use]
     pub fn new(chip: &'static Chip, watches: Vec<Watch>, trap: Option<&RamTrap<'_>>) -> Close {
-        Close { seen: None, fault: None, chip, watches, fresh: trap.map(|trap| Fresh::new(chip, trap)), pc: 0 }
+        let fresh = trap.map(|trap| Fresh::new(chip, trap));
+        Close { seen: None, fault: None, chip, watches, fetches: Vec::new(), fetched: None, fresh, pc: 0 }
+    }
+
+    /// Waits also for the fetch of one of these program words, on machines that have subcycles.
+    #[must_use]
+    pub fn with_fetches(self, fetches: Vec<u32>) -> Close {
+        Close { fetches, ..self }
     }
 
     /// The access as it is told, if a watch waits for it.
@@ -138,10 +150,18 @@ impl Fresh {
 impl Probe for Close {
     const INSN: bool = true;
     const DATA: bool = true;
+    const SUBCYCLE: bool = true;
 
     fn insn(&mut self, _at: u64, pc: u32) -> bool {
         self.pc = pc;
         false
+    }
+
+    fn subcycle(&mut self, _at: Time, phase: Subcycle, pc: u32, _word: u16) -> bool {
+        if phase == Subcycle::Fetch && self.fetched.is_none() {
+            self.fetched = self.fetches.iter().position(|&fetch| fetch == pc);
+        }
+        self.fetched.is_some()
     }
 
     fn data(&mut self, _at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {

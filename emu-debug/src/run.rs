@@ -106,16 +106,18 @@ pub fn run_on<C: Cpu>(
     wave: Option<Wave>,
     go_on: &mut dyn FnMut(&[u8]) -> bool,
 ) -> std::io::Result<Ended> {
-    let watches = plan.watches();
-    if watches.is_empty() && !plan.trap_ram && !plan.lint {
+    let (watches, fetches) = (plan.watches(), plan.fetches());
+    if watches.is_empty() && fetches.is_empty() && !plan.trap_ram && !plan.lint {
         return run_with((cpu, board), plan, wave, (), |()| None, go_on).map(|(ended, ())| ended);
     }
     let ram = RamTrap { at: &|addr| cpu.ram_at(addr), filled: &plan.filled };
     let close = Close::new(cpu.chip(), watches.iter().map(|(_, w)| *w).collect(), plan.trap_ram.then_some(&ram));
+    let close = close.with_fetches(fetches.iter().map(|(_, pc)| *pc).collect());
     let saw = |close: &Close| {
         let fault = close.fault.map(|(pc, fault)| Reason::Fault { pc, fault });
         let access = || close.seen.and_then(|a| Some(Reason::Until(watches.get(a.watch)?.0, Some(a))));
-        fault.or_else(access)
+        let fetched = || close.fetched.and_then(|i| Some(Reason::Until(fetches.get(i)?.0, None)));
+        fault.or_else(access).or_else(fetched)
     };
     if plan.lint {
         let both = (close, Lints::new(cpu.chip(), &ram));
@@ -143,6 +145,15 @@ impl Plan {
             _ => None,
         };
         self.until.iter().enumerate().filter_map(watch).collect()
+    }
+
+    /// Fetches that are waited for: condition and program word.
+    fn fetches(&self) -> Vec<(usize, u32)> {
+        let fetch = |(i, until): (usize, &Until)| match until {
+            Until::Fetch(pc) => Some((i, *pc)),
+            _ => None,
+        };
+        self.until.iter().enumerate().filter_map(fetch).collect()
     }
 
     /// The texts, and what each of them means.
@@ -175,7 +186,7 @@ fn run_with<C: Cpu, P: Probe>(
                 pins.push((*pin, *level));
                 pin_conditions.push(i);
             }
-            Until::Read(_) | Until::Write(_) | Until::Uart(_) => {}
+            Until::Fetch(_) | Until::Read(_) | Until::Write(_) | Until::Uart(_) => {}
         }
     }
     let here = pins.iter().position(|&(pin, level)| cpu.level(pin) == level);

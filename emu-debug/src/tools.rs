@@ -1,8 +1,8 @@
 //! All probes of a run as one.
 
-use emu_core::cpu::Probe;
+use emu_core::cpu::{Probe, Subcycle};
 use emu_core::lint::Lint;
-use emu_core::pins::{Event, Level, PinId};
+use emu_core::pins::{Event, Level, PinId, Time};
 
 use crate::uart::Uart;
 use crate::wave::Wave;
@@ -30,6 +30,7 @@ impl<C: Probe> Probe for Tools<C> {
     const DATA: bool = C::DATA;
     const EVENTS: bool = true;
     const LINT: bool = C::LINT;
+    const SUBCYCLE: bool = C::SUBCYCLE;
 
     fn insn(&mut self, at: u64, pc: u32) -> bool {
         self.close.insn(at, pc)
@@ -45,6 +46,10 @@ impl<C: Probe> Probe for Tools<C> {
 
     fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
         self.close.lint(at, pc, lint);
+    }
+
+    fn subcycle(&mut self, at: Time, phase: Subcycle, pc: u32, word: u16) -> bool {
+        self.close.subcycle(at, phase, pc, word)
     }
 
     fn event(&mut self, event: Event) -> bool {

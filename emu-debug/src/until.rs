@@ -1,5 +1,6 @@
 //! Conditions that end a run.
 
+use emu_core::chip::Family;
 use emu_core::pins::{Level, PinId};
 
 use crate::place::{Names, Range};
@@ -13,6 +14,8 @@ pub enum Until {
     Pc(u32),
     /// One of these program words is next, with which the code of a source line begins; the line as written, `main.c:12`.
     Line(String, Vec<u32>),
+    /// The instruction at this program word has been fetched, and is not executed yet.
+    Fetch(u32),
     /// The pin has this level, from the start or by a change; [`Level::Float`] where nothing is to drive it.
     Pin(PinId, Level),
     /// The program reads one of these bytes of data memory, or one of these bits.
@@ -23,7 +26,7 @@ pub enum Until {
     Uart(Vec<u8>),
 }
 
-/// Reads `pc=0x1A2`, `pin PB5=1`, `read data:0x100`, `write data:0x100..0x110` or `uart "text"`.
+/// Reads `pc=0x1A2`, `fetch=0x1A2` (AP101), `pin PB5=1`, `read data:0x100`, `write data:0x100..0x110` or `uart "text"`.
 ///
 /// # Errors
 /// Not such a text, or an address or pin that the chip does not have.
@@ -33,6 +36,13 @@ pub fn until(names: &Names<'_>, text: &str) -> Result<Until, String> {
     let rest = rest.trim();
     match word {
         "pc" => Ok(Until::Pc(names.program_word(rest.trim_start_matches('=').trim())?)),
+        "fetch" if names.chip.family == Family::Ap101 => {
+            Ok(Until::Fetch(names.program_word(rest.trim_start_matches('=').trim())?))
+        }
+        "fetch" => Err(format!(
+            "`{text}` is for chips that fetch and execute one after the other, as ap101; {} is none",
+            names.chip.name
+        )),
         "pin" => pin_level(names.chip, rest).map(|(pin, level)| Until::Pin(pin, level)),
         "read" => Ok(Until::Read(data(names, rest)?)),
         "write" => Ok(Until::Write(data(names, rest)?)),
@@ -65,6 +75,7 @@ impl Until {
         };
         match self {
             Until::Pc(word) => format!("pc=0x{:x}", names.chip.code_address(*word)),
+            Until::Fetch(word) => format!("fetch=0x{:x}", names.chip.code_address(*word)),
             Until::Line(line, _) => format!("pc={line}"),
             Until::Pin(pin, level) => {
                 let name = names.chip.pins.get(usize::from(*pin)).map_or("?", |p| p.name);

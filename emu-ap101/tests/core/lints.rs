@@ -1,0 +1,86 @@
+//! What is told of instructions that are seldom meant.
+
+use emu_ap101::Ap101;
+use emu_core::cpu::{Cpu, Probe};
+use emu_core::lint::Lint;
+
+use crate::rig::{Block, image, words};
+
+#[derive(Default)]
+struct Told(Vec<String>);
+
+impl Probe for Told {
+    const LINT: bool = true;
+    fn lint(&mut self, _: u64, pc: u32, lint: Lint) {
+        assert!(!lint.hint().is_empty());
+        self.0.push(format!("{pc} {}: {lint}", lint.code()));
+    }
+}
+
+/// Inputs are live; program; what is told of one program cycle.
+const CASES: &[(bool, &str, &[&str])] = &[
+    (false, "ld I1; sto E1; ld M300; ld R1; sto R129; not; clr; nop; .word 0xF005", &[]),
+    (
+        false,
+        "ld I8; sto I9",
+        &[
+            "0 LINT016: I8 is used, and the controller does not have it",
+            "1 LINT016: I9 is used, and the controller does not have it",
+        ],
+    ),
+    (false, "ld E4", &["0 LINT016: E4 is used, and the controller does not have it"]),
+    (false, "sto E300", &["0 LINT016: E300 is used, and the controller does not have it"]),
+    (
+        false,
+        "ld R2; ld R400",
+        &[
+            "0 LINT016: R2 is used, and the controller does not have it",
+            "1 LINT016: R400 is used, and the controller does not have it",
+        ],
+    ),
+    (false, "stc R2; ldc M0; stc R2", &["2 LINT016: R2 is used, and the controller does not have it"]),
+    (false, "sto I1; stoc I1", &[]),
+    (true, "sto I1; ldc M0; stoc I1", &["0 LINT017: the input I1 is written", "2 LINT017: the input I1 is written"]),
+    (
+        false,
+        "stc I1; ldc M0; stc I1; rtc I1",
+        &["2 LINT017: the input I1 is written", "3 LINT017: the input I1 is written"],
+    ),
+    (false, "sto R257; .word 0xF005", &[]),
+    (false, "sto R257; nop", &["0 LINT018: the preset port of R1: no NOP with data follows"]),
+    (
+        false,
+        "sto R257; .word 0xF805; sto R258",
+        &[
+            "0 LINT018: the preset port of R1: no NOP with data follows",
+            "2 LINT016: R258 is used, and the controller does not have it",
+        ],
+    ),
+    (false, "stoc R257; .word 0xF005", &["0 LINT018: the preset port of R1: only STO gives a preset"]),
+    (false, "ld R257", &["0 LINT018: the preset port of R1: a port reads 0"]),
+    (
+        false,
+        ".word 0xB001; .word 0xC800",
+        &["0 LINT019: 0xb001 has something in its field", "1 LINT019: 0xc800 has something in its field"],
+    ),
+];
+
+#[test]
+fn what_is_told() {
+    for &(live, program, wanted) in CASES {
+        let mut block = Block { live, ..Block::EMPTY };
+        block.modules[1] = (1, 1, 5);
+        let program = words(program);
+        let mut told = Told::default();
+        let mut machine = Ap101::new(&image(&program, Some(&block)));
+        machine.run(4 + program.len() as u64, &mut told);
+        assert_eq!(told.0, wanted, "{program:04x?}");
+        // Nobody looks, and it does the same.
+        let mut blind = Ap101::new(&image(&program, Some(&block)));
+        blind.run(machine.cycle(), &mut ());
+        for space in ["i", "e", "m", "r", "preset"] {
+            let all = |machine: &Ap101| (0..256).map(|addr| machine.peek(space, addr)).collect::<Vec<_>>();
+            assert_eq!(all(&blind), all(&machine), "{space}: {program:04x?}");
+        }
+    }
+}

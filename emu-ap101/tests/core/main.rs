@@ -1,0 +1,9 @@
+//! The crate by itself: its table, its block of the configuration, its diagnostics, and that any way of running gives the same machine.
+
+mod block;
+mod flow;
+mod lints;
+mod rig;
+mod slices;
+mod subcycles;
+mod table;
