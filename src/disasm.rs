@@ -14,12 +14,7 @@ use emu_debug::{Names, Source};
 use serde_json::{Value, json};
 
 use crate::fail::{Failure, exit};
-<<<<<<< HEAD
 use crate::report::{Terminal, Texts, report};
-use crate::sources::Sources;
-=======
-use crate::report::{Terminal, report};
->>>>>>> w-names
 use crate::{family, input, output};
 use listing::Listing;
 use pieces::{Code, Piece};
@@ -113,137 +108,6 @@ fn range(args: &DisasmArgs, source: &Source<'_>) -> Result<(u32, u32), Failure> 
     Ok((from, to))
 }
 
-<<<<<<< HEAD
-/// Source lines between the instructions.
-struct Listing<'a> {
-    sources: Sources<'a>,
-    /// The line of the instruction before.
-    last: Option<String>,
-}
-
-impl<'a> Listing<'a> {
-    fn new(args: &DisasmArgs, lines: &'a Lines, terminal: &Terminal) -> Listing<'a> {
-        if lines.all().is_empty() && lines.warnings().is_empty() {
-            let hint = "give an ELF file that was compiled with -gdwarf-4, or files of symbols with --symbols";
-            let none = about_file(NO_LINES, &args.image, "there are no source lines".to_owned(), hint);
-            report(terminal, &[Diagnostic { severity: Severity::Warning, ..none }], Texts::NONE);
-        }
-        let files = std::iter::once(&args.image).chain(&args.symbols).map(String::as_str);
-        Listing { sources: Sources::new(lines, files), last: None }
-    }
-
-    /// Line and text at a program word.
-    fn at(&mut self, word: u32, source: &Source<'_>) -> Option<(String, Option<&str>)> {
-        let line = source.line_at(word)?;
-        Some((format!("{}:{}", line.file, line.line), self.sources.text(line)))
-    }
-
-    /// Line and text at a program word, where they are others than at the one before: `; main.c:12: x = 1;`.
-    fn heading(&mut self, word: u32, source: &Source<'_>) -> Option<String> {
-        let (line, text) = self.at(word, source).map(|(line, text)| (Some(line), text)).unwrap_or_default();
-        let heading = line.as_ref().map(|line| match text {
-            Some(text) => format!("; {line}: {text}\n"),
-            None => format!("; {line}\n"),
-        });
-        let new = line != self.last;
-        self.last = line;
-        heading.filter(|_| new)
-    }
-}
-
-/// Program memory.
-struct Code {
-    chip: Chosen,
-    words: Vec<u16>,
-    /// For each word: the image has something there.
-    filled: Vec<bool>,
-}
-
-impl Code {
-    fn new(chip: Chosen, image: &Image) -> Code {
-        let size = chip.word_bytes as usize;
-        let erased = chip.isa.erased.to_le_bytes();
-        let mut bytes: Vec<u8> = erased.iter().copied().take(size).cycle().take(chip.flash as usize).collect();
-        image.fill(chip.code, &mut bytes);
-        let words = bytes.chunks(size).map(|word| word.iter().rev().fold(0, |high, &low| high << 8 | u16::from(low)));
-        let mut code = Code { chip, words: words.collect(), filled: vec![false; bytes.len() / size] };
-        for (addr, _) in image.bytes_in(chip.code) {
-            if let Some(word) = code.filled.get_mut(addr as usize / size) {
-                *word = true;
-            }
-        }
-        code
-    }
-
-    /// Instructions and erased stretches from one word to another.
-    fn pieces(&self, from: u32, to: u32) -> Vec<Piece> {
-        let mut pieces = Vec::new();
-        let mut at = from as usize;
-        let to = (to as usize).min(self.words.len());
-        while at < to {
-            let erased = self.erased(at, to);
-            if erased > 0 {
-                pieces.push(Piece::Erased(at as u32, (at + erased) as u32));
-                at += erased;
-            } else {
-                let here = self.words.get(at..).unwrap_or_default();
-                let instruction = (self.chip.isa.disassemble)(here, at as u32);
-                let len = instruction.len.max(1);
-                let shown = here.get(..len).unwrap_or(here).to_vec();
-                pieces.push(Piece::Instruction(at as u32, shown, instruction));
-                at += len;
-            }
-        }
-        pieces
-    }
-
-    /// Number of words from `at` on that hold no program. What reads as erased may be meant where it stands alone.
-    fn erased(&self, at: usize, to: usize) -> usize {
-        let count = |end: &dyn Fn(usize) -> bool| (at..to).take_while(|&i| end(i)).count();
-        let erased = count(&|i| self.words.get(i) == Some(&self.chip.isa.erased));
-        if erased * self.chip.word_bytes as usize >= ERASED {
-            return erased;
-        }
-        let empty = count(&|i| self.filled.get(i) == Some(&false));
-        if at + empty == to { empty } else { 0 }
-    }
-}
-
-fn labels<'a>(names: &Names<'a>, word: u32, len: usize) -> impl Iterator<Item = (u32, &'a str)> {
-    let (code, size) = (names.chip.code, names.chip.word_bytes);
-    let (start, end) = (word * size, (word + len as u32) * size);
-    let here = names.symbols.iter().filter(move |s| s.space == code && (start..end).contains(&s.addr));
-    here.map(|s| (s.addr, s.name.as_str()))
-}
-
-fn line(piece: &Piece, source: &Source<'_>, listing: Option<&mut Listing<'_>>) -> String {
-    let names = &source.names;
-    let (chip, size) = (names.chip, names.chip.word_bytes);
-    match piece {
-        Piece::Erased(from, to) => {
-            let (from, to) = (chip.code_address(*from), chip.code_address(*to));
-            let unit = if chip.width(chip.code) == 1 { "bytes" } else { "words" };
-            format!("; {from:04X} to {:04X} erased, {} {unit}\n", to - 1, to - from)
-        }
-        Piece::Instruction(at, words, Line { text, operands, .. }) => {
-            let mut out = String::new();
-            let start = chip.code_address(*at);
-            for (addr, name) in labels(names, *at, words.len()) {
-                match addr - at * size {
-                    0 => out.push_str(&format!("{name}:\n")),
-                    within => out.push_str(&format!("{name} = {start:04X} + {within}\n")),
-                }
-            }
-            let digits = size as usize * 2;
-            let hex: Vec<String> = words.iter().map(|word| format!("{word:0digits$X}")).collect();
-            out.push_str(&listing.and_then(|listing| listing.heading(*at, source)).unwrap_or_default());
-            let meant = source.operands(operands).join(", ");
-            let text = if meant.is_empty() { text.clone() } else { format!("{text:<20} ; {meant}") };
-            out.push_str(&format!("{start:04X}  {:<9}  {text}\n", hex.join(" ")));
-            out
-        }
-    }
-=======
 /// What the image fills besides program memory.
 fn memories(chip: &Chip, image: &Image) -> Vec<Value> {
     let others = image.segments.iter().filter(|segment| segment.space != chip.code);
@@ -255,7 +119,6 @@ fn memories(chip: &Chip, image: &Image) -> Vec<Value> {
         json!({ "memory": segment.space, "addr": segment.addr / size, "words": words })
     });
     others.collect()
->>>>>>> w-names
 }
 
 fn document(piece: &Piece, source: &Source<'_>, listing: Option<&mut Listing<'_>>) -> Option<Value> {

@@ -6,7 +6,7 @@ use emu_debug::Source;
 
 use super::DisasmArgs;
 use crate::codes::{NO_LINES, about_file};
-use crate::report::{Terminal, report};
+use crate::report::{Terminal, Texts, report};
 use crate::sources::Sources;
 
 /// Source lines between the instructions.
@@ -22,7 +22,7 @@ impl<'a> Listing<'a> {
         if lines.all().is_empty() && lines.warnings().is_empty() {
             let hint = "give an ELF file that was compiled with -gdwarf-4, or files of symbols with --symbols";
             let none = about_file(NO_LINES, &args.image, "there are no source lines".to_owned(), hint);
-            report(terminal, &[Diagnostic { severity: Severity::Warning, ..none }], &[]);
+            report(terminal, &[Diagnostic { severity: Severity::Warning, ..none }], Texts::NONE);
         }
         let files = std::iter::once(&args.image).chain(&args.symbols).map(String::as_str);
         Listing { sources: Sources::new(lines, files), last: None }
