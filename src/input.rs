@@ -55,7 +55,7 @@ pub fn image(file: &str, chip: &'static Chip, terminal: &Terminal) -> Result<Ima
         Ok(mut loaded) => {
             let faults = ap101::faults(file, &bytes, chip, &loaded.image);
             if !faults.is_empty() {
-                return Err(Failure::Refused(faults, bytes));
+                return Err(Failure::Refused(faults, Texts::one(file, bytes)));
             }
             loaded.warnings.extend(guess(file, &bytes, chip, false));
             // The lines of an ELF file are no text.
