@@ -72,9 +72,8 @@ fn what_is_found() {
 /// Without the wish nothing is collected.
 #[test]
 fn nothing_is_found_unasked() {
-    let words = |line: &str, pc| pairs(emu_pic16::isa::assemble(line, pc).expect(line));
-    let image = image(words, 2, "flash", "movf 0x20, W; movf 0x05, W; goto 0x002");
     let chip: &'static Chip = &emu_pic16::chips::PIC16F873.chip;
+    let image = image(chip, "movf 0x20, W; movf 0x05, W; goto 0x002");
     let mut cpu = emu_pic16::Pic16::new(chip, &image, RamInit::Zero);
     let plan = Plan { limit: 100_000, ..Plan::default() };
     let ended = emu_debug::run(&mut cpu, &plan, None, &mut |_| true).expect("no file is written");
