@@ -29,7 +29,7 @@ main:
 ; Main:
 start:
 ; half = 0002 + 2
-    jmp   0x0000                ; 0002  940C 0000  Main
+    jmp   0x0000                ; 0002  940C 0000  a.b
 end_of_it:
     nop                         ; 0006  0000
 ; 0008 to 7FFF erased, 32760 bytes
@@ -58,20 +58,43 @@ loop:
     (
         "pic16f84",
         &[0x08, 0x00],
-        "W@0 F@0 PORTB@0 RP0@0 _WDT_OFF@0 banksel@0 delay@0",
+        "W@0 F@0 PORTB@0 RP0@0 _WDT_OFF@0 Org@0 delay@0",
         "\
 ; W:
 ; F:
 ; PORTB:
 ; RP0:
 ; _WDT_OFF:
-; banksel:
+; Org:
 delay:
     return                      ; 0000  0008
 ; 0001 to 03FF erased, 1023 words
 ",
     ),
 ];
+
+/// An input cannot be set by a source, though a program may hold the word.
+#[test]
+fn words_that_no_source_may_say_are_words() {
+    let chip = emu_ap101::chips::chips().next().expect("a chip");
+    let stc = chip.isa.rows.iter().find(|row| row.mnemonic == "stc").expect("an instruction");
+    let words = [stc.pattern.value as u16, 0];
+    let image = Image {
+        segments: vec![Segment {
+            space: chip.code,
+            addr: 0,
+            bytes: words.iter().flat_map(|word| word.to_le_bytes()).collect(),
+        }],
+        ..Image::default()
+    };
+    let lines = Lines::default();
+    let source = Source { names: Names { chip, symbols: &[] }, lines: &lines };
+    let mut text = Text::new(&source);
+    text.program(&Code::new(chip, &image).pieces(0, 2), None);
+    let text = text.finish();
+    assert!(text.starts_with("    .word 0x") && text.contains("STC   I0"), "{text}");
+    assert_eq!(emu_asm::image(chip, &text).map(|image| image.segments), Ok(image.segments));
+}
 
 fn chip(name: &str) -> &'static Chip {
     let avr = emu_avr::chips::chip(name).or_else(|| emu_8051::chips::chip(name));

@@ -169,6 +169,17 @@ impl<'a> Text<'a> {
         let (text, why) = text.split_once(';').unwrap_or((text, ""));
         let mut meant = self.source.operands(operands);
         meant.extend((!why.is_empty()).then(|| why.trim().to_owned()));
+        // On AP101 a program may hold words that no source may say, such as one that sets an input. Elsewhere the tests of the
+        // tables prove every word.
+        let back =
+            self.chip.family != Family::Ap101 || emu_asm::line(self.chip, text, at).is_ok_and(|back| back == words);
+        let text = if back {
+            text.to_owned()
+        } else {
+            meant.insert(0, text.trim_end().to_owned());
+            let all: Vec<String> = words.iter().map(|word| format!("0x{word:0digits$x}")).collect();
+            format!("{} {}", self.word(), all.join(", "))
+        };
         let comment = format!("{:04X}  {:<9}  {}", self.chip.code_address(at), hex.join(" "), meant.join(", "));
         self.line(text.trim_end(), comment.trim_end());
     }
