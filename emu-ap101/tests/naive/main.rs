@@ -1,0 +1,10 @@
+//! AP101 told a second time: a naive model of the machine from the reference's text and the rules of `docs/chips/ap101.md`, programs as
+//! text on it and on the crate (`../programs/`), and random programs on both.
+
+mod asm;
+mod config;
+mod decode;
+mod machine;
+mod modules;
+mod programs;
+mod script;
