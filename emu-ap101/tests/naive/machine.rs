@@ -4,6 +4,7 @@
 use super::config::{BLOCK, Config, Entry, LENGTH};
 use super::decode::{Op, Place, decode, place};
 use super::modules::Module;
+use super::tally::Tally;
 
 /// A moment: machine cycle and clock of it, 0 or 1.
 pub type When = (u64, u8);
@@ -96,6 +97,8 @@ pub struct Naive {
     drives: Vec<(When, Line, bool)>,
     /// Every change of an output.
     pub edges: Vec<(When, usize, bool)>,
+    /// What has been done how often.
+    pub tally: Tally,
 }
 
 impl Naive {
@@ -148,6 +151,7 @@ impl Naive {
             cleared: false,
             drives: Vec::new(),
             edges: Vec::new(),
+            tally: Tally::default(),
             config,
         };
         machine.fail();
@@ -225,9 +229,11 @@ impl Naive {
         let stood = self.doing == Doing::Nothing;
         if (self.failed || self.cleared) && !stood {
             self.fail();
+            self.tally.event("loss of the supply");
         }
         if self.doing == Doing::Nothing && self.supply {
             self.start(self.clear || self.cleared);
+            self.tally.event(if self.clear || self.cleared { "cold start" } else { "warm start" });
         }
         (self.failed, self.cleared) = (false, false);
         if self.doing == Doing::Refresh(self.config.outputs) {
@@ -235,9 +241,11 @@ impl Naive {
         }
         if let Doing::Pause(due) = self.doing
             && self.cycle >= due
-            && let Some(next) = self.next_program()
         {
-            self.begin(next);
+            match self.next_program() {
+                Some(next) => self.begin(next),
+                None => self.tally.event("idle"),
+            }
         }
     }
 
@@ -254,6 +262,7 @@ impl Naive {
                 Line::Output(n) => {
                     if n < self.config.outputs && self.doing != Doing::Nothing {
                         self.set_bistable(n, level, (self.cycle, clock));
+                        self.tally.event("glitch");
                     }
                 }
                 Line::Power => {
@@ -316,6 +325,7 @@ impl Naive {
         let due = self.began + period;
         if self.cycle > due {
             self.overruns = self.overruns.saturating_add(1);
+            self.tally.event("overrun");
         }
         due.max(self.cycle)
     }
@@ -332,6 +342,10 @@ impl Naive {
     /// A program cycle begins: inputs are sampled (rule 7), nothing is written yet (rule 9).
     fn begin(&mut self, number: usize) {
         let entry = self.entries[number];
+        self.tally.event("program cycle");
+        if self.started && number != self.prog {
+            self.tally.event("another program");
+        }
         (self.prog, self.na, self.rx) = (number, entry.start, entry.rx);
         self.written = vec![false; 256];
         for module in &mut self.modules {
@@ -368,6 +382,9 @@ impl Naive {
         if let Doing::Refresh(n) = self.doing {
             // S42: what was not written comes from the image.
             if n < self.config.outputs && !self.written[n] {
+                if self.bistables[n] != self.ram[256 + n] {
+                    self.tally.event("refresh changed an output");
+                }
                 self.set_bistable(n, self.ram[256 + n], (self.cycle, 0));
             }
             self.doing = Doing::Refresh(n + 1);
@@ -382,6 +399,7 @@ impl Naive {
         self.instructions += 1;
         let word = decode(self.ric);
         let place = place(word, self.rx);
+        self.tally.executed(word);
         let a = self.a;
         let mut effects = Effects { next: self.na, ..Effects::default() };
         let entry = self.entries[self.prog];
@@ -408,11 +426,15 @@ impl Naive {
             Op::Clr => effects.accumulator = Some(false),
             Op::Jmp | Op::Jmpc => {
                 if self.jumps(word.op) {
+                    self.tally.event("jump taken");
                     effects.next = self.target(at);
                     effects.ends = effects.next == entry.start;
                 }
             }
             Op::Nop => {}
+        }
+        if let Some((place, _)) = effects.write {
+            self.tally.written(place);
         }
         // Rule 12: a port takes the data of the NOP behind a STO, and nothing else.
         if let Some((Place::Port(n), _)) = effects.write {
@@ -420,20 +442,29 @@ impl Naive {
             let data = decode(self.word(self.na));
             if word.op == Op::Sto && data.op == Op::Nop && !data.indexed && self.modules[n].exists() {
                 effects.preset = Some((n, data.field));
+                self.tally.event("preset by software");
             }
         }
         effects
     }
 
-    fn read(&self, place: Place) -> bool {
+    fn read(&mut self, place: Place) -> bool {
+        self.tally.read(place);
         match place {
             Place::Input(n) if n >= self.config.inputs => false,
             // Rule 7: sampled before, or looked at now.
-            Place::Input(n) => if self.config.live { self.pins[n] } else { self.latches[n] },
+            Place::Input(n) if self.config.live => self.pins[n],
+            Place::Input(n) => self.latches[n],
             Place::Output(n) if n >= self.config.outputs => false,
             // S41: the machine cannot read its outputs, so their image is read.
             Place::Output(n) => self.ram[256 + n],
-            Place::Module(n) => self.modules[n].q(),
+            Place::Module(n) => {
+                let q = self.modules[n].q();
+                if q {
+                    self.tally.module(self.modules[n].sort(), true);
+                }
+                q
+            }
             Place::Running(n) => self.modules[n].running(),
             Place::Port(_) | Place::Nowhere => false,
             Place::Ram(n) => self.ram[n],
@@ -457,7 +488,10 @@ impl Naive {
                     self.ram[256 + n] = bit;
                     self.written[n] = true;
                 }
-                Place::Module(n) => self.modules[n].write(bit),
+                Place::Module(n) => {
+                    self.modules[n].write(bit);
+                    self.tally.module(self.modules[n].sort(), false);
+                }
                 Place::Running(n) if bit => self.modules[n].reset(),
                 Place::Ram(n) => self.ram[n] = bit,
                 Place::Image(n) => self.ram[256 + n] = bit,

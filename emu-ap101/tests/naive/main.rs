@@ -7,4 +7,6 @@ mod decode;
 mod machine;
 mod modules;
 mod programs;
+mod random;
 mod script;
+mod tally;

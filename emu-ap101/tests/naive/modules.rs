@@ -42,6 +42,11 @@ impl Module {
         self.record.kind != 0
     }
 
+    /// Kind and unit.
+    pub fn sort(&self) -> (u8, u8) {
+        (self.record.kind, self.record.unit)
+    }
+
     fn counter(&self) -> bool {
         matches!(self.record.kind, CTU | CTD | CTC)
     }

@@ -40,6 +40,9 @@ impl Subject for Naive {
     fn peek(&self, space: &str, at: usize) -> Option<u8> {
         self.peek(space, at)
     }
+    fn poke_ram(&mut self, at: usize, bit: bool) {
+        self.ram[at] = bit;
+    }
     fn edges(&self) -> Vec<(When, usize, bool)> {
         self.edges.clone()
     }

@@ -22,6 +22,8 @@ pub trait Subject: Sized {
     fn instructions(&self) -> u64;
     fn reg(&self, name: &str) -> Option<u32>;
     fn peek(&self, space: &str, at: usize) -> Option<u8>;
+    /// Writes a bit of M from outside.
+    fn poke_ram(&mut self, at: usize, bit: bool);
     fn edges(&self) -> Vec<(When, usize, bool)>;
 }
 
