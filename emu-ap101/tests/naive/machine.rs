@@ -70,7 +70,7 @@ pub struct Naive {
     always: bool,
     pub cycle: u64,
     pub instructions: u64,
-    /// Registers (S20, S22, rule 3).
+    /// Registers (S15, S20, S21, S23).
     pub a: bool,
     pub na: u16,
     pub ric: u16,
@@ -211,12 +211,12 @@ impl Naive {
         (self.jumps(word.op) && outside).then_some(End::Jump { pc: self.na, target })
     }
 
-    /// S71, S72: a conditional jump depends on the accumulator.
+    /// S79, S80: a conditional jump depends on the accumulator.
     fn jumps(&self, op: Op) -> bool {
         op == Op::Jmp || op == Op::Jmpc && self.a
     }
 
-    /// Where the jump at `at` goes (S71, rule 5).
+    /// Where the jump at `at` goes (S79, rule 5).
     fn target(&self, at: u16) -> u16 {
         let word = decode(self.word(at));
         if word.indexed { (word.field + self.rx) % 2048 } else { word.field }
@@ -284,7 +284,7 @@ impl Naive {
         }
     }
 
-    /// The supply goes: only M keeps what it holds (S43, rule 10).
+    /// The supply goes: only M keeps what it holds (S44, rule 10).
     fn fail(&mut self) {
         for n in 0..256 {
             self.set_bistable(n, false, (self.cycle, 0));
@@ -361,11 +361,11 @@ impl Naive {
         self.doing = Doing::Program(self.cycle);
     }
 
-    /// One machine cycle: two clocks, a subcycle each (S17, rule 4).
+    /// One machine cycle: two clocks, a subcycle each (S18, S19, rule 4).
     fn machine_cycle(&mut self) {
         let mut effects = None;
         if let Doing::Program(_) = self.doing {
-            // Fetch (S18 to S20): NA gives the address, the word goes to RIC, NA counts on.
+            // Fetch (S20, S21): NA gives the address, the word goes to RIC, NA counts on.
             self.ric = self.word(self.na);
             let at = self.na;
             self.na = (self.na + 1) % 2048;
@@ -380,7 +380,7 @@ impl Naive {
         }
         self.cycle += 1;
         if let Doing::Refresh(n) = self.doing {
-            // S42: what was not written comes from the image.
+            // S43: what was not written comes from the image.
             if n < self.config.outputs && !self.written[n] {
                 if self.bistables[n] != self.ram[256 + n] {
                     self.tally.event("refresh changed an output");
@@ -394,7 +394,7 @@ impl Naive {
         }
     }
 
-    /// The execute subcycle (S21): what is read is read here.
+    /// The execute subcycle (S22): what is read is read here.
     fn execute(&mut self, at: u16) -> Effects {
         self.instructions += 1;
         let word = decode(self.ric);
@@ -406,13 +406,13 @@ impl Naive {
         // Rule 13: the last word ends the program cycle.
         effects.ends = at == entry.last;
         match word.op {
-            // S33, S34.
+            // S32, S33.
             Op::Ld => effects.accumulator = Some(self.read(place)),
             Op::Ldc => effects.accumulator = Some(!self.read(place)),
             // S36, S37.
             Op::Sto => effects.write = Some((place, a)),
             Op::Stoc => effects.write = Some((place, !a)),
-            // S46, S47: only when the accumulator holds 1.
+            // S47, S48: only when the accumulator holds 1.
             Op::Stc if a => effects.write = Some((place, true)),
             Op::Rtc if a => effects.write = Some((place, false)),
             Op::Stc | Op::Rtc => {}

@@ -6,6 +6,7 @@ mod config;
 mod decode;
 mod machine;
 mod modules;
+mod page;
 mod programs;
 mod random;
 mod script;
