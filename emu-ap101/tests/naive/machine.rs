@@ -82,6 +82,8 @@ pub struct Naive {
     /// M, and behind it the images of the outputs.
     pub ram: Vec<bool>,
     pub modules: Vec<Module>,
+    /// Numbers of the modules that there are.
+    fitted: Vec<usize>,
     written: Vec<bool>,
     doing: Doing,
     /// When the last program cycle began.
@@ -140,6 +142,7 @@ impl Naive {
             bistables: vec![false; 256],
             ram: vec![false; 512],
             modules: Vec::new(),
+            fitted: (0..128).filter(|n| config.modules[*n].kind != 0).collect(),
             written: vec![false; 256],
             doing: Doing::Nothing,
             began: 0,
@@ -179,11 +182,12 @@ impl Naive {
     pub fn run(&mut self, until: u64) -> End {
         loop {
             self.boundary();
-            if let Some(end) = self.stops() {
-                return end;
-            }
             if self.cycle >= until {
                 return End::Limit;
+            }
+            self.turn();
+            if let Some(end) = self.stops() {
+                return end;
             }
             self.machine_cycle();
         }
@@ -222,7 +226,7 @@ impl Naive {
         if word.indexed { (word.field + self.rx) % 2048 } else { word.field }
     }
 
-    /// Between two machine cycles.
+    /// Between two machine cycles: what comes from outside.
     fn boundary(&mut self) {
         self.stir(0);
         // Power fails and comes back (rule 10).
@@ -239,6 +243,10 @@ impl Naive {
         if self.doing == Doing::Refresh(self.config.outputs) {
             self.doing = Doing::Pause(self.pause());
         }
+    }
+
+    /// What a machine cycle begins with: a program cycle when its time has come.
+    fn turn(&mut self) {
         if let Doing::Pause(due) = self.doing
             && self.cycle >= due
         {
@@ -348,8 +356,8 @@ impl Naive {
         }
         (self.prog, self.na, self.rx) = (number, entry.start, entry.rx);
         self.written = vec![false; 256];
-        for module in &mut self.modules {
-            module.program_cycle();
+        for n in &self.fitted {
+            self.modules[*n].program_cycle();
         }
         if !self.config.live {
             for n in 0..self.config.inputs {
@@ -375,8 +383,8 @@ impl Naive {
             self.stir(1);
         }
         // The end of the cycle.
-        for module in &mut self.modules {
-            module.pass();
+        for n in &self.fitted {
+            self.modules[*n].pass();
         }
         self.cycle += 1;
         if let Doing::Refresh(n) = self.doing {

@@ -2,7 +2,9 @@
 //! text on it and on the crate (`../programs/`), and random programs on both.
 
 mod asm;
+mod blocks;
 mod config;
+mod core;
 mod decode;
 mod machine;
 mod modules;
@@ -10,4 +12,6 @@ mod page;
 mod programs;
 mod random;
 mod script;
+mod subcycles;
 mod tally;
+mod words;

@@ -1,5 +1,6 @@
 //! The programs of `docs/chips/ap101.md` do what the page says is found.
 
+use super::core::Core;
 use super::machine::Naive;
 use super::script::{Case, Subject};
 
@@ -30,6 +31,7 @@ fn check<S: Subject>() {
 fn programs_of_the_page_do_what_it_says() {
     assert!(cases().len() >= 7, "programs of the page are missing");
     check::<Naive>();
+    check::<Core>();
 }
 
 #[test]

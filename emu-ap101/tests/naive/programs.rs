@@ -1,5 +1,6 @@
 //! The programs of `../programs/` on every machine.
 
+use super::core::Core;
 use super::machine::{End, Line, Naive, When};
 use super::script::{Case, Subject, cases};
 
@@ -56,7 +57,7 @@ fn check<S: Subject>() {
             count += 1;
             let Case { name, items, .. } = &case;
             if let Err(fault) = case.check::<S>() {
-                faults.push(format!("{file}: {name}: {}\n    {fault}", items.join(" ; ")));
+                faults.push(format!("{file}: {name}: {}\n    {fault}\n{}", items.join(" ; "), case.source));
             }
         }
     }
@@ -66,4 +67,9 @@ fn check<S: Subject>() {
 #[test]
 fn the_naive_model_runs_every_program_as_told() {
     check::<Naive>();
+}
+
+#[test]
+fn the_crate_runs_every_program_as_told() {
+    check::<Core>();
 }

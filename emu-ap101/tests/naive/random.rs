@@ -6,6 +6,7 @@ use emu_core::rng::Rng;
 
 use super::asm::{KINDS, UNITS};
 use super::config::{BLOCK, Config, Entry, Record};
+use super::core::Core;
 use super::decode::OPS;
 use super::machine::{End, Line, Naive, When};
 use super::script::Subject;
@@ -219,20 +220,25 @@ fn lasting(edges: &[(When, usize, bool)]) -> Vec<(When, usize, bool)> {
     all
 }
 
-/// All that can be seen of a machine.
-fn seen<S: Subject>(machine: &S, config: &Config) -> Vec<(String, u64)> {
-    let mut all = vec![("cycle".to_string(), machine.cycle()), ("instructions".to_string(), machine.instructions())];
+/// The first of all that can be seen of a machine in which two differ.
+fn difference<A: Subject, B: Subject>(wanted: &A, got: &B, config: &Config) -> Result<(), String> {
+    let same = |what: &dyn Fn() -> String, wanted: Option<u64>, got: Option<u64>| {
+        if wanted == got { Ok(()) } else { Err(format!("{}: wanted {wanted:?}, got {got:?}", what())) }
+    };
+    same(&|| "cycle".to_string(), Some(wanted.cycle()), Some(got.cycle()))?;
+    same(&|| "instructions".to_string(), Some(wanted.instructions()), Some(got.instructions()))?;
     for name in ["A", "NA", "RIC", "RX", "PROG", "OVR"] {
-        all.push((name.to_string(), machine.reg(name).map_or(u64::MAX, u64::from)));
+        same(&|| name.to_string(), wanted.reg(name).map(u64::from), got.reg(name).map(u64::from))?;
     }
     let latches = if config.live { 0 } else { config.inputs };
     let spaces = [("i", latches), ("e", config.outputs), ("m", 512), ("r", 384), ("preset", 256), ("value", 256)];
     for (space, size) in spaces {
         for at in 0..size {
-            all.push((format!("{space}:{at}"), machine.peek(space, at).map_or(u64::MAX, u64::from)));
+            let (wanted, got) = (wanted.peek(space, at), got.peek(space, at));
+            same(&|| format!("{space}:{at}"), wanted.map(u64::from), got.map(u64::from))?;
         }
     }
-    all
+    Ok(())
 }
 
 /// Runs the plan of a seed on both machines; what differs first.
@@ -254,11 +260,7 @@ pub fn compare<S: Subject>(seed: u64, tally: &mut Tally, ends: &mut Vec<End>) ->
         if end != got {
             return Err(format!("up to {until} wanted {end:?} at {}, got {got:?} at {}", naive.cycle, other.cycle()));
         }
-        for (wanted, got) in seen(&naive, &config).iter().zip(seen(&other, &config)) {
-            if *wanted != got {
-                return Err(format!("cycle {}, {end:?}: wanted {wanted:?}, got {got:?}", naive.cycle));
-            }
-        }
+        difference(&naive, &other, &config).map_err(|fault| format!("cycle {}, {end:?}: {fault}", naive.cycle))?;
         if end == End::Halted && rng.one_in(2) && config.reconfigurable {
             // Only from outside can an idle machine be woken.
             let at = 248 + rng.below(8) as usize;
@@ -310,7 +312,7 @@ const FLOOR: u64 = 15;
 
 fn many<S: Subject>() {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
-    let programs = number("EMU_AP101_PROGRAMS").unwrap_or(300);
+    let programs = number("EMU_AP101_PROGRAMS").unwrap_or(if cfg!(debug_assertions) { 60 } else { 1000 });
     let first = number("EMU_AP101_SEED").unwrap_or(0xA101_0000);
     println!("{programs} programs from seed {first:#x} ({first}) on");
     let (mut tally, mut ends, mut faults) = (Tally::default(), Vec::new(), Vec::new());
@@ -328,16 +330,17 @@ fn many<S: Subject>() {
     for (name, count) in &rows {
         println!("{count:12} {name}");
     }
-    let list: Vec<String> = faults.iter().take(20).map(|(seed, fault)| format!("seed {seed}: {fault}")).collect();
+    let list: Vec<String> = faults.iter().take(40).map(|(seed, fault)| format!("seed {seed}: {fault}")).collect();
     if let Some((seed, _)) = faults.first() {
         panic!("{} of {programs} differ:\n{}\n{}", faults.len(), list.join("\n"), show(*seed));
     }
-    let floor = programs * FLOOR / 1000;
+    // A few programs need not do everything.
+    let floor = if programs < 1000 { 0 } else { programs * FLOOR / 1000 };
     let rare: Vec<_> = rows.iter().filter(|(_, count)| *count < floor).collect();
     assert!(rare.is_empty(), "occurred less than {floor} times: {rare:?}");
 }
 
 #[test]
 fn random_programs_run_the_same_on_both() {
-    many::<Naive>();
+    many::<Core>();
 }
