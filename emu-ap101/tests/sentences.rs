@@ -72,8 +72,8 @@ fn sentences_that_the_model_cites_are_in_the_list() {
     let last = rows().count();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/naive");
     let mut cited = 0;
-    for file in std::fs::read_dir(folder).expect("the model") {
-        let text = std::fs::read_to_string(file.expect("a file").path()).expect("text");
+    for file in ["decode.rs", "machine.rs", "machine/execute.rs"] {
+        let text = std::fs::read_to_string(folder.join(file)).expect(file);
         for comment in text.lines().filter_map(|line| line.split_once("//")) {
             for word in comment.1.split(|letter: char| !letter.is_alphanumeric()) {
                 if let Some(number) = word.strip_prefix('S').and_then(|rest| rest.parse::<usize>().ok()) {

@@ -1,7 +1,7 @@
 //! The crate as these tests see it: its public face alone.
 
 use emu_ap101::{Ap101, Config};
-use emu_core::cpu::{Cpu, Fault, Probe, Stop};
+use emu_core::cpu::{Cpu, Fault, Probe, Reset, Stop};
 use emu_core::image::{Image, Segment};
 use emu_core::pins::{Event, Level, PinId, Time};
 
@@ -40,8 +40,8 @@ pub fn image(bytes: &[Option<u8>]) -> Image {
     let mut image = Image::default();
     for (space, start, end) in [("code", 0, BLOCK), ("config", BLOCK, BLOCK + LENGTH)] {
         let mut next = None;
-        for at in start..end.min(bytes.len()) {
-            let Some(byte) = bytes[at] else { continue };
+        let given = bytes.iter().enumerate().take(end).skip(start);
+        for (at, byte) in given.filter_map(|(at, byte)| byte.map(|byte| (at, byte))) {
             match image.segments.last_mut() {
                 Some(segment) if next == Some(at) => segment.bytes.push(byte),
                 _ => image.segments.push(Segment { space, addr: (at - start) as u32, bytes: vec![byte] }),
@@ -86,10 +86,17 @@ impl Subject for Core {
         self.machine.instructions()
     }
     fn reg(&self, name: &str) -> Option<u32> {
-        self.machine.reg(name)
+        // The program counter is NA.
+        if name == "NA" { Some(self.machine.pc()) } else { self.machine.reg(name) }
     }
     fn peek(&self, space: &str, at: usize) -> Option<u8> {
         self.machine.peek(space, at as u32)
+    }
+    fn output(&self, n: usize) -> bool {
+        self.machine.level(OUTPUTS + n as PinId) == Level::High
+    }
+    fn reset(&mut self, cold: bool) {
+        self.machine.reset(if cold { Reset::PowerOn } else { Reset::BrownOut });
     }
     fn poke_ram(&mut self, at: usize, bit: bool) {
         assert!(self.machine.poke("m", at as u32, u8::from(bit)));

@@ -101,11 +101,7 @@ impl Module {
 
     /// Whole units, or the count.
     pub fn value(&self) -> u16 {
-        if self.timed() {
-            (self.clocks() / self.unit()).min(65535) as u16
-        } else {
-            self.count as u16
-        }
+        if self.timed() { (self.clocks() / self.unit()).min(65535) as u16 } else { self.count as u16 }
     }
 
     /// A machine cycle passes.

@@ -41,6 +41,12 @@ impl Subject for Naive {
     fn peek(&self, space: &str, at: usize) -> Option<u8> {
         self.peek(space, at)
     }
+    fn output(&self, n: usize) -> bool {
+        self.bistables[n]
+    }
+    fn reset(&mut self, cold: bool) {
+        self.reset(cold);
+    }
     fn poke_ram(&mut self, at: usize, bit: bool) {
         self.ram[at] = bit;
     }

@@ -22,6 +22,10 @@ pub trait Subject: Sized {
     fn instructions(&self) -> u64;
     fn reg(&self, name: &str) -> Option<u32>;
     fn peek(&self, space: &str, at: usize) -> Option<u8>;
+    /// Level of an output's pin.
+    fn output(&self, n: usize) -> bool;
+    /// A loss of the supply and its return at once; `cold`: with CLEAR.
+    fn reset(&mut self, cold: bool);
     /// Writes a bit of M from outside.
     fn poke_ram(&mut self, at: usize, bit: bool);
     fn edges(&self) -> Vec<(When, usize, bool)>;
@@ -170,7 +174,8 @@ impl Case {
                 }
             }
         }
-        let asked = self.items.iter().any(|item| ["halted", "watchdog", "jump"].iter().any(|way| item.starts_with(way)));
+        let asked =
+            self.items.iter().any(|item| ["halted", "watchdog", "jump"].iter().any(|way| item.starts_with(way)));
         if asked || end == End::Limit { Ok(()) } else { Err(format!("ended with {end:?}")) }
     }
 

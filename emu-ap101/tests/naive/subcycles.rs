@@ -54,7 +54,8 @@ fn a_probe_sees_both_subcycles_of_each_instruction() {
         (4, Subcycle::Execute, 0, 0x0001),
     ];
     // A subcycle is told when it is over: the second one as the next machine cycle begins, or in its own last clock.
-    let named: Vec<_> = order.iter().enumerate().map(|(n, &(_, phase, pc, word))| (wanted[n].0, phase, pc, word)).collect();
+    let named: Vec<_> =
+        order.iter().enumerate().map(|(n, &(_, phase, pc, word))| (wanted[n].0, phase, pc, word)).collect();
     assert_eq!(named, wanted);
     let times: Vec<_> = seen.0.iter().map(|&(cycle, clock, ..)| 2 * cycle + u64::from(clock)).collect();
     assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "{times:?}");

@@ -37,8 +37,23 @@ fn a_word_has_one_name_and_a_name_one_code() {
 #[test]
 fn programs_read_back_as_they_were_written() {
     let source = [
-        "LD I1", "LDC I511", "STO E0", "STOC E255", "STC M0", "RTC M255", "AND R0", "ANDC R127", "OR R133", "ORC M300", "XOR E7",
-        "LD I1,X", "STO M5,X", "AND R2,X", "NOT", "CLR", "NOP",
+        "LD I1",
+        "LDC I511",
+        "STO E0",
+        "STOC E255",
+        "STC M0",
+        "RTC M255",
+        "AND R0",
+        "ANDC R127",
+        "OR R133",
+        "ORC M300",
+        "XOR E7",
+        "LD I1,X",
+        "STO M5,X",
+        "AND R2,X",
+        "NOT",
+        "CLR",
+        "NOP",
     ];
     let bytes = assemble(&source.join("\n"));
     for (at, line) in source.iter().enumerate() {
