@@ -161,8 +161,11 @@ impl Naive {
 
     /// The supply is off and on again at once; `cold`: with CLEAR.
     pub fn reset(&mut self, cold: bool) {
-        self.fail();
-        self.start(cold);
+        // Without a supply there is nothing to start.
+        if self.supply {
+            self.fail();
+            self.start(cold);
+        }
     }
 
     /// Word of program memory.
@@ -179,6 +182,10 @@ impl Naive {
             }
             self.turn();
             if let Some(end) = self.stops() {
+                if let End::Jump { .. } = end {
+                    // It is found out in the execute subcycle.
+                    self.stir(1);
+                }
                 return end;
             }
             self.machine_cycle();
