@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 const ARROWS: &str = "
 diag:
 emu-core:       diag
+emu-asm:        diag emu-core
 emu-avr:        emu-core
 emu-8051:       emu-core
 emu-pic16:      emu-core
@@ -18,7 +19,7 @@ ladder:         diag
 ladder-eval:    ladder
 ladder-compile: ladder diag emu-core emu-avr
 emu-check:      ladder diag emu-core emu-avr emu-debug ladder-eval ladder-compile
-emu:            ladder diag emu-core emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug ladder-eval ladder-compile emu-check
+emu:            ladder diag emu-core emu-asm emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug ladder-eval ladder-compile emu-check
 ";
 
 /// The wall: what the compiler may name of the emulators. Tables, chip data and images, never a machine.

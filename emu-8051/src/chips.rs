@@ -172,6 +172,7 @@ pub(crate) const I8051: Part = Part {
         regs: regs!(REGS, REGS_BUS),
         bits: regs!(COMMON_BITS, BITS_BUS, BITS_NO_TIMER2),
         pins: dip40!("" "" "" "" "" "" "" ""),
+        constants: Vec::new,
         vectors: &["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL"],
         vector_words: 8,
         spaces: &[("code", 0x1_0000, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1), ("xdata", 0x1_0000, 1)],

@@ -10,7 +10,7 @@ use crate::chips::{BITS, SFRS};
 
 macro_rules! operands {
     ($( $(#[doc = $doc:literal])+ $name:ident($type:ty) $wide:literal $label:literal
-        value $value:expr, raw $raw:expr, text $text:expr, parse $parse:expr; )*) => { $(
+        value $value:expr, raw $raw:expr, text $text:expr, named $named:expr, number $number:expr; )*) => { $(
         $(#[doc = $doc])+
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub struct $name(pub $type);
@@ -22,7 +22,10 @@ macro_rules! operands {
 
         impl Operand for $name {
             const KIND: OperandKind =
-                OperandKind { name: $label, wide: $wide, value: $value, raw: $raw, text: $text, parse: $parse };
+                OperandKind {
+                    name: $label, wide: $wide, value: $value, raw: $raw, text: $text, named: $named, number: $number,
+                    register: OperandKind::its_address,
+                };
             #[inline(always)]
             fn from_value(value: u16) -> Self {
                 $name(value as $type)
@@ -34,33 +37,33 @@ macro_rules! operands {
 operands! {
     /// A register of the bank in use, R0 to R7.
     Rn(u8) false "register R0 to R7"
-        value same, raw |v, b, _| fits(v, b, "register"), text register_text, parse |t, _| register(t, 8);
+        value same, raw |v, b, _| fits(v, b, "register"), text register_text, named |t| register(t, 8), number no_register;
     /// A register that points, R0 or R1.
     Ri(u8) false "register R0 or R1"
-        value same, raw |v, b, _| fits(v, b, "register"), text register_text, parse |t, _| register(t, 2);
+        value same, raw |v, b, _| fits(v, b, "register"), text register_text, named |t| register(t, 2), number no_register;
     /// A direct address: RAM below 80h, the special function registers from there on.
     Dir(u8) false "direct address"
-        value same, raw |v, b, _| fits(v, b, "address"), text byte_text, parse |t, _| byte(t);
+        value same, raw |v, b, _| fits(v, b, "address"), text byte_text, named byte, number OperandKind::itself;
     /// A bit address: the bytes 20h to 2Fh of RAM below 80h, special function registers divisible by 8 from there on.
     BitAddr(u8) false "bit address"
-        value same, raw |v, b, _| fits(v, b, "bit address"), text bit_text, parse |t, _| bit(t);
+        value same, raw |v, b, _| fits(v, b, "bit address"), text bit_text, named bit, number OperandKind::itself;
     /// A constant byte; negative ones stand for their two's complement.
     Imm(u8) false "constant"
         value same, raw |v, b, _| if (-128..0).contains(&v) { Ok(v as u32 & 0xFF) } else { fits(v, b, "constant") },
-        text hex2_text, parse |t, _| number(t);
+        text hex2_text, named OperandKind::no_name, number OperandKind::itself;
     /// The constant of MOV DPTR.
     Imm16(u16) true "constant"
         value same, raw |v, b, _| if (-32768..0).contains(&v) { Ok(v as u32 & 0xFFFF) } else { fits(v, b, "constant") },
-        text hex4_text, parse |t, _| number(t);
+        text hex4_text, named OperandKind::no_name, number OperandKind::itself;
     /// The target of LJMP and LCALL.
     Abs(u16) true "target"
-        value same, raw |v, b, _| fits(v, b, "target"), text hex4_text, parse target;
+        value same, raw |v, b, _| fits(v, b, "target"), text hex4_text, named OperandKind::no_name, number OperandKind::itself;
     /// The target of AJMP and ACALL: in the 2 KB page of the next instruction.
     Page(u16) true "target in the page"
-        value |raw, _, site| (next(site) & 0xF800 | raw as i32) & 0xFFFF, raw in_page, text hex4_text, parse target;
+        value |raw, _, site| (next(site) & 0xF800 | raw as i32) & 0xFFFF, raw in_page, text hex4_text, named OperandKind::no_name, number OperandKind::itself;
     /// A relative target: as a value its address, in an op (and here) the distance from the next instruction.
     Rel(i8) false "target"
-        value |raw, _, site| (next(site) + i32::from(raw as u8 as i8)) & 0xFFFF, raw distance, text hex4_text, parse target;
+        value |raw, _, site| (next(site) + i32::from(raw as u8 as i8)) & 0xFFFF, raw distance, text hex4_text, named OperandKind::no_name, number OperandKind::itself;
 }
 
 /// A direct address that lies in RAM.
@@ -173,11 +176,8 @@ fn hex4_text(value: i32, out: &mut String) {
     let _ = write!(out, "0x{value:04X}");
 }
 
-fn target(text: &str, site: &Site) -> Option<i32> {
-    match text {
-        "$" => Some(site.pc as i32),
-        _ => number(text),
-    }
+fn no_register(value: i32, _: &Site) -> Result<i32, String> {
+    Err(format!("{value} is a number, and a register is wanted"))
 }
 
 /// The special function register at an address, by its data-sheet name.
@@ -188,9 +188,9 @@ fn byte_text(value: i32, out: &mut String) {
     }
 }
 
+/// The address of a special function register that any chip of the family has.
 fn byte(text: &str) -> Option<i32> {
-    let register = SFRS.iter().find(|r| r.name.eq_ignore_ascii_case(text));
-    register.map(|r| i32::from(r.addr)).or_else(|| number(text))
+    SFRS.iter().find(|r| r.name.eq_ignore_ascii_case(text)).map(|r| i32::from(r.addr))
 }
 
 /// `P1.0`, `PSW.7`, `0x20.3`.
@@ -200,13 +200,14 @@ fn bit_text(value: i32, out: &mut String) {
     let _ = write!(out, ".{}", value & 7);
 }
 
+/// The address of a bit that any chip of the family has, and of one in a byte by number.
 fn bit(text: &str) -> Option<i32> {
     if let Some(named) = BITS.iter().find(|b| b.name.eq_ignore_ascii_case(text)) {
         return Some(i32::from(named.addr));
     }
-    let Some((at, n)) = text.rsplit_once('.') else { return number(text) };
+    let (at, n) = text.rsplit_once('.')?;
     let n = n.parse::<i32>().ok().filter(|n| (0..8).contains(n))?;
-    match byte(at)? {
+    match byte(at).or_else(|| number(at))? {
         byte @ 0x20..=0x2F => Some((byte - 0x20) * 8 + n),
         byte @ 0x80..=0xFF if byte % 8 == 0 => Some(byte + n),
         _ => None,

@@ -94,6 +94,7 @@ pub static AP101: Chip = Chip {
     reg_space: "r",
     regs: REGS,
     bits: &[],
+    constants: Vec::new,
     pins: PIN_LIST,
     vectors: &[],
     vector_words: 0,

@@ -86,7 +86,15 @@ pub(crate) use ap101_table;
 ap101_table!(emu_core::define_isa {});
 
 /// The table as tools see it. A blank memory is NOPs.
-pub const ISA: Isa = Isa { disassemble, erased: NOP };
+pub const ISA: Isa = Isa {
+    disassemble,
+    erased: NOP,
+    rows: ROWS,
+    word_bits: WORD_BITS,
+    aliases: ALIASES,
+    site: |pc, _| site(pc),
+    lacks: |_| false,
+};
 
 /// A plain NOP, and a blank word.
 pub const NOP: u16 = 0xFFFF;

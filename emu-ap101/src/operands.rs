@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use emu_core::table::{InRam, Op, Operand, OperandKind, Site, number};
+use emu_core::table::{InRam, Op, Operand, OperandKind};
 
 /// Letters of the zones, by bits 10 and 9 of an address.
 pub const ZONES: [char; 4] = ['I', 'E', 'R', 'M'];
@@ -90,7 +90,7 @@ pub struct Target(pub u16);
 pub struct D(pub u16);
 
 macro_rules! operands {
-    ($( $name:ident $label:literal $make:expr, raw $raw:expr, text $text:expr, parse $parse:expr; )*) => { $(
+    ($( $name:ident $label:literal $make:expr, raw $raw:expr, text $text:expr, named $named:expr; )*) => { $(
         impl $name {
             /// Name of the kind.
             pub const NAME: &str = $label;
@@ -98,7 +98,8 @@ macro_rules! operands {
 
         impl Operand for $name {
             const KIND: OperandKind = OperandKind {
-                name: $label, wide: true, value: |raw, _, _| raw as i32, raw: $raw, text: $text, parse: $parse,
+                name: $label, wide: true, value: |raw, _, _| raw as i32, raw: $raw, text: $text, named: $named,
+                number: OperandKind::itself, register: OperandKind::its_address,
             };
             #[inline(always)]
             fn from_value(value: u16) -> Self {
@@ -109,12 +110,12 @@ macro_rules! operands {
 }
 
 operands! {
-    A "bit" |v| A(Place(v)), raw |v, b, _| fits(v, b, "address"), text address, parse |t, _| parse(t);
-    X "bit behind RX" |v| X(Place(v)), raw |v, b, _| fits(v, b, "address"), text address, parse |t, _| parse(t);
+    A "bit" |v| A(Place(v)), raw |v, b, _| fits(v, b, "address"), text address, named zone;
+    X "bit behind RX" |v| X(Place(v)), raw |v, b, _| fits(v, b, "address"), text address, named zone;
     Target "target" Target, raw |v, b, _| fits(v, b, "target"), text |v, out| { let _ = write!(out, "0x{v:03X}"); },
-        parse |t, site: &Site| if t == "$" { Some(site.pc as i32) } else { number(t) };
+        named OperandKind::no_name;
     D "data" D, raw |v, _, _| Err(format!("a NOP with data in it is written .word 0x{:04X}", 0xF000 | v & 0xFFF)),
-        text |v, out| { let _ = write!(out, "{v}"); }, parse |t, _| number(t);
+        text |v, out| { let _ = write!(out, "{v}"); }, named OperandKind::no_name;
 }
 
 impl InRam for A {
@@ -136,10 +137,23 @@ fn address(value: i32, out: &mut String) {
     let _ = write!(out, "{}{offset}", ZONES[zone]);
 }
 
-/// The address that a letter and a number stand for (case aside).
-fn parse(text: &str) -> Option<i32> {
-    let (letter, digits) = text.split_at_checked(1)?;
-    let zone = ZONES.iter().position(|zone| letter.eq_ignore_ascii_case(zone.encode_utf8(&mut [0; 4])))?;
-    let offset = digits.parse::<u16>().ok().filter(|_| digits.bytes().all(|byte| byte.is_ascii_digit()))?;
-    (offset < ZONE).then(|| zone as i32 * i32::from(ZONE) + i32::from(offset))
+/// The address that a letter and a number stand for (case aside): `I5`, `I_5`, `I₅`. T is R and O is E; that these two are only
+/// read the assembler knows.
+fn zone(text: &str) -> Option<i32> {
+    let letter = text.chars().next()?.to_ascii_uppercase();
+    let zone = match letter {
+        'T' => 2,
+        'O' => 1,
+        _ => ZONES.iter().position(|&zone| zone == letter)? as i32,
+    };
+    let number = text.get(1..)?;
+    let number = number.strip_prefix('_').unwrap_or(number);
+    let digit = |c: char| match c {
+        '\u{2080}'..='\u{2089}' => char::from_digit(c as u32 - 0x2080, 10),
+        '0'..='9' => Some(c),
+        _ => None,
+    };
+    let digits: String = number.chars().map(digit).collect::<Option<String>>()?;
+    let offset = digits.parse::<u16>().ok().filter(|&offset| offset < ZONE)?;
+    Some(zone * i32::from(ZONE) + i32::from(offset))
 }

@@ -2,18 +2,21 @@
 
 use std::fmt::Write;
 
-use emu_core::table::{Operand, OperandKind, Site, number};
+use emu_core::table::{Operand, OperandKind, Site};
 
 macro_rules! operands {
     ($( $(#[doc = $doc:literal])+ $name:ident($type:ty) $wide:literal $label:literal
-        value $value:expr, raw $raw:expr, text $text:expr, parse $parse:expr; )*) => { $(
+        value $value:expr, raw $raw:expr, text $text:expr, named $named:expr, number $number:expr, register $register:expr; )*) => { $(
         $(#[doc = $doc])+
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub struct $name(pub $type);
 
         impl Operand for $name {
             const KIND: OperandKind =
-                OperandKind { name: $label, wide: $wide, value: $value, raw: $raw, text: $text, parse: $parse };
+                OperandKind {
+                    name: $label, wide: $wide, value: $value, raw: $raw, text: $text, named: $named, number: $number,
+                    register: $register,
+                };
             #[inline(always)]
             fn from_value(value: u16) -> Self {
                 $name(value as $type)
@@ -50,7 +53,7 @@ fn register_text(value: i32, out: &mut String) {
     let _ = write!(out, "r{value}");
 }
 
-fn register_parse(text: &str, _: &Site) -> Option<i32> {
+fn register_named(text: &str) -> Option<i32> {
     match text.to_ascii_uppercase().as_str() {
         "XL" => Some(26),
         "XH" => Some(27),
@@ -74,23 +77,27 @@ fn hex4_text(value: i32, out: &mut String) {
     let _ = write!(out, "0x{value:04X}");
 }
 
-fn plain_parse(text: &str, _: &Site) -> Option<i32> {
-    number(text)
-}
-
 /// Word address as bytes, the way objdump and gdb write AVR program addresses.
 fn target_text(value: i32, out: &mut String) {
     let _ = write!(out, "0x{:04X}", value * 2);
 }
 
-fn target_parse(text: &str, site: &Site) -> Option<i32> {
-    let bytes = match text.strip_prefix('.') {
-        // `.` is the instruction itself; relative branches count from the next one, so `.-2` is the classic wait.
-        Some("") => site.pc as i32 * 2,
-        Some(offset) => site.pc as i32 * 2 + 2 + number(offset.strip_prefix('+').unwrap_or(offset))?,
-        None => number(text)?,
-    };
-    (bytes % 2 == 0).then_some(bytes / 2)
+/// A target in the text counts bytes.
+fn words(bytes: i32, _: &Site) -> Result<i32, String> {
+    if bytes % 2 == 0 {
+        Ok(bytes / 2)
+    } else {
+        Err(format!("target 0x{bytes:04X} is odd: instructions stand at even addresses"))
+    }
+}
+
+/// Data addresses from 20h to 5Fh are the I/O addresses from 0 on.
+fn io_address(addr: i32) -> Result<i32, String> {
+    if (0x20..0x60).contains(&addr) {
+        Ok(addr - 0x20)
+    } else {
+        Err(format!("the register at 0x{addr:02X} has no I/O address: lds and sts reach it"))
+    }
 }
 
 fn relative(raw: u32, bits: u32, site: &Site) -> i32 {
@@ -118,43 +125,43 @@ fn distance(value: i32, bits: u32, site: &Site) -> Result<u32, String> {
 operands! {
     /// Any register, r0 to r31.
     R(u8) false "register"
-        value same, raw |v, b, _| fits(v, b, "register"), text register_text, parse register_parse;
+        value same, raw |v, b, _| fits(v, b, "register"), text register_text, named register_named, number OperandKind::itself, register OperandKind::its_address;
     /// An upper register, r16 to r31.
     Rh(u8) false "register r16 to r31"
-        value |raw, _, _| raw as i32 + 16, raw |v, _, _| range(v, 16, 31, "register"), text register_text, parse register_parse;
+        value |raw, _, _| raw as i32 + 16, raw |v, _, _| range(v, 16, 31, "register"), text register_text, named register_named, number OperandKind::itself, register OperandKind::its_address;
     /// A register of the signed multiplications, r16 to r23.
     Rm(u8) false "register r16 to r23"
-        value |raw, _, _| raw as i32 + 16, raw |v, _, _| range(v, 16, 23, "register"), text register_text, parse register_parse;
+        value |raw, _, _| raw as i32 + 16, raw |v, _, _| range(v, 16, 23, "register"), text register_text, named register_named, number OperandKind::itself, register OperandKind::its_address;
     /// The lower register of a pair, r0, r2 .. r30.
     Rp(u8) false "register pair"
-        value |raw, _, _| raw as i32 * 2, raw |v, _, _| step2(v, 0, 30, "register"), text register_text, parse register_parse;
+        value |raw, _, _| raw as i32 * 2, raw |v, _, _| step2(v, 0, 30, "register"), text register_text, named register_named, number OperandKind::itself, register OperandKind::its_address;
     /// The lower register of an upper pair, r24, r26, r28 or r30.
     Rw(u8) false "register pair from r24"
-        value |raw, _, _| raw as i32 * 2 + 24, raw |v, _, _| step2(v, 24, 30, "register"), text register_text, parse register_parse;
+        value |raw, _, _| raw as i32 * 2 + 24, raw |v, _, _| step2(v, 24, 30, "register"), text register_text, named register_named, number OperandKind::itself, register OperandKind::its_address;
     /// A constant byte, or a smaller field of ADIW and SBIW; negative constants stand for their two's complement.
     K(u8) false "constant"
         value same,
         raw |v, b, _| if b == 8 && (-128..0).contains(&v) { Ok(v as u32 & 0xFF) } else { fits(v, b, "constant") },
-        text hex2_text, parse plain_parse;
+        text hex2_text, named OperandKind::no_name, number OperandKind::itself, register OperandKind::its_address;
     /// An I/O address, 0 to 63 (0 to 31 for the single-bit instructions); the data address is 0x20 higher.
     A(u8) false "I/O address"
-        value same, raw |v, b, _| fits(v, b, "I/O address"), text hex2_text, parse plain_parse;
+        value same, raw |v, b, _| fits(v, b, "I/O address"), text hex2_text, named OperandKind::no_name, number OperandKind::itself, register io_address;
     /// A bit number, 0 to 7.
     B(u8) false "bit"
-        value same, raw |v, b, _| fits(v, b, "bit"), text decimal_text, parse plain_parse;
+        value same, raw |v, b, _| fits(v, b, "bit"), text decimal_text, named OperandKind::no_name, number OperandKind::itself, register OperandKind::its_address;
     /// A displacement, 0 to 63.
     Q(u8) false "displacement"
-        value same, raw |v, b, _| fits(v, b, "displacement"), text decimal_text, parse plain_parse;
+        value same, raw |v, b, _| fits(v, b, "displacement"), text decimal_text, named OperandKind::no_name, number OperandKind::itself, register OperandKind::its_address;
     /// A data address of the two-word loads and stores.
     D16(u16) true "data address"
-        value same, raw |v, b, _| fits(v, b, "data address"), text hex4_text, parse plain_parse;
+        value same, raw |v, b, _| fits(v, b, "data address"), text hex4_text, named OperandKind::no_name, number OperandKind::itself, register OperandKind::its_address;
     /// A relative target, kept as an absolute word address.
     Rel(u16) true "target"
-        value relative, raw distance, text target_text, parse target_parse;
+        value relative, raw distance, text target_text, named OperandKind::no_name, number words, register OperandKind::its_address;
     /// The absolute target of JMP and CALL, a word address.
     Abs(u16) true "target"
-        value same, raw |v, b, _| fits(v, b, "target"), text target_text, parse target_parse;
+        value same, raw |v, b, _| fits(v, b, "target"), text target_text, named OperandKind::no_name, number words, register OperandKind::its_address;
     /// Words to skip: the length of the next instruction. Not in any pattern.
     Skip(u8) false "skip"
-        value |_, _, site| site.next_len as i32, raw |_, _, _| Ok(0), text |_, _| {}, parse |_, _| None;
+        value |_, _, site| site.next_len as i32, raw |_, _, _| Ok(0), text |_, _| {}, named OperandKind::no_name, number OperandKind::itself, register OperandKind::its_address;
 }

@@ -2,7 +2,7 @@
 
 use crate::image::Space;
 use crate::pins::PinId;
-use crate::table::Line;
+use crate::table::{Alias, Line, Row, Site};
 
 /// The families of chips, each a crate with one instruction table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -24,6 +24,16 @@ pub struct Isa {
     pub disassemble: fn(words: &[u16], pc: u32) -> Line,
     /// Program words that read so are erased, and hold no program where several stand in a row.
     pub erased: u16,
+    /// The table.
+    pub rows: &'static [Row],
+    /// Bits of a program word.
+    pub word_bits: u32,
+    /// Other spellings that the assembler takes.
+    pub aliases: &'static [Alias],
+    /// Where an instruction of `len` program words stands whose address in program words is `pc`.
+    pub site: fn(pc: u32, len: u32) -> Site,
+    /// The chip does not have the instruction of this row, by its position in the table.
+    pub lacks: fn(row: usize) -> bool,
 }
 
 /// A chip.
@@ -73,6 +83,9 @@ pub struct Chip {
     pub regs: &'static [Reg],
     /// Named bits, and their addresses in the memory `bit`; none where single bits have no addresses of their own.
     pub bits: &'static [Reg],
+    /// Named numbers of the chip as its makers' headers have them: bits of registers by number, values for the configuration
+    /// word, last address of RAM.
+    pub constants: fn() -> Vec<(&'static str, i32)>,
     /// Pins in the order of their [`PinId`].
     pub pins: &'static [PinDef],
     /// Interrupt vectors by number.

@@ -152,7 +152,15 @@ pub(crate) use pic16_table;
 pic16_table!(emu_core::define_isa {});
 
 /// The table as tools see it. Erased program memory is all ones, `addlw 0xFF` with an open bit set.
-pub const ISA: Isa = Isa { disassemble, erased: 0x3FFF };
+pub const ISA: Isa = Isa {
+    disassemble,
+    erased: 0x3FFF,
+    rows: ROWS,
+    word_bits: WORD_BITS,
+    aliases: ALIASES,
+    site: |pc, _| site(pc),
+    lacks: |_| false,
+};
 
 /// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
 pub const ALIASES: &[Alias] = &[];

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use emu_core::table::{InRam, Op, Operand, OperandKind, Site, number};
+use emu_core::table::{InRam, Op, Operand, OperandKind};
 
 use crate::periph::map::Sfr;
 
@@ -43,7 +43,7 @@ pub struct K(pub u8);
 pub struct Target(pub u16);
 
 macro_rules! operands {
-    ($( $name:ident $wide:literal $label:literal $make:expr, raw $raw:expr, text $text:expr, parse $parse:expr; )*) => { $(
+    ($( $name:ident $wide:literal $label:literal $make:expr, raw $raw:expr, text $text:expr; )*) => { $(
         impl $name {
             /// Name of the kind.
             pub const NAME: &str = $label;
@@ -51,7 +51,8 @@ macro_rules! operands {
 
         impl Operand for $name {
             const KIND: OperandKind = OperandKind {
-                name: $label, wide: $wide, value: |raw, _, _| raw as i32, raw: $raw, text: $text, parse: $parse,
+                name: $label, wide: $wide, value: |raw, _, _| raw as i32, raw: $raw, text: $text,
+                named: OperandKind::no_name, number: OperandKind::itself, register: OperandKind::its_address,
             };
             #[inline(always)]
             fn from_value(value: u16) -> Self {
@@ -64,16 +65,15 @@ macro_rules! operands {
 operands! {
     F true "file register" |v| F(Place(v)),
         raw |v, b, _| fits(v & !0x180, b, "address").map_err(|_| format!("address 0x{v:X} is not in 0..=0x1FF")),
-        text hex2, parse |t, _| number(t);
+        text hex2;
     B false "bit" |v| B(v as u8),
-        raw |v, b, _| fits(v, b, "bit"), text |v, out| { let _ = write!(out, "{v}"); }, parse |t, _| number(t);
+        raw |v, b, _| fits(v, b, "bit"), text |v, out| { let _ = write!(out, "{v}"); };
     K false "constant" |v| K(v as u8),
         raw |v, b, _| if (-128..0).contains(&v) { Ok(v as u32 & 0xFF) } else { fits(v, b, "constant") },
-        text hex2, parse |t, _| number(t);
+        text hex2;
     Target true "target" Target,
         raw |v, b, _| fits(v & !0x1800, b, "target").map_err(|_| format!("target 0x{v:X} is not in 0..=0x1FFF")),
-        text |v, out| { let _ = write!(out, "0x{v:03X}"); },
-        parse |t, site: &Site| if t == "$" { Some(site.pc as i32) } else { number(t) };
+        text |v, out| { let _ = write!(out, "0x{v:03X}"); };
 }
 
 macro_rules! the_same_in_ram {

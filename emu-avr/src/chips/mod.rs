@@ -254,6 +254,7 @@ impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const 
         bits: &[],
         regs: &[],
         pins: &[],
+        constants: Vec::new,
         vectors: &[],
         vector_words: if FLASH > 0x2000 { 2 } else { 1 },
         spaces: &[

@@ -93,8 +93,38 @@ pub struct OperandKind {
     pub raw: fn(value: i32, bits: u32, site: &Site) -> Result<u32, String>,
     /// Writes the value as assembly text.
     pub text: fn(value: i32, out: &mut String),
-    /// Reads assembly text.
-    pub parse: fn(text: &str, site: &Site) -> Option<i32>,
+    /// Value of a name that only this kind knows, such as `r16`.
+    pub named: fn(text: &str) -> Option<i32>,
+    /// What a number in the text means here: itself for most, words where the text counts bytes. The error says what is
+    /// wanted instead.
+    pub number: fn(value: i32, site: &Site) -> Result<i32, String>,
+    /// What a register of the chip means here that stands in the text by its name, given its address in
+    /// [`Chip::reg_space`](crate::chip::Chip::reg_space): that address for most.
+    pub register: fn(addr: i32) -> Result<i32, String>,
+}
+
+impl OperandKind {
+    /// No name is known: [`OperandKind::named`] of most kinds.
+    #[must_use]
+    pub fn no_name(_: &str) -> Option<i32> {
+        None
+    }
+
+    /// A number means itself: [`OperandKind::number`] of most kinds.
+    ///
+    /// # Errors
+    /// None.
+    pub fn itself(value: i32, _: &Site) -> Result<i32, String> {
+        Ok(value)
+    }
+
+    /// A register stands for its address: [`OperandKind::register`] of most kinds.
+    ///
+    /// # Errors
+    /// None.
+    pub fn its_address(addr: i32) -> Result<i32, String> {
+        Ok(addr)
+    }
 }
 
 /// One operand of a row.

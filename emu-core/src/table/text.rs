@@ -167,7 +167,7 @@ pub fn assemble(
     let mut out_of_range = None;
     for row in &forms {
         let site = Site { len: row.len(), ..*site };
-        let Some(values) = match_operands(row, &operands, &site) else { continue };
+        let Some(values) = match_operands(row, &operands, &site, word_bits) else { continue };
         match row.encode(&values, &site) {
             Ok(bits) => return Ok(words_of(row, word_bits, bits)),
             Err(e) => out_of_range = Some(e.cause),
@@ -212,14 +212,26 @@ fn split<'t>(syntax: &str, text: &'t str) -> Option<Vec<(char, &'t str)>> {
     rest.is_empty().then_some(parts)
 }
 
-fn match_operands(row: &Row, text: &str, site: &Site) -> Option<Vec<i32>> {
+/// A number, or the address of the instruction (`$`, and `.` with an offset from the next one) in the unit of the text.
+fn plain(text: &str, site: &Site, word_bits: u32) -> Option<i32> {
+    let unit = if word_bits == 16 { 2 } else { 1 };
+    let at = site.pc as i32 * unit;
+    match text.strip_prefix('.') {
+        Some("") => Some(at),
+        Some(offset) => Some(at + unit + number(offset.strip_prefix('+').unwrap_or(offset))?),
+        None if text == "$" => Some(at),
+        None => number(text),
+    }
+}
+
+fn match_operands(row: &Row, text: &str, site: &Site, word_bits: u32) -> Option<Vec<i32>> {
     let parts = split(row.syntax, text)?;
     row.operands
         .iter()
         .filter(|s| row.pattern.has(s.letter))
         .map(|slot| {
             let (_, piece) = parts.iter().find(|(l, _)| *l == slot.letter as char)?;
-            (slot.kind.parse)(piece, site)
+            (slot.kind.named)(piece).or_else(|| (slot.kind.number)(plain(piece, site, word_bits)?, site).ok())
         })
         .collect()
 }

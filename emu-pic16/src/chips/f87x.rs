@@ -139,6 +139,7 @@ pub const PIC16F873: Part = Part {
             regs: regs!(S_873),
             bits: &[],
             pins: &pins28(A_873, C_873),
+            constants: Vec::new,
             vectors: &["RESET", "INT"],
             vector_words: 4,
             spaces: &[],

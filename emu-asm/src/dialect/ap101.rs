@@ -1,0 +1,382 @@
+//! AP101: instructions as its text has them, and directives for the block that says how the machine is put together.
+
+use std::ops::Range;
+
+use super::common::{nothing, value_of, wanted};
+use super::{Dialect, Directive, Form, Holds, Op, Provided, SectionRow};
+use crate::engine::{Asm, Call};
+use crate::fault::Fault;
+use crate::text::{Line, cut, trim};
+
+/// What the directives have said in a pass; times in the units in which they were written.
+#[derive(Debug, Default)]
+pub(crate) struct State {
+    /// The line of the first of them.
+    line: Option<Line>,
+    clock: u32,
+    live: bool,
+    reconfigurable: bool,
+    period: Option<Span>,
+    channels: Option<(u16, u16)>,
+    programs: Vec<[u16; 4]>,
+    modules: Vec<Option<(u8, u8, u16)>>,
+}
+
+/// A length of time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Span {
+    /// So many machine cycles.
+    Cycles(u64),
+    /// So many nanoseconds.
+    Nanoseconds(u64),
+}
+
+/// Length of the block.
+const LENGTH: usize = 0x300;
+/// Assumed when no clock is said, in Hz.
+const HZ: u32 = 1_000_000;
+/// Types of modules, by number from 1.
+const TYPES: [&str; 7] = ["TON", "TOF", "RTO", "TP", "CTU", "CTD", "CTC"];
+/// The first that counts.
+const CTU: usize = 4;
+/// Programs, modules, channels.
+const PROGRAMS: usize = 8;
+const MODULES: usize = 128;
+const INPUTS: i64 = 512;
+const OUTPUTS: i64 = 256;
+const WORDS: i64 = 2048;
+
+/// The dialect.
+#[rustfmt::skip]
+pub(super) const AP101: Dialect = Dialect {
+    name: "AP101",
+    comments: &[";"],
+    line_comments: &[],
+    separators: b"",
+    block_comments: false,
+    column_one: true,
+    column_one_warns: false,
+    numbers: &[Form::Hex0x, Form::HexH, Form::BinaryB, Form::OctalOQ, Form::DecimalD, Form::HexDollar, Form::Binary0b, Form::Quoted,
+               Form::Plain],
+    radix: 10,
+    dot_is_bit: false,
+    here: &["$", "."],
+    here_is_line: true,
+    here_is_behind: false,
+    operators: super::C_OPERATORS,
+    unary: super::C_UNARY,
+    truth: 1,
+    numbered_labels: false,
+    dollar_labels: false,
+    any_case: true,
+    plain_arguments: true,
+    big_endian: false,
+    word_bytes: 0,
+    org_fills: None,
+    spaced_arguments: false,
+    space_fills: false,
+    zones: true,
+    literals: &[],
+    directives: &[
+        Directive::run("dw", words),
+        Directive::run("word", words),
+        Directive::run("clock", clock),
+        Directive::run("inputs", |asm, call| choice(asm, call, ["scan", "live"], |state, live| state.live = live)),
+        Directive::run("mode", |asm, call| choice(asm, call, ["fixed", "reconfigurable"], |state, on| state.reconfigurable = on)),
+        Directive::run("period", period),
+        Directive::run("channels", channels),
+        Directive::run("program", program),
+        Directive::run("module", module),
+        Directive::run("tim", tim),
+        Directive::run("title", nothing),
+    ],
+    provides: |_, _| Provided::No,
+    defines: |_| Vec::new(),
+    refuses,
+    finish,
+    sections: &[
+        SectionRow { name: "code", space: "", holds: Holds::Image, behind: false },
+        SectionRow { name: "config", space: "config", holds: Holds::Memory, behind: false },
+    ],
+};
+
+/// Instructions that write, and letters of what is only read.
+fn refuses(mnemonic: &str, operands: &str) -> Option<(String, String)> {
+    let writes = matches!(mnemonic, "sto" | "stoc" | "stc" | "rtc");
+    let letter = operands.chars().next()?.to_ascii_uppercase();
+    let numbered = operands.get(1..)?.trim_start().starts_with(|c: char| !c.is_ascii_alphabetic());
+    if !writes || !numbered {
+        return None;
+    }
+    let (what, hint) = match letter {
+        'O' => ("O is what an output channel reads as, and cannot be written", "write E for the channel"),
+        'T' => ("T is what a module reads as, and cannot be written", "write R for the module"),
+        'I' if matches!(mnemonic, "stc" | "rtc") => {
+            ("an input channel is not set or cleared", "sto writes its latch, M is memory")
+        }
+        _ => return None,
+    };
+    Some((what.to_owned(), hint.to_owned()))
+}
+
+/// One program word for each value.
+fn words(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for part in wanted(asm, call) {
+        let value = value_of(asm, call.text, part.clone(), 16) as u16;
+        asm.emit_words(&[value], part);
+    }
+}
+
+/// The state, which from now on gives a block.
+fn state<'s>(asm: &'s mut Asm<'_>) -> &'s mut State {
+    let line = asm.line.clone();
+    let state = &mut asm.own.ap101;
+    state.line = state.line.take().or(line);
+    state
+}
+
+/// A number of `range`; 0, and told, where it is none.
+fn within(asm: &mut Asm<'_>, call: &Call<'_>, part: Range<usize>, range: Range<i64>, what: &str) -> i64 {
+    let Some(n) = asm.number(call.text, part.clone()) else { return 0 };
+    if range.contains(&n) {
+        return n;
+    }
+    let cause = format!("{what} {n} is not in {}..={}", range.start, range.end - 1);
+    asm.tell(Fault::new("ASM003", part, cause, "use a value in range"));
+    0
+}
+
+fn bad(asm: &mut Asm<'_>, call: &Call<'_>, cause: String, hint: &str) {
+    let rest = trim(call.text, call.rest.clone());
+    let at = if rest.is_empty() { call.word.clone() } else { rest };
+    asm.tell(Fault::new("ASM060", at, cause, hint));
+}
+
+/// A number and the unit behind it.
+fn measure(text: &str) -> Option<(u64, String)> {
+    let end = text.find(|c: char| !c.is_ascii_digit() && c != '_').unwrap_or(text.len());
+    let number = text.get(..end)?.replace('_', "").parse().ok()?;
+    Some((number, text.get(end..)?.trim().to_ascii_lowercase()))
+}
+
+/// `clock 1000000`, `clock 1MHz`.
+fn clock(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let text = call.get(trim(call.text, call.rest.clone()));
+    let hz = measure(text).and_then(|(n, unit)| {
+        let factor = match unit.as_str() {
+            "" | "hz" => 1,
+            "khz" => 1_000,
+            "mhz" => 1_000_000,
+            _ => return None,
+        };
+        u32::try_from(n.checked_mul(factor)?).ok().filter(|&hz| hz > 0)
+    });
+    match hz {
+        Some(hz) => state(asm).clock = hz,
+        None => {
+            bad(asm, call, format!("`{text}` is no clock"), "write a frequency such as 1000000 or 1MHz, below 4295 MHz")
+        }
+    }
+}
+
+/// One of two words.
+fn choice(asm: &mut Asm<'_>, call: &Call<'_>, words: [&str; 2], set: fn(&mut State, bool)) {
+    let text = call.get(trim(call.text, call.rest.clone()));
+    match words.iter().position(|word| word.eq_ignore_ascii_case(text)) {
+        Some(i) => set(state(asm), i == 1),
+        None => {
+            bad(asm, call, format!("`{text}` is none of {} and {}", words[0], words[1]), "write one of the two words")
+        }
+    }
+}
+
+/// `period 10ms`, `period 5000c`.
+fn period(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let text = call.get(trim(call.text, call.rest.clone()));
+    let span = measure(text).and_then(|(n, unit)| {
+        Some(match unit.as_str() {
+            "c" => Span::Cycles(n),
+            "us" => Span::Nanoseconds(n.checked_mul(1_000)?),
+            "ms" => Span::Nanoseconds(n.checked_mul(1_000_000)?),
+            "s" => Span::Nanoseconds(n.checked_mul(1_000_000_000)?),
+            _ => return None,
+        })
+    });
+    match span {
+        Some(span) => state(asm).period = Some(span),
+        None => bad(
+            asm,
+            call,
+            format!("`{text}` is no period"),
+            "write a time such as 10ms, or machine cycles such as 5000c",
+        ),
+    }
+}
+
+/// `channels INPUTS, OUTPUTS`.
+fn channels(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let [inputs, outputs] = &cut(call.text, call.rest.clone())[..] else {
+        return bad(
+            asm,
+            call,
+            "two numbers are wanted".to_owned(),
+            "write the input channels and the output channels: channels 16, 8",
+        );
+    };
+    let inputs = within(asm, call, inputs.clone(), 0..INPUTS + 1, "input channels") as u16;
+    let outputs = within(asm, call, outputs.clone(), 0..OUTPUTS + 1, "output channels") as u16;
+    state(asm).channels = Some((inputs, outputs));
+}
+
+/// `program FIRST, LAST`, `program FIRST, LAST, RX, off`.
+fn program(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let parts = cut(call.text, call.rest.clone());
+    let (Some(first), Some(last), true) = (parts.first(), parts.get(1), parts.len() <= 4) else {
+        let hint = "write its first and last word, its RX, and `off` where it does not run from the start";
+        return bad(asm, call, "a program needs two addresses".to_owned(), hint);
+    };
+    let start = within(asm, call, first.clone(), 0..WORDS, "first word");
+    let end = within(asm, call, last.clone(), 0..WORDS, "last word");
+    let rx = parts.get(2).map_or(0, |part| within(asm, call, part.clone(), 0..WORDS, "RX"));
+    let word = parts.get(3).map_or("on", |part| call.get(part.clone()));
+    let on = word.eq_ignore_ascii_case("on");
+    if !on && !word.eq_ignore_ascii_case("off") {
+        bad(asm, call, format!("`{word}` is none of on and off"), "a program with `off` runs once its bit in M is set");
+    }
+    if start > end {
+        bad(
+            asm,
+            call,
+            format!("the program ends at 0x{end:03X}, before its first word 0x{start:03X}"),
+            "give its first and its last word",
+        );
+    }
+    let full = state(asm).programs.len() >= PROGRAMS;
+    if full {
+        return bad(asm, call, format!("there are {PROGRAMS} programs already"), "put two of them together");
+    }
+    state(asm).programs.push([start as u16, end as u16, rx as u16, 1 | u16::from(on) << 1]);
+}
+
+/// The number of a module: `R5`, or an expression.
+fn module_number(asm: &mut Asm<'_>, call: &Call<'_>, part: Range<usize>) -> Option<usize> {
+    let text = call.get(part.clone());
+    let inner = text.strip_prefix(['R', 'r']).map(|rest| part.end - rest.len()..part.end);
+    let found = match inner {
+        Some(inner) => inner,
+        None => {
+            bad(asm, call, format!("`{text}` is no module"), "modules are R0 to R127");
+            return None;
+        }
+    };
+    let start = if call.get(found.clone()).starts_with('_') { found.start + 1 } else { found.start };
+    Some(within(asm, call, start..found.end, 0..MODULES as i64, "module R") as usize)
+}
+
+/// `module R1, TON, 100ms, 50`, `module R2, CTU, 10`.
+fn module(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let parts = cut(call.text, call.rest.clone());
+    let (Some(which), Some(kind)) = (parts.first(), parts.get(1)) else {
+        let hint = "write `module R1, TON, 100ms, 50` or `module R2, CTU, 10`";
+        return bad(asm, call, "a module, its type and its preset are wanted".to_owned(), hint);
+    };
+    let Some(n) = module_number(asm, call, which.clone()) else { return };
+    let name = call.get(kind.clone());
+    let Some(kind) = TYPES.iter().position(|known| known.eq_ignore_ascii_case(name)) else {
+        return bad(
+            asm,
+            call,
+            format!("`{name}` is no type of module"),
+            "types are TON, TOF, RTO, TP, CTU, CTD and CTC",
+        );
+    };
+    let (unit, preset) = match (kind >= CTU, parts.get(2), parts.get(3), parts.len()) {
+        (true, Some(preset), None, 3) => (0, preset.clone()),
+        (false, Some(unit), Some(preset), 4) => {
+            let text = call.get(unit.clone());
+            let units = ["cycle", "1ms", "10ms", "100ms"];
+            let Some(unit) = units.iter().position(|known| known.eq_ignore_ascii_case(text)) else {
+                return bad(asm, call, format!("`{text}` is no unit of time"), "units are cycle, 1ms, 10ms and 100ms");
+            };
+            (unit, preset.clone())
+        }
+        _ => {
+            let hint = "a timer has a unit and a preset: `module R1, TON, 100ms, 50`; a counter a preset: `module R2, CTU, 10`";
+            return bad(asm, call, format!("these are not what a {name} needs"), hint);
+        }
+    };
+    let preset = within(asm, call, preset, 0..0x1_0000, "preset") as u16;
+    let modules = &mut state(asm).modules;
+    if modules.len() <= n {
+        modules.resize(n + 1, None);
+    }
+    let taken = modules.get(n).is_some_and(Option::is_some);
+    if let Some(place) = modules.get_mut(n) {
+        *place = Some((kind as u8 + 1, unit as u8, preset));
+    }
+    if taken {
+        bad(asm, call, format!("the module R{n} was given already"), "each module is given once");
+    }
+}
+
+/// `TIM R1,#50`: the preset of a module, from the program.
+fn tim(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let parts = cut(call.text, call.rest.clone());
+    let [which, value] = parts.as_slice() else {
+        return bad(asm, call, "a module and a preset are wanted".to_owned(), "write `TIM R1,#50`");
+    };
+    let n = module_number(asm, call, which.clone()).unwrap_or(0);
+    let hash = usize::from(call.get(value.clone()).starts_with('#'));
+    let preset = within(asm, call, value.start + hash..value.end, 0..WORDS, "preset");
+    // STO to the port of the module, with a NOP behind it that carries the value.
+    let port = format!("R{}", 256 + n);
+    let Some(mut words) = asm.instruction(&port, "sto", 0..0, 0..port.len()) else { return };
+    words.push(0xF000 | preset as u16);
+    asm.emit_words(&words, call.word.clone());
+}
+
+/// Gives the block, where a directive has asked for one.
+fn finish(asm: &mut Asm<'_>) {
+    let state = std::mem::take(&mut asm.own.ap101);
+    let Some(line) = state.line else { return };
+    asm.line = Some(line.clone());
+    let hz = if state.clock == 0 { HZ } else { state.clock };
+    let cycles = match state.period {
+        None => 0,
+        Some(Span::Cycles(n)) => u128::from(n),
+        Some(Span::Nanoseconds(ns)) => u128::from(ns) * u128::from(hz) / 2 / 1_000_000_000,
+    };
+    let cycles = u32::try_from(cycles).unwrap_or(0);
+    if state.period.is_some() && cycles == 0 {
+        let hint = "a period has from one machine cycle to 4294967295; a machine cycle is two clocks";
+        asm.tell(Fault::new("ASM060", 0..line.text.len(), "the period is out of range at this clock", hint));
+    }
+    let (inputs, outputs) = state.channels.unwrap_or((INPUTS as u16, OUTPUTS as u16));
+    let mut block = Vec::with_capacity(LENGTH);
+    block.extend(*b"AP");
+    block.extend([1, u8::from(state.live), u8::from(state.reconfigurable), 0]);
+    block.extend(outputs.to_le_bytes());
+    block.extend(inputs.to_le_bytes());
+    block.extend([0; 2]);
+    block.extend(state.clock.to_le_bytes());
+    block.extend(cycles.to_le_bytes());
+    block.resize(0x20, 0);
+    block.extend(state.programs.iter().flatten().flat_map(|field| field.to_le_bytes()));
+    block.resize(0x100, 0);
+    for module in &state.modules {
+        let (kind, unit, preset) = module.unwrap_or_default();
+        block.extend([kind, unit]);
+        block.extend(preset.to_le_bytes());
+    }
+    block.resize(LENGTH, 0);
+    let now = asm.out.current;
+    if asm.out.switch("config").is_some() {
+        asm.out.go(0);
+        asm.list(&line);
+        asm.emit(&block, 0..line.text.len());
+    }
+    asm.out.current = now;
+    asm.line = None;
+}
+
+const _: () = assert!(LENGTH == 0x100 + MODULES * 4);

@@ -1,0 +1,233 @@
+//! The AVR as avr-as takes it; the directives of Atmel's assembler where the two do not contradict each other.
+
+use emu_core::chip::Chip;
+
+use super::common::{constant, nothing, space, value_of, wanted};
+use super::{Dialect, Directive, Flow, Form, Holds, Op, Provided, SectionRow};
+use crate::engine::{Asm, Call};
+use crate::fault::Fault;
+use crate::symbols::Kind;
+use crate::text::{cut, trim};
+
+/// The dialect.
+#[rustfmt::skip]
+pub(super) const AVR: Dialect = Dialect {
+    name: "AVR",
+    comments: &[";", "//"],
+    line_comments: &["#", "*"],
+    separators: b"$",
+    block_comments: true,
+    column_one: false,
+    column_one_warns: false,
+    numbers: &[Form::Hex0x, Form::Binary0b, Form::HexDollar, Form::OctalZero, Form::Plain],
+    radix: 10,
+    dot_is_bit: false,
+    here: &["."],
+    here_is_line: false,
+    here_is_behind: true,
+    // The order of the GNU assembler.
+    operators: &[
+        ("*", 10, Op::Mul), ("/", 10, Op::Div), ("%", 10, Op::Mod), ("<<", 10, Op::Shl), (">>", 10, Op::Shr),
+        ("|", 8, Op::Or), ("&", 8, Op::And), ("^", 8, Op::Xor), ("!", 8, Op::OrNot),
+        ("+", 6, Op::Add), ("-", 6, Op::Sub),
+        ("==", 5, Op::Equal), ("!=", 5, Op::Unequal), ("<>", 5, Op::Unequal),
+        ("<", 5, Op::Less), ("<=", 5, Op::LessEqual), (">", 5, Op::Greater), (">=", 5, Op::GreaterEqual),
+        ("&&", 3, Op::BothTrue), ("||", 2, Op::EitherTrue),
+    ],
+    unary: &[
+        ("-", 12, |n| n.wrapping_neg()), ("+", 12, |n| n), ("~", 12, |n| !n), ("!", 12, |n| i64::from(n == 0)),
+        ("lo8", 12, |n| n & 0xFF), ("hi8", 12, |n| n >> 8 & 0xFF), ("hh8", 12, |n| n >> 16 & 0xFF),
+        ("hlo8", 12, |n| n >> 16 & 0xFF), ("hhi8", 12, |n| n >> 24 & 0xFF),
+        ("low", 12, |n| n & 0xFF), ("high", 12, |n| n >> 8 & 0xFF), ("byte2", 12, |n| n >> 8 & 0xFF),
+        ("byte3", 12, |n| n >> 16 & 0xFF),
+        ("pm", 12, |n| n >> 1), ("gs", 12, |n| n >> 1), ("pm_lo8", 12, |n| n >> 1 & 0xFF), ("pm_hi8", 12, |n| n >> 9 & 0xFF),
+        ("pm_hh8", 12, |n| n >> 17 & 0xFF), ("lo8_gs", 12, |n| n >> 1 & 0xFF), ("hi8_gs", 12, |n| n >> 9 & 0xFF),
+        ("_SFR_IO_ADDR", 12, |n| n - 0x20), ("_SFR_MEM_ADDR", 12, |n| n), ("_BV", 12, |n| 1i64.checked_shl(n as u32).unwrap_or(0)),
+    ],
+    truth: -1,
+    numbered_labels: true,
+    dollar_labels: false,
+    any_case: false,
+    plain_arguments: false,
+    big_endian: false,
+    word_bytes: 2,
+    org_fills: Some(0),
+    spaced_arguments: true,
+    space_fills: true,
+    zones: false,
+    literals: &[],
+    directives: &[
+        Directive::run("skip", space),
+        Directive::run("zero", space),
+        Directive::run("fill", fill),
+        Directive::run("string", |asm, call| super::common::text(asm, call, true)),
+        Directive::run("2byte", |asm, call| super::common::words(asm, call)),
+        Directive::run("short", |asm, call| super::common::words(asm, call)),
+        Directive::run("hword", |asm, call| super::common::words(asm, call)),
+        Directive::run("long", longs),
+        Directive::run("4byte", longs),
+        Directive::run("int", longs),
+        Directive::run("align", |asm, call| align(asm, call, true)),
+        Directive::run("p2align", |asm, call| align(asm, call, true)),
+        Directive::run("balign", |asm, call| align(asm, call, false)),
+        Directive::run("text", |asm, call| section(asm, call, "text")),
+        Directive::run("data", |asm, call| section(asm, call, "data")),
+        Directive::run("bss", |asm, call| section(asm, call, "bss")),
+        Directive::run("section", section_named),
+        Directive::run("cseg", |asm, call| section(asm, call, "text")),
+        Directive::run("dseg", |asm, call| section(asm, call, "bss")),
+        Directive::run("eseg", |asm, call| section(asm, call, "eeprom")),
+        Directive::named("def", |asm, call| constant(asm, call, Kind::Set)),
+        Directive::run("comm", common),
+        Directive::run("lcomm", common),
+        Directive::flow("endmacro", Flow::Endm),
+        Directive::run("global", nothing),
+        Directive::run("globl", nothing),
+        Directive::run("extern", nothing),
+        Directive::run("weak", nothing),
+        Directive::run("type", nothing),
+        Directive::run("size", nothing),
+        Directive::run("file", nothing),
+        Directive::run("ident", nothing),
+        Directive::run("func", nothing),
+        Directive::run("endfunc", nothing),
+        Directive::run("arch", nothing),
+        Directive::run("device", nothing),
+        Directive::run("loc", nothing),
+        Directive::run("p2alignw", nothing),
+        Directive::run("list", nothing),
+        Directive::run("nolist", nothing),
+        Directive::run("title", nothing),
+        Directive::run("cfi_startproc", nothing),
+        Directive::run("cfi_endproc", nothing),
+    ],
+    provides,
+    defines: |chip| vec![(predefined(chip.name), "1".to_owned()), ("__AVR__".to_owned(), "1".to_owned())],
+    refuses: |_, _| None,
+    finish: |_| (),
+    sections: &[
+        SectionRow { name: "text", space: "", holds: Holds::Image, behind: false },
+        SectionRow { name: "data", space: "data", holds: Holds::Copied, behind: true },
+        SectionRow { name: "bss", space: "data", holds: Holds::Addresses, behind: true },
+        SectionRow { name: "noinit", space: "data", holds: Holds::Addresses, behind: true },
+        SectionRow { name: "eeprom", space: "eeprom", holds: Holds::Memory, behind: false },
+        SectionRow { name: "fuse", space: "fuse", holds: Holds::Memory, behind: false },
+        SectionRow { name: "lock", space: "lock", holds: Holds::Memory, behind: false },
+        SectionRow { name: "signature", space: "signature", holds: Holds::Memory, behind: false },
+    ],
+};
+
+/// `__AVR_ATmega328P__`.
+fn predefined(name: &str) -> String {
+    match name.strip_prefix("atmega") {
+        Some(rest) => format!("__AVR_ATmega{}__", rest.to_ascii_uppercase()),
+        None => format!("__AVR_{name}__"),
+    }
+}
+
+/// `<avr/io.h>` and `m328Pdef.inc`.
+fn provides(chip: &Chip, include: &str) -> Provided {
+    if include.starts_with("avr/") || matches!(include, "io.h" | "interrupt.h" | "pgmspace.h") {
+        return Provided::Chip;
+    }
+    let Some(name) = include.strip_prefix('m').and_then(|rest| rest.strip_suffix("def.inc")) else {
+        return Provided::No;
+    };
+    if chip.name.strip_prefix("atmega").is_some_and(|number| number == name) {
+        return Provided::Chip;
+    }
+    let cause = format!("`{include}` is for another chip than the {}", chip.name);
+    Provided::Other(cause, format!("name that chip with --mcu atmega{name}, or include the file of this one"))
+}
+
+fn section(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
+    if asm.out.switch(name).is_none() {
+        let cause = format!("there is no section `{name}`");
+        asm.tell(Fault::new("ASM023", call.rest.clone(), cause, "there are .text, .data, .bss, .eeprom, .fuse, .lock"));
+    }
+}
+
+/// `.section .eeprom,"aw"`; names with something behind a further dot belong to the same section.
+fn section_named(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let parts = cut(call.text, call.rest.clone());
+    let written = parts.first().map_or("", |part| call.get(part.clone())).trim_matches('"');
+    let stem = written.trim_start_matches('.').split('.').next().unwrap_or("");
+    let name = match stem {
+        "vectors" | "init0" | "init1" | "init2" | "init3" | "init4" | "init9" | "progmem" | "rodata" => "text",
+        other => other,
+    };
+    let rest = trim(call.text, call.rest.clone());
+    section(asm, &Call { text: call.text, label: None, word: call.word.clone(), rest }, name);
+}
+
+fn longs(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for part in wanted(asm, call) {
+        let value = value_of(asm, call.text, part.clone(), 32) as u32;
+        asm.emit(&value.to_le_bytes(), part);
+    }
+}
+
+/// `.fill count, size, value`.
+fn fill(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let parts = wanted(asm, call);
+    let mut numbers = parts.iter().map(|part| asm.number(call.text, part.clone()).unwrap_or(0));
+    let (count, size, value) = (numbers.next().unwrap_or(0), numbers.next().unwrap_or(1), numbers.next().unwrap_or(0));
+    drop(numbers);
+    if !(0..=0x100_0000).contains(&count) || !(0..=8).contains(&size) {
+        let cause = format!("{count} times {size} bytes cannot be filled");
+        return asm.tell(Fault::new(
+            "ASM003",
+            call.rest.clone(),
+            cause,
+            "a count, a size of up to 8 bytes, and a value",
+        ));
+    }
+    let one: Vec<u8> = value.to_le_bytes().into_iter().take(size as usize).collect();
+    let all: Vec<u8> = one.iter().copied().cycle().take(one.len() * count as usize).collect();
+    asm.emit(&all, call.rest.clone());
+}
+
+/// Goes on at the next multiple: of a power of two where `power`.
+fn align(asm: &mut Asm<'_>, call: &Call<'_>, power: bool) {
+    let parts = wanted(asm, call);
+    let Some(n) = parts.first().and_then(|part| asm.number(call.text, part.clone())) else { return };
+    let step = if power { u32::try_from(n).ok().filter(|n| *n < 20).map_or(0, |n| 1i64 << n) } else { n };
+    if step <= 0 || step > 1 << 20 {
+        return asm.tell(Fault::new(
+            "ASM003",
+            call.rest.clone(),
+            format!("{n} is no alignment"),
+            "give a number such as 2",
+        ));
+    }
+    let value = parts.get(1).map_or(0, |part| value_of(asm, call.text, part.clone(), 8));
+    if let Some(section) = asm.out.sections.get_mut(asm.out.current) {
+        section.align = section.align.max(step);
+    }
+    let here = asm.out.here();
+    let gap = (here + step - 1).div_euclid(step) * step - here;
+    if asm.out.holds() == Holds::Addresses {
+        return asm.out.go(here + gap);
+    }
+    asm.emit(&vec![value as u8; gap as usize], call.rest.clone());
+}
+
+/// `.comm name, size`: room in RAM.
+fn common(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let parts = wanted(asm, call);
+    let [name, size, ..] = parts.as_slice() else {
+        return asm.tell(Fault::new(
+            "ASM023",
+            call.rest.clone(),
+            "a name and a size are wanted",
+            "write `.comm buffer, 16`",
+        ));
+    };
+    let now = asm.out.current;
+    let _ = asm.out.switch("bss");
+    asm.label(call.get(name.clone()), name.clone());
+    let size = asm.number(call.text, size.clone()).unwrap_or(0);
+    let here = asm.out.here();
+    asm.out.go(here + size.clamp(0, 0x1_0000));
+    asm.out.current = now;
+}

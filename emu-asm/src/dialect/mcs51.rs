@@ -1,0 +1,177 @@
+//! The 8051 as as31, sdas8051 and the assemblers after Intel's ASM51 take it.
+
+use emu_core::chip::Chip;
+
+use super::common::{constant, include, no_effect, nothing};
+use super::{Dialect, Directive, Form, Holds, Op, Provided, SectionRow};
+use crate::engine::{Asm, Call};
+use crate::fault::Fault;
+use crate::symbols::Kind;
+use crate::text::{cut, trim};
+
+/// The dialect.
+#[rustfmt::skip]
+pub(super) const MCS51: Dialect = Dialect {
+    name: "8051",
+    comments: &[";"],
+    line_comments: &[],
+    separators: b"",
+    block_comments: false,
+    column_one: false,
+    column_one_warns: false,
+    numbers: &[Form::Hex0x, Form::HexDollars, Form::HexH, Form::ZeroLetter, Form::BinaryB, Form::OctalOQ, Form::DecimalD, Form::HexDollar, Form::Binary0b,
+               Form::BinaryPercent, Form::Plain],
+    radix: 10,
+    dot_is_bit: true,
+    here: &["$", ".", "*"],
+    here_is_line: true,
+    here_is_behind: false,
+    // The order of as31 and sdas8051; words bind as in Intel's ASM51.
+    operators: &[
+        (".", 12, Op::BitOf),
+        ("*", 10, Op::Mul), ("/", 10, Op::Div), ("%", 10, Op::Mod), ("mod", 10, Op::Mod),
+        ("<<", 8, Op::Shl), (">>", 8, Op::Shr), ("shl", 8, Op::Shl), ("shr", 8, Op::Shr),
+        ("+", 9, Op::Add), ("-", 9, Op::Sub),
+        ("==", 7, Op::Equal), ("=", 7, Op::Equal), ("<>", 7, Op::Unequal), ("!=", 7, Op::Unequal),
+        ("<", 7, Op::Less), ("<=", 7, Op::LessEqual), (">", 7, Op::Greater), (">=", 7, Op::GreaterEqual),
+        ("eq", 7, Op::Equal), ("ne", 7, Op::Unequal), ("lt", 7, Op::Less), ("le", 7, Op::LessEqual),
+        ("gt", 7, Op::Greater), ("ge", 7, Op::GreaterEqual),
+        ("&", 5, Op::And), ("and", 5, Op::And),
+        ("^", 6, Op::Xor), ("xor", 4, Op::Xor), ("|", 3, Op::Or), ("or", 3, Op::Or),
+        ("&&", 2, Op::BothTrue), ("||", 1, Op::EitherTrue),
+    ],
+    unary: &[
+        ("-", 11, |n| n.wrapping_neg()), ("+", 11, |n| n), ("~", 11, |n| !n), ("!", 11, |n| i64::from(n == 0)),
+        ("not", 6, |n| !n), ("low", 11, |n| n & 0xFF), ("high", 11, |n| n >> 8 & 0xFF),
+        ("<", 11, |n| n & 0xFF), (">", 11, |n| n >> 8 & 0xFF),
+    ],
+    truth: 1,
+    numbered_labels: false,
+    dollar_labels: true,
+    any_case: true,
+    plain_arguments: true,
+    big_endian: true,
+    word_bytes: 2,
+    org_fills: None,
+    spaced_arguments: false,
+    space_fills: false,
+    zones: false,
+    literals: &[],
+    directives: &[
+        Directive::run("defb", |asm, call| super::common::bytes(asm, call)),
+        Directive::run("fcb", |asm, call| super::common::bytes(asm, call)),
+        Directive::run("defw", |asm, call| super::common::words(asm, call)),
+        Directive::run("fdb", |asm, call| super::common::words(asm, call)),
+        Directive::run("defs", super::common::space),
+        Directive::run("skip", super::common::space),
+        Directive::run("rmb", super::common::space),
+        Directive::run("blkb", super::common::space),
+        Directive::run("dbit", super::common::space),
+        Directive::run("dsb", super::common::space),
+        Directive::named("flag", |asm, call| constant(asm, call, Kind::Equ)),
+        Directive::run("inc", include),
+        Directive::run("blkw", |asm, call| super::common::room(asm, call, 2)),
+        Directive::run("rs", super::common::space),
+        Directive::run("str", |asm, call| super::common::text(asm, call, false)),
+        Directive::run("strz", |asm, call| super::common::text(asm, call, true)),
+        Directive::run("even", |asm, call| super::common::parity(asm, call, 0)),
+        Directive::run("odd", |asm, call| super::common::parity(asm, call, 1)),
+        Directive::run("radix", radix),
+        Directive::run("mexit", |asm, call| asm.leave_macro(call)),
+        Directive::named("bit", |asm, call| constant(asm, call, Kind::Equ)),
+        Directive::named("data", |asm, call| constant(asm, call, Kind::Equ)),
+        Directive::named("idata", |asm, call| constant(asm, call, Kind::Equ)),
+        Directive::named("xdata", |asm, call| constant(asm, call, Kind::Equ)),
+        Directive::named("code", |asm, call| constant(asm, call, Kind::Equ)),
+        Directive::named("sfr", |asm, call| constant(asm, call, Kind::Equ)),
+        Directive::named("sbit", |asm, call| constant(asm, call, Kind::Equ)),
+        Directive::run("cseg", |asm, call| segment(asm, call, "code")),
+        Directive::run("dseg", |asm, call| segment(asm, call, "idata")),
+        Directive::run("iseg", |asm, call| segment(asm, call, "idata")),
+        Directive::run("xseg", |asm, call| segment(asm, call, "xdata")),
+        Directive::run("bseg", |asm, call| segment(asm, call, "bit")),
+        Directive::run("area", area),
+        Directive::run("globl", nothing),
+        Directive::run("global", nothing),
+        Directive::run("module", nothing),
+        Directive::run("optsdcc", nothing),
+        Directive::run("title", nothing),
+        Directive::run("sbttl", nothing),
+        Directive::run("page", nothing),
+        Directive::run("list", nothing),
+        Directive::run("nlist", nothing),
+        Directive::run("name", nothing),
+        Directive::run("public", nothing),
+        Directive::run("extrn", nothing),
+        Directive::run("using", nothing),
+        Directive::run("lall", no_effect),
+    ],
+    provides,
+    defines: |_| Vec::new(),
+    refuses: |_, _| None,
+    finish: |_| (),
+    sections: &[
+        SectionRow { name: "code", space: "", holds: Holds::Image, behind: false },
+        SectionRow { name: "idata", space: "idata", holds: Holds::Addresses, behind: false },
+        SectionRow { name: "xdata", space: "xdata", holds: Holds::Addresses, behind: false },
+        SectionRow { name: "bit", space: "bit", holds: Holds::Addresses, behind: false },
+    ],
+};
+
+/// Lists of registers, such as `reg52.inc` and `mod51`, stand for what the chip has.
+fn provides(_: &Chip, include: &str) -> Provided {
+    let stem = include.split('.').next().unwrap_or(include);
+    let known =
+        ["mod51", "mod52", "reg51", "reg52", "reg8051", "reg8052", "8051", "8052", "at89s52", "at89c51", "at89c52"];
+    if known.contains(&stem) { Provided::Chip } else { Provided::No }
+}
+
+/// `dseg`, `dseg at 30h`.
+fn segment(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
+    let _ = asm.out.switch(name);
+    let rest = trim(call.text, call.rest.clone());
+    let written = call.get(rest.clone());
+    if let Some(at) = written.get(..2).filter(|at| at.eq_ignore_ascii_case("at")) {
+        if let Some(n) = asm.number(call.text, rest.start + at.len()..rest.end) {
+            asm.out.go(n);
+        }
+    }
+}
+
+/// `.radix x`: b, o, d or x; or a number.
+fn radix(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let written = call.get(trim(call.text, call.rest.clone())).to_ascii_lowercase();
+    asm.radix = match written.as_str() {
+        "b" | "2" => 2,
+        "o" | "q" | "8" => 8,
+        "d" | "10" | "" => 10,
+        "x" | "h" | "16" => 16,
+        _ => {
+            let cause = format!("`{written}` is no radix");
+            return asm.tell(Fault::new("ASM023", call.rest.clone(), cause, "write b, o, d or x"));
+        }
+    };
+}
+
+/// `.area NAME (..)`: RAM by the names that SDCC gives its areas, everything else is program memory.
+fn area(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let Some(name) = cut(call.text, call.rest.clone()).first().map(|part| call.get(part.clone())) else {
+        return asm.tell(Fault::new(
+            "ASM023",
+            call.word.clone(),
+            "the name of the area is missing",
+            "write `.area CSEG (ABS,CODE)`",
+        ));
+    };
+    let name = name.split(|c: char| c.is_whitespace() || c == '(').next().unwrap_or(name).to_ascii_uppercase();
+    let kind = call.get(call.rest.clone()).to_ascii_uppercase();
+    let section = match name.as_str() {
+        _ if kind.contains("XDATA") => "xdata",
+        "DSEG" | "ISEG" | "OSEG" | "SSEG" | "REG_BANK_0" | "RSEG" | "DABS" => "idata",
+        "BSEG" | "BIT_BANK" => "bit",
+        "XSEG" | "PSEG" | "XISEG" | "XABS" | "IABS" => "xdata",
+        _ if kind.contains("DATA") && !kind.contains("CODE") => "idata",
+        _ => "code",
+    };
+    let _ = asm.out.switch(section);
+}

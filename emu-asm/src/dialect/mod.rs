@@ -1,0 +1,307 @@
+//! What the assemblers of the families do differently, as data.
+//!
+//! One engine reads all of them; a dialect is a row of tables: comment marks, forms of numbers, operators with their
+//! precedence, and directives by name.
+
+mod ap101;
+mod avr;
+mod common;
+mod mcs51;
+mod pic16;
+
+use emu_core::chip::{Chip, Family};
+
+use crate::engine::{Asm, Call};
+
+/// A dialect.
+pub(crate) struct Dialect {
+    /// Name for messages.
+    pub name: &'static str,
+    /// Characters that begin a comment anywhere outside quotes.
+    pub comments: &'static [&'static str],
+    /// Characters that begin a comment at the beginning of a line.
+    pub line_comments: &'static [&'static str],
+    /// Characters that end a statement, so that another may follow on the line.
+    pub separators: &'static [u8],
+    /// `/* .. */` is a comment, over several lines.
+    pub block_comments: bool,
+    /// A word in column 1 that is no instruction, directive or macro is a label without a colon.
+    pub column_one: bool,
+    /// An instruction or directive in column 1 is told.
+    pub column_one_warns: bool,
+    /// The forms of numbers, the first that fits wins.
+    pub numbers: &'static [Form],
+    /// Radix of a plain number, until a directive changes it.
+    pub radix: u32,
+    /// `byte.bit` is a bit address, so that names have no dots inside.
+    pub dot_is_bit: bool,
+    /// Names of the location counter.
+    pub here: &'static [&'static str],
+    /// Within an instruction the location counter stands behind it.
+    pub here_is_behind: bool,
+    /// Within a list of values the location counter stands where the line begins; but not `.`, which moves with each value.
+    pub here_is_line: bool,
+    /// Binary operators: token, how strongly it binds, meaning.
+    pub operators: &'static [(&'static str, u8, Op)],
+    /// Unary operators and functions of one value: token, how strongly what follows must bind, what it does.
+    pub unary: &'static [(&'static str, u8, fn(i64) -> i64)],
+    /// What a comparison that holds gives.
+    pub truth: i64,
+    /// Labels are numbers, `1f` and `1b` mean the next and the last of them.
+    pub numbered_labels: bool,
+    /// Labels are numbers with a `$` behind, known between two labels with names.
+    pub dollar_labels: bool,
+    /// Names of symbols are the same in upper and lower case where no other is meant.
+    pub any_case: bool,
+    /// Macro arguments stand in the body by their names alone, without a backslash.
+    pub plain_arguments: bool,
+    /// Words of several bytes begin with the high byte.
+    pub big_endian: bool,
+    /// Bytes of `dw`: 1 where the unit is bytes and words have two, 0 where a word fills one address.
+    pub word_bytes: u32,
+    /// A value that `org` puts into what it leaps over within the program.
+    pub org_fills: Option<u8>,
+    /// Macro arguments may stand with spaces between them.
+    pub spaced_arguments: bool,
+    /// Memory that is reserved gets bytes of 0 (else none).
+    pub space_fills: bool,
+    /// A letter with a value in brackets is the name of a place: `M(256+n)`.
+    pub zones: bool,
+    /// Literals of the syntax that a value may stand for.
+    pub literals: &'static [(&'static str, i64)],
+    /// Directives of this dialect alone, looked up before the common ones.
+    pub directives: &'static [Directive],
+    /// Includes that the chip's data stand for: the name without path and `<>`, in lower case.
+    pub provides: fn(chip: &Chip, include: &str) -> Provided,
+    /// Names and texts that are defined before the first line.
+    pub defines: fn(chip: &Chip) -> Vec<(String, String)>,
+    /// An instruction that the dialect does not take with these operands: cause and hint.
+    pub refuses: fn(mnemonic: &str, operands: &str) -> Option<(String, String)>,
+    /// What is done at the end of each pass.
+    pub finish: fn(&mut Asm<'_>),
+    /// The sections that there are from the start; the first is where the program begins.
+    pub sections: &'static [SectionRow],
+}
+
+/// The operators of C, with its precedence.
+#[rustfmt::skip]
+const C_OPERATORS: &[(&str, u8, Op)] = &[
+    ("*", 10, Op::Mul), ("/", 10, Op::Div), ("%", 10, Op::Mod), ("+", 9, Op::Add), ("-", 9, Op::Sub),
+    ("<<", 8, Op::Shl), (">>", 8, Op::Shr),
+    ("<", 7, Op::Less), ("<=", 7, Op::LessEqual), (">", 7, Op::Greater), (">=", 7, Op::GreaterEqual),
+    ("==", 6, Op::Equal), ("!=", 6, Op::Unequal),
+    ("&", 5, Op::And), ("^", 4, Op::Xor), ("|", 3, Op::Or), ("&&", 2, Op::BothTrue), ("||", 1, Op::EitherTrue),
+];
+
+/// The signs of C, and the bytes of a number.
+#[rustfmt::skip]
+const C_UNARY: &[(&str, u8, fn(i64) -> i64)] = &[
+    ("-", 11, |n| n.wrapping_neg()), ("+", 11, |n| n), ("~", 11, |n| !n), ("!", 11, |n| if n == 0 { 1 } else { 0 }),
+    ("low", 11, |n| n & 0xFF), ("high", 11, |n| n >> 8 & 0xFF),
+];
+
+/// What becomes of an include.
+pub(crate) enum Provided {
+    /// The chip's own names stand for it.
+    Chip,
+    /// It is one for another chip: its cause and hint.
+    Other(String, String),
+    /// It is a file.
+    No,
+}
+
+/// A section as a row.
+pub(crate) struct SectionRow {
+    /// Its name.
+    pub name: &'static str,
+    /// Name of the memory that its labels are in; empty where the windows of the image file say it.
+    pub space: &'static str,
+    /// What it holds.
+    pub holds: Holds,
+    /// It lies behind the section before it in the same memory.
+    pub behind: bool,
+}
+
+/// What a section holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Holds {
+    /// The image, at addresses of the image file.
+    Image,
+    /// Bytes of one memory of the image.
+    Memory,
+    /// Nothing: labels get addresses.
+    Addresses,
+    /// Bytes that lie behind the program, while labels have addresses of RAM.
+    Copied,
+}
+
+/// A form of numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Form {
+    /// `0x1F`
+    Hex0x,
+    /// `0b101`
+    Binary0b,
+    /// `$1F`
+    HexDollar,
+    /// `$$1F`
+    HexDollars,
+    /// `0h1F`, `0o17`, `0q17`, `0d31`
+    ZeroLetter,
+    /// `%101`
+    BinaryPercent,
+    /// `0FFH`
+    HexH,
+    /// `101B`
+    BinaryB,
+    /// `17O`, `17Q`
+    OctalOQ,
+    /// `31D`
+    DecimalD,
+    /// `017`
+    OctalZero,
+    /// `.31`
+    DecimalDot,
+    /// `H'1F'`, `D'31'`, `O'17'`, `B'101'`, `A'c'`
+    Quoted,
+    /// Digits in the radix that holds.
+    Plain,
+}
+
+/// A binary operator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub(crate) enum Op {
+    Mul,
+    Div,
+    Mod,
+    Add,
+    Sub,
+    Shl,
+    Shr,
+    And,
+    Or,
+    Xor,
+    OrNot,
+    Equal,
+    Unequal,
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
+    BothTrue,
+    EitherTrue,
+    BitOf,
+}
+
+/// A directive: its name without a dot, and what it does.
+pub(crate) struct Directive {
+    /// Name in lower case.
+    pub name: &'static str,
+    /// What it does with a word in front of it.
+    pub label: Label,
+    /// What it does.
+    pub does: Do,
+}
+
+/// What a word in front of a directive is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Label {
+    /// A label for the address.
+    Address,
+    /// What the directive is about.
+    Name,
+}
+
+/// What a directive does.
+#[derive(Clone, Copy)]
+pub(crate) enum Do {
+    /// Something with the line.
+    Run(fn(&mut Asm<'_>, &Call<'_>)),
+    /// Decides which lines are read.
+    Flow(Flow),
+}
+
+/// Directives that decide which lines are read.
+#[derive(Clone, Copy)]
+pub(crate) enum Flow {
+    /// Begins a condition.
+    If(fn(&mut Asm<'_>, &Call<'_>) -> bool),
+    /// Another condition where those before did not hold.
+    Elif,
+    /// The lines where none held.
+    Else,
+    /// Ends a condition.
+    Endif,
+    /// Begins a macro.
+    Macro,
+    /// Begins a repetition: the texts that stand for a name in each turn (or how many turns).
+    Repeat(fn(&mut Asm<'_>, &Call<'_>) -> Turns),
+    /// Begins a repetition while a condition holds.
+    While,
+    /// Ends a macro.
+    Endm,
+    /// Ends a repetition.
+    Endr,
+    /// Ends a `while`.
+    Endw,
+}
+
+/// The turns of a repetition.
+pub(crate) struct Turns {
+    /// The name that stands for another text in each turn; none where all turns are alike.
+    pub name: Option<String>,
+    /// The texts that it stands for.
+    pub texts: Vec<String>,
+    /// The number of turns that are alike.
+    pub count: u64,
+}
+
+/// What families keep during a pass.
+#[derive(Debug, Default)]
+pub(crate) struct Own {
+    /// The PIC16's.
+    pub pic16: pic16::State,
+    /// AP101's.
+    pub ap101: ap101::State,
+}
+
+impl Directive {
+    /// A directive in front of which a label may stand.
+    pub const fn run(name: &'static str, run: fn(&mut Asm<'_>, &Call<'_>)) -> Directive {
+        Directive { name, label: Label::Address, does: Do::Run(run) }
+    }
+
+    /// A directive that is about the word in front of it.
+    pub const fn named(name: &'static str, run: fn(&mut Asm<'_>, &Call<'_>)) -> Directive {
+        Directive { name, label: Label::Name, does: Do::Run(run) }
+    }
+
+    /// A directive that decides which lines are read.
+    pub const fn flow(name: &'static str, flow: Flow) -> Directive {
+        let label = if matches!(flow, Flow::Macro) { Label::Name } else { Label::Address };
+        Directive { name, label, does: Do::Flow(flow) }
+    }
+}
+
+impl Dialect {
+    /// The dialect of a chip.
+    pub fn of(chip: &Chip) -> &'static Dialect {
+        match chip.family {
+            Family::Avr => &avr::AVR,
+            Family::Mcs51 => &mcs51::MCS51,
+            Family::Pic16 => &pic16::PIC16,
+            Family::Ap101 => &ap101::AP101,
+        }
+    }
+
+    /// The directive `name`, in lower case and without a dot.
+    pub fn directive(&self, name: &str) -> Option<&'static Directive> {
+        self.directives.iter().chain(common::DIRECTIVES).find(|directive| directive.name == name)
+    }
+
+    /// Names of all directives.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        self.directives.iter().chain(common::DIRECTIVES).map(|directive| directive.name)
+    }
+}

@@ -1,0 +1,353 @@
+//! The engine: reads the source again and again until no name moves.
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use diag::{Diagnostic, Pos, Severity};
+use emu_core::chip::Chip;
+
+use crate::dialect::Dialect;
+use crate::expr::{Names, Value, evaluate};
+use crate::fault::Fault;
+use crate::files::{Files, Texts};
+use crate::known::Known;
+use crate::nearest::nearest;
+use crate::output::Output;
+use crate::reader::{Cond, Frame, Macro};
+use crate::symbols::{Defined, Kind, Symbols};
+use crate::table::Table;
+use crate::text::Line;
+
+/// Passes until names that still move are an error.
+const PASSES: u32 = 20;
+/// Errors that are told.
+pub(crate) const LIMIT: usize = 100;
+
+/// What a directive is given: the line without its comment, and where its parts stand.
+pub(crate) struct Call<'t> {
+    /// The line.
+    pub text: &'t str,
+    /// The word in front of it, for directives that are about one.
+    pub label: Option<Range<usize>>,
+    /// The directive.
+    pub word: Range<usize>,
+    /// What stands behind it.
+    pub rest: Range<usize>,
+}
+
+impl<'t> Call<'t> {
+    /// The text of a part.
+    pub fn get(&self, range: Range<usize>) -> &'t str {
+        self.text.get(range).unwrap_or_default()
+    }
+}
+
+/// The assembler at work.
+pub(crate) struct Asm<'a> {
+    pub chip: &'static Chip,
+    pub d: &'static Dialect,
+    pub table: Arc<Table>,
+    pub known: Arc<Known>,
+    pub files: &'a mut dyn Files,
+    pub texts: Texts,
+    /// Number of a text by the name asked for and the file that asked.
+    pub opened: HashMap<(String, u32), Result<u32, (String, String)>>,
+    /// Names and texts given from outside.
+    pub given: Vec<(String, String)>,
+    pub symbols: Symbols,
+    pub pass: u32,
+    /// Lines read in all passes.
+    pub lines_read: u64,
+    /// Undefined names of the expression that is being read.
+    pub undefined: Vec<Fault>,
+    /// A name was read in this pass that was not given yet.
+    pub forward: bool,
+    /// A name was given another value than in the pass before.
+    pub moved: bool,
+    pub line: Option<Line>,
+    pub frames: Vec<Frame>,
+    pub conds: Vec<Cond>,
+    pub macros: HashMap<String, Rc<Macro>>,
+    pub defines: HashMap<String, Rc<crate::macros::Define>>,
+    /// Macros called so far, for unique names.
+    pub calls: u32,
+    pub radix: u32,
+    pub ended: bool,
+    /// Labels with names so far, between which `12$` is known.
+    pub stretch: u32,
+    /// How often each numbered label was given in this pass.
+    pub numbered: HashMap<String, u32>,
+    /// Length of the instruction in the unit of addresses while its operands are read, where the dialect counts from its end.
+    pub behind: i64,
+    /// The address of the line.
+    pub line_at: i64,
+    pub out: Output,
+    faults: Vec<(Diagnostic, Option<String>)>,
+    /// Errors beyond [`LIMIT`].
+    more: usize,
+    /// What a family keeps during a pass.
+    pub own: crate::dialect::Own,
+}
+
+impl<'a> Asm<'a> {
+    /// An assembler for a chip that has read nothing yet.
+    pub fn new(chip: &'static Chip, given: Vec<(String, String)>, files: &'a mut dyn Files) -> Asm<'a> {
+        let d = Dialect::of(chip);
+        Asm {
+            chip,
+            d,
+            table: Table::of(chip.isa),
+            known: Known::of(chip),
+            files,
+            texts: Texts::default(),
+            opened: HashMap::new(),
+            given,
+            symbols: Symbols::default(),
+            pass: 1,
+            lines_read: 0,
+            undefined: Vec::new(),
+            forward: false,
+            moved: false,
+            line: None,
+            frames: Vec::new(),
+            conds: Vec::new(),
+            macros: HashMap::new(),
+            defines: HashMap::new(),
+            calls: 0,
+            radix: d.radix,
+            ended: false,
+            stretch: 0,
+            numbered: HashMap::new(),
+            behind: 0,
+            line_at: 0,
+            out: Output::new(chip, d),
+            faults: Vec::new(),
+            more: 0,
+            own: crate::dialect::Own::default(),
+        }
+    }
+
+    /// Reads the text number 0 until nothing moves.
+    pub fn run(&mut self) {
+        loop {
+            self.begin_pass();
+            self.read(0);
+            (self.d.finish)(self);
+            let moving = self.symbols.end(self.pass);
+            // Names that were read before they were given have moved, or some had no value at all when they were read.
+            let again = self.out.stack() || if self.pass == 1 { self.forward } else { !moving.is_empty() };
+            if !again || self.stopped() {
+                break;
+            }
+            if self.pass == PASSES {
+                let names: Vec<String> = moving.iter().take(5).map(|name| format!("`{name}`")).collect();
+                let cause = format!("after {PASSES} passes {} still changes with every pass", names.join(", "));
+                let hint = "the place of something hangs on a name whose value hangs on that place";
+                self.line = None;
+                self.tell(Fault::new("ASM018", 0..0, cause, hint));
+                break;
+            }
+            self.pass += 1;
+        }
+        self.place();
+    }
+
+    /// Reads the text number 0 once, from the program word `pc` on, as a pass that knows all names that there are.
+    pub fn one_line(&mut self, pc: u32) {
+        self.pass = 2;
+        self.begin_pass();
+        let unit = self.out.unit().max(1);
+        self.out.go(i64::from(pc) * i64::from(self.chip.word_bytes) / i64::from(unit));
+        self.read(0);
+    }
+
+    fn begin_pass(&mut self) {
+        self.undefined.clear();
+        (self.forward, self.moved, self.ended) = (false, false, false);
+        (self.calls, self.stretch, self.radix, self.more) = (0, 0, self.d.radix, 0);
+        self.line = None;
+        self.frames.clear();
+        self.conds.clear();
+        self.macros.clear();
+        self.numbered.clear();
+        self.faults.clear();
+        self.own = crate::dialect::Own::default();
+        self.out.restart();
+        self.define_given();
+    }
+
+    /// Tells a complaint about the line that is being read.
+    pub fn tell(&mut self, fault: Fault) {
+        if self.faults.len() >= LIMIT {
+            self.more += usize::from(fault.severity == Severity::Error);
+            return;
+        }
+        let (file, pos) = match &self.line {
+            Some(line) => self.texts.pos(line, &fault.at),
+            None => (self.texts.name(0).to_owned(), Pos::default()),
+        };
+        let cause = fault.cause + &self.chain();
+        self.faults.push((
+            Diagnostic { code: fault.code, severity: fault.severity, file, pos, cause, hint: fault.hint },
+            fault.name,
+        ));
+    }
+
+    /// `, in macro a called at main.asm:3`.
+    fn chain(&self) -> String {
+        let calls = self.frames.iter().rev().filter_map(|frame| frame.called.as_ref());
+        let shown: Vec<String> = calls
+            .take(3)
+            .map(|(name, file, line)| format!(", in `{name}` called at {}:{line}", self.texts.name(*file)))
+            .collect();
+        shown.concat()
+    }
+
+    /// All complaints, with names that were perhaps meant.
+    pub fn faults(&mut self) -> Vec<Diagnostic> {
+        let mut list = Vec::new();
+        for (mut diagnostic, name) in std::mem::take(&mut self.faults) {
+            if let Some(meant) = name.and_then(|name| self.meant(&name, diagnostic.code)) {
+                diagnostic.hint = format!("did you mean `{meant}`?");
+            }
+            list.push(diagnostic);
+        }
+        if self.more > 0 {
+            let cause = format!("{} more errors are not shown", self.more);
+            list.push(Diagnostic::new(
+                Severity::Note,
+                "ASM029",
+                self.texts.name(0),
+                Pos::default(),
+                cause,
+                "mend the first ones",
+            ));
+        }
+        list
+    }
+
+    /// The name that was perhaps meant: of an instruction or directive, or of a value.
+    fn meant(&self, name: &str, code: &str) -> Option<String> {
+        let macros = self.macros.values().map(|found| found.name.as_str());
+        let own = self.table.mnemonics().chain(self.d.names()).map(|name| -> &str { name });
+        let words = own.chain(macros);
+        if code == "ASM001" {
+            return nearest(name.trim_start_matches(['.', '#']), words);
+        }
+        let values = self.symbols.names().chain(self.known.names());
+        nearest(name, values).or_else(|| nearest(name, words))
+    }
+
+    /// True where an error stops everything: names are not read on.
+    pub fn stopped(&self) -> bool {
+        self.faults.iter().any(|(fault, _)| fault.code == "ASM017")
+    }
+
+    /// The value of `text[range]`; complaints are told.
+    pub fn value(&mut self, text: &str, range: Range<usize>) -> Option<Value> {
+        let d = self.d;
+        let found = evaluate(d, text, range, self);
+        let missing = std::mem::take(&mut self.undefined);
+        missing.into_iter().for_each(|fault| self.tell(fault));
+        found.map_err(|fault| self.tell(fault)).ok()
+    }
+
+    /// The value of `text[range]` where it decides about addresses or lines: 0 while it is not known.
+    pub fn number(&mut self, text: &str, range: Range<usize>) -> Option<i64> {
+        self.value(text, range).map(|value| if value.unknown { 0 } else { value.n })
+    }
+
+    /// Gives a name a value; `at` is where the name stands.
+    pub fn define(&mut self, name: &str, value: Value, kind: Kind, at: Range<usize>) {
+        let place = self.line.as_ref().map_or((0, 0), |line| (line.file, line.number));
+        match self.symbols.define(name, value, kind, self.pass, place) {
+            Defined::Same => {}
+            Defined::Moved => self.moved = true,
+            Defined::Twice(file, line) => {
+                let cause = format!("`{name}` is already given at {}:{line}", self.texts.name(file));
+                self.tell(Fault::new(
+                    "ASM007",
+                    at,
+                    cause,
+                    "choose another name, or give it with set instead of equ in both places",
+                ));
+            }
+        }
+    }
+
+    /// Gives the label `name` the address that comes next.
+    pub fn label(&mut self, name: &str, at: Range<usize>) {
+        let (space, addr) = self.out.label_place();
+        let value = Value::of(self.out.here());
+        self.define(name, value, Kind::Label { space, addr }, at);
+    }
+
+    /// Byte address in the image file of what comes next.
+    pub fn image_address(&self) -> u64 {
+        self.out.image_address()
+    }
+}
+
+impl Names for Asm<'_> {
+    fn name(&mut self, name: &str, at: Range<usize>) -> Result<Value, Fault> {
+        if let Some((value, given)) = self.symbols.read(name, self.d.any_case, self.pass) {
+            self.forward |= !given || value.unknown;
+            let alias =
+                self.symbols.get(name, self.d.any_case).is_some_and(|symbol| matches!(symbol.kind, Kind::Alias(_)));
+            return if alias { Err(register(name, at)) } else { Ok(value) };
+        }
+        if let Some(value) = self.known.get(name) {
+            return Ok(value);
+        }
+        if self.is_register(name) {
+            return Err(register(name, at));
+        }
+        self.forward = true;
+        if self.pass > 1 {
+            let shown = name.split('\u{1}').next().unwrap_or(name);
+            let hint = "give it with equ, or as a label; names of registers and bits are those of the chip";
+            let fault = Fault::new("ASM006", at, format!("`{shown}` is not defined"), hint);
+            self.undefined.push(fault.near(shown));
+        }
+        Ok(Value { unknown: true, ..Value::default() })
+    }
+
+    fn here(&self, token: &str) -> i64 {
+        let here = if self.d.here_is_line && token != "." { self.line_at } else { self.out.here() };
+        here + self.behind
+    }
+
+    fn radix(&self) -> u32 {
+        self.radix
+    }
+
+    fn local(&self, digits: &str, way: u8) -> String {
+        let given = self.numbered.get(digits).copied().unwrap_or(0);
+        match way {
+            b'f' => format!("{digits}\u{1}{}", given + 1),
+            b'b' => format!("{digits}\u{1}{given}"),
+            _ => format!("{digits}$\u{1}{}", self.stretch),
+        }
+    }
+}
+
+impl Asm<'_> {
+    /// The word is a register of the core, or another word of the instructions' syntax.
+    pub fn is_register(&self, name: &str) -> bool {
+        let lower = name.to_ascii_lowercase();
+        self.table.words.binary_search(&lower).is_ok() || self.chip_register(name)
+    }
+
+    /// The word is one that only some kind of operand knows.
+    pub fn chip_register(&self, name: &str) -> bool {
+        let kinds = self.chip.isa.rows.iter().flat_map(|row| row.operands).map(|slot| slot.kind);
+        kinds.into_iter().any(|kind| (kind.named)(name).is_some())
+    }
+}
+
+fn register(name: &str, at: Range<usize>) -> Fault {
+    let cause = format!("`{name}` is a register of the core and no number");
+    Fault::new("ASM008", at, cause, "give the names of your own program other names than registers have")
+}

@@ -1,0 +1,259 @@
+//! Expressions: operators by the dialect's precedence, names by whoever knows them.
+
+use std::ops::Range;
+
+use crate::dialect::{Dialect, Op};
+use crate::fault::Fault;
+use crate::number::{self, quoted};
+use crate::text::{begins_name, behind_name, byte, piece, skip_space};
+
+/// What an expression comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Value {
+    /// The number.
+    pub n: i64,
+    /// It hangs on a name whose value is not known (yet).
+    pub unknown: bool,
+    /// It is a register of the chip by its name alone, and the number is its address.
+    pub register: bool,
+}
+
+impl Value {
+    /// A plain number.
+    pub fn of(n: i64) -> Value {
+        Value { n, ..Value::default() }
+    }
+}
+
+/// Who knows names.
+pub(crate) trait Names {
+    /// The value of the name that stands at `at`.
+    fn name(&mut self, name: &str, at: Range<usize>) -> Result<Value, Fault>;
+    /// The location counter by one of its names.
+    fn here(&self, token: &str) -> i64;
+    /// The radix of a number that says nothing of it.
+    fn radix(&self) -> u32;
+    /// The name under which the local label `1:` is kept that `1f` or `1b` means, or that of `12$`.
+    fn local(&self, digits: &str, way: u8) -> String;
+}
+
+/// Brackets within brackets.
+const DEEPEST: u32 = 64;
+
+/// The value of `text[range]`.
+///
+/// # Errors
+/// The first thing in it that is wrong.
+pub(crate) fn evaluate(d: &Dialect, text: &str, range: Range<usize>, names: &mut dyn Names) -> Result<Value, Fault> {
+    let range = piece(text, range);
+    if range.is_empty() {
+        return Err(Fault::new("ASM005", range, "a value is missing", "write a number, a name or an expression"));
+    }
+    let Some(front) = text.get(..range.end) else { return Ok(Value::default()) };
+    let mut parser = Parser { d, text: front, at: range.start, names, depth: 0 };
+    let value = parser.binary(0)?;
+    parser.space();
+    if parser.at < front.len() {
+        let rest = parser.at..front.len();
+        let what = text.get(rest.clone()).unwrap_or_default();
+        let hint = "operators stand between values; see docs/formats/asm.md for those of this family";
+        return Err(Fault::new("ASM005", rest, format!("`{what}` does not belong to the expression before it"), hint));
+    }
+    Ok(value)
+}
+
+struct Parser<'p> {
+    d: &'p Dialect,
+    text: &'p str,
+    at: usize,
+    names: &'p mut dyn Names,
+    depth: u32,
+}
+
+impl Parser<'_> {
+    fn space(&mut self) {
+        self.at = skip_space(self.text, self.at);
+    }
+
+    /// The operator that stands here and binds at least as strongly as `least`: its length, power and meaning.
+    fn operator(&mut self, least: u8) -> Option<(usize, u8, Op)> {
+        self.space();
+        let rest = self.text.get(self.at..)?;
+        let mut found: Option<(usize, u8, Op)> = None;
+        for &(token, power, op) in self.d.operators {
+            if found.is_none_or(|(len, ..)| token.len() > len) && stands(rest, token) {
+                found = Some((token.len(), power, op));
+            }
+        }
+        found.filter(|&(_, power, _)| power >= least)
+    }
+
+    fn binary(&mut self, least: u8) -> Result<Value, Fault> {
+        let start = self.at;
+        let mut left = self.unary()?;
+        while let Some((len, power, op)) = self.operator(least) {
+            self.at += len;
+            let right = self.binary(power + 1)?;
+            left = self.apply(op, left, right, start..self.at)?;
+        }
+        Ok(left)
+    }
+
+    fn apply(&self, op: Op, left: Value, right: Value, at: Range<usize>) -> Result<Value, Fault> {
+        let unknown = left.unknown || right.unknown;
+        let (a, b) = (left.n, right.n);
+        let truth = |yes: bool| if yes { self.d.truth } else { 0 };
+        let n = match op {
+            Op::Mul => a.wrapping_mul(b),
+            Op::Div | Op::Mod if b == 0 && unknown => 0,
+            Op::Div | Op::Mod if b == 0 => {
+                let cause = "the expression divides by zero";
+                return Err(Fault::new("ASM009", at, cause, "look at the value on the right of the operator"));
+            }
+            Op::Div => a.wrapping_div(b),
+            Op::Mod => a.wrapping_rem(b),
+            Op::Add => a.wrapping_add(b),
+            Op::Sub => a.wrapping_sub(b),
+            Op::Shl => u32::try_from(b).ok().and_then(|b| a.checked_shl(b)).unwrap_or(0),
+            Op::Shr => u32::try_from(b).ok().and_then(|b| a.checked_shr(b)).unwrap_or(0),
+            Op::And => a & b,
+            Op::Or => a | b,
+            Op::Xor => a ^ b,
+            Op::OrNot => a | !b,
+            Op::Equal => truth(a == b),
+            Op::Unequal => truth(a != b),
+            Op::Less => truth(a < b),
+            Op::LessEqual => truth(a <= b),
+            Op::Greater => truth(a > b),
+            Op::GreaterEqual => truth(a >= b),
+            Op::BothTrue => truth_of(a != 0 && b != 0),
+            Op::EitherTrue => truth_of(a != 0 || b != 0),
+            Op::BitOf if unknown => 0,
+            Op::BitOf => {
+                return bit_of(a, b).map(Value::of).map_err(|cause| {
+                    let hint =
+                        "bytes 20h to 2Fh and registers whose address is divisible by 8 have bits with addresses";
+                    Fault::new("ASM003", at, cause, hint)
+                });
+            }
+        };
+        Ok(Value { n, unknown, register: false })
+    }
+
+    fn unary(&mut self) -> Result<Value, Fault> {
+        self.space();
+        let start = self.at;
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            let cause = format!("the expression is deeper than {DEEPEST} brackets and signs");
+            return Err(Fault::new("ASM005", start..start + 1, cause, "give parts of it names with equ"));
+        }
+        let rest = self.text.get(start..).unwrap_or_default();
+        let found = self.d.unary.iter().filter(|(token, ..)| stands(rest, token)).max_by_key(|(token, ..)| token.len());
+        let value = match found {
+            Some(&(token, power, fun)) => {
+                self.at += token.len();
+                let inner = self.binary(power)?;
+                Value { n: fun(inner.n), register: false, ..inner }
+            }
+            None => self.primary()?,
+        };
+        self.depth -= 1;
+        Ok(value)
+    }
+
+    fn primary(&mut self) -> Result<Value, Fault> {
+        let start = self.at;
+        let c = byte(self.text, start);
+        if c == b'(' {
+            return self.brackets();
+        }
+        if let Some((len, value)) = quoted(self.d, self.text, start)? {
+            self.at += len;
+            return Ok(Value::of(value));
+        }
+        if c.is_ascii_digit() {
+            if let Some((len, name)) = self.local_label() {
+                self.at += len;
+                return self.names.name(&name, start..start + len);
+            }
+        }
+        if let Some((len, value)) = number::read(self.d, self.names.radix(), self.text, start)? {
+            self.at += len;
+            return Ok(Value::of(value));
+        }
+        let rest = self.text.get(start..).unwrap_or_default();
+        if let Some(token) = self.d.here.iter().find(|token| rest.starts_with(**token) && alone(rest, token)) {
+            self.at += token.len();
+            return Ok(Value::of(self.names.here(token)));
+        }
+        if begins_name(c) {
+            let end = behind_name(self.text, start, !self.d.dot_is_bit);
+            self.at = end;
+            let name = self.text.get(start..end).unwrap_or_default();
+            return self.names.name(name, start..end);
+        }
+        let what: String = rest.chars().take(12).collect();
+        let cause =
+            if rest.is_empty() { "a value is missing at the end".into() } else { format!("`{what}` is no value") };
+        Err(Fault::new("ASM005", start..self.text.len().max(start), cause, "write a number, a name or an expression"))
+    }
+
+    fn brackets(&mut self) -> Result<Value, Fault> {
+        let start = self.at;
+        self.at += 1;
+        let value = self.binary(0)?;
+        self.space();
+        if byte(self.text, self.at) != b')' {
+            let hint = "count the brackets of the expression";
+            return Err(Fault::new("ASM005", start..self.at.max(start + 1), "the bracket is not closed", hint));
+        }
+        self.at += 1;
+        Ok(value)
+    }
+
+    /// `1f`, `1b` and `12$`: length and the name under which the label is kept.
+    fn local_label(&self) -> Option<(usize, String)> {
+        let rest = self.text.get(self.at..)?;
+        let digits = rest.find(|c: char| !c.is_ascii_digit())?;
+        let way = byte(rest, digits);
+        let ends =
+            !matches!(byte(rest, digits + 1), c if c.is_ascii_alphanumeric() || c == b'_' || c == b'$' || c == b'\'');
+        let known = match way {
+            b'f' | b'b' => self.d.numbered_labels,
+            b'$' => self.d.dollar_labels,
+            _ => false,
+        };
+        (known && ends).then(|| (digits + 1, self.names.local(&rest[..digits], way)))
+    }
+}
+
+fn truth_of(yes: bool) -> i64 {
+    i64::from(yes)
+}
+
+/// The token stands at the front of `rest`; a word only where no letter follows.
+fn stands(rest: &str, token: &str) -> bool {
+    let Some(piece) = rest.get(..token.len()) else { return false };
+    if !piece.eq_ignore_ascii_case(token) {
+        return false;
+    }
+    let word = token.ends_with(|c: char| c.is_ascii_alphanumeric());
+    !word
+        || !matches!(byte(rest, token.len()), c if c.is_ascii_alphanumeric() || matches!(c, b'_' | b'?' | b'$' | b'\''))
+}
+
+/// No name goes on behind the token.
+fn alone(rest: &str, token: &str) -> bool {
+    !matches!(byte(rest, token.len()), c if c.is_ascii_alphanumeric() || matches!(c, b'_' | b'?'))
+}
+
+/// The address of bit `bit` of the byte `byte`.
+fn bit_of(byte: i64, bit: i64) -> Result<i64, String> {
+    match (byte, bit) {
+        (_, bit) if !(0..8).contains(&bit) => Err(format!("bit {bit} is not in 0..=7")),
+        (0x20..=0x2F, _) => Ok((byte - 0x20) * 8 + bit),
+        (0x80..=0xFF, _) if byte % 8 == 0 => Ok(byte + bit),
+        _ => Err(format!("the byte 0x{byte:02X} has no bit addresses")),
+    }
+}

@@ -1,0 +1,44 @@
+//! What is wrong with a line, before it is known where the line stands.
+
+use std::ops::Range;
+
+use diag::Severity;
+
+/// A complaint about a piece of the line that is being read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Fault {
+    /// Code of [`crate::CODES`].
+    pub code: &'static str,
+    /// Error, warning or note.
+    pub severity: Severity,
+    /// Bytes of the line.
+    pub at: Range<usize>,
+    /// What is wrong.
+    pub cause: String,
+    /// What to do about it.
+    pub hint: String,
+    /// A name for which a similar one is looked up when the complaint is told.
+    pub name: Option<String>,
+}
+
+impl Fault {
+    /// An error.
+    pub fn new(code: &'static str, at: Range<usize>, cause: impl Into<String>, hint: impl Into<String>) -> Fault {
+        Fault { code, severity: Severity::Error, at, cause: cause.into(), hint: hint.into(), name: None }
+    }
+
+    /// The same as a warning.
+    pub fn warning(self) -> Fault {
+        Fault { severity: Severity::Warning, ..self }
+    }
+
+    /// The same as a note.
+    pub fn note(self) -> Fault {
+        Fault { severity: Severity::Note, ..self }
+    }
+
+    /// With a similar name as its hint, if there is one.
+    pub fn near(self, name: &str) -> Fault {
+        Fault { name: Some(name.to_owned()), ..self }
+    }
+}

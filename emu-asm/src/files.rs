@@ -1,0 +1,127 @@
+//! Texts: where includes come from, and what was read, for messages.
+
+use std::io;
+use std::ops::Range;
+use std::rc::Rc;
+
+use diag::Pos;
+
+use crate::text::Line;
+
+/// Opens included files.
+pub trait Files {
+    /// The file `name` that the file `from` includes: its path as it is to be shown, and its bytes.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    fn open(&mut self, name: &str, from: &str) -> io::Result<(String, Vec<u8>)>;
+}
+
+/// Has no files.
+impl Files for () {
+    fn open(&mut self, _: &str, _: &str) -> io::Result<(String, Vec<u8>)> {
+        Err(io::Error::new(io::ErrorKind::NotFound, "no files can be included here"))
+    }
+}
+
+/// The texts that were read: by their names as they are shown.
+#[derive(Debug, Clone, Default)]
+pub struct Texts {
+    files: Vec<Text>,
+}
+
+#[derive(Debug, Clone)]
+struct Text {
+    name: String,
+    bytes: Vec<u8>,
+    lines: Rc<[Line]>,
+}
+
+impl Texts {
+    /// The bytes of the text with this name.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<&[u8]> {
+        self.files.iter().find(|text| text.name == name).map(|text| text.bytes.as_slice())
+    }
+
+    /// Names and bytes of all of them, the source first.
+    pub fn all(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        self.files.iter().map(|text| (text.name.as_str(), text.bytes.as_slice()))
+    }
+
+    /// Adds a text; its number.
+    pub(crate) fn add(&mut self, name: &str, bytes: &[u8], block_comments: bool) -> u32 {
+        let file = self.files.len() as u32;
+        let text = String::from_utf8_lossy(bytes);
+        let bare = if block_comments && text.contains("/*") { without_blocks(&text) } else { text.into_owned() };
+        let lines = bare.split('\n').map(|line| line.trim_end_matches('\r')).zip(1..);
+        let lines = lines.map(|(text, number)| Line { text: text.into(), file, number, map: None }).collect();
+        self.files.push(Text { name: name.to_owned(), bytes: bytes.to_vec(), lines });
+        file
+    }
+
+    pub(crate) fn lines(&self, file: u32) -> Rc<[Line]> {
+        self.files.get(file as usize).map(|text| text.lines.clone()).unwrap_or_default()
+    }
+
+    pub(crate) fn name(&self, file: u32) -> &str {
+        self.files.get(file as usize).map_or("", |text| &text.name)
+    }
+
+    /// The text of a line of a file.
+    pub(crate) fn line(&self, file: u32, number: u32) -> &str {
+        let text = self.files.get(file as usize);
+        text.and_then(|text| text.lines.get((number as usize).checked_sub(1)?)).map_or("", |line| &line.text)
+    }
+
+    /// File and place of some bytes of a line.
+    pub(crate) fn pos(&self, line: &Line, at: &Range<usize>) -> (String, Pos) {
+        let (start, end) = match &line.map {
+            Some(map) => {
+                (map.old(at.start), map.old(at.end.saturating_sub(1).max(at.start)) + usize::from(at.end > at.start))
+            }
+            None => (at.start, at.end),
+        };
+        let text = self.line(line.file, line.number);
+        let count = |to: usize| text.char_indices().take_while(|(i, _)| *i < to).count() as u32;
+        let column = count(start) + 1;
+        let width = (count(end) + 1).saturating_sub(column).max(1);
+        (self.name(line.file).to_owned(), Pos::new(line.number, column, width))
+    }
+}
+
+/// Spaces in the place of `/* .. */`, lines kept.
+fn without_blocks(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(start) = open_block(rest) {
+        let end =
+            rest.get(start + 2..).and_then(|inside| inside.find("*/")).map_or(rest.len(), |end| start + 2 + end + 2);
+        out.push_str(rest.get(..start).unwrap_or_default());
+        let block = rest.get(start..end).unwrap_or_default();
+        out.extend(block.chars().map(|c| if c == '\n' { '\n' } else { ' ' }));
+        rest = rest.get(end..).unwrap_or_default();
+    }
+    out + rest
+}
+
+/// Where a block comment begins: outside quotes and other comments.
+fn open_block(text: &str) -> Option<usize> {
+    let bytes = text.as_bytes();
+    let mut quote = 0u8;
+    let mut i = 0;
+    while i < bytes.len() {
+        let (c, next) = (bytes.get(i).copied()?, bytes.get(i + 1).copied().unwrap_or(0));
+        match c {
+            b'\n' => quote = 0,
+            b'\\' if quote != 0 => i += 1,
+            b'"' if quote == 0 || quote == b'"' => quote ^= b'"',
+            b'/' if quote == 0 && next == b'*' => return Some(i),
+            b';' if quote == 0 => quote = b';',
+            b'/' if quote == 0 && next == b'/' => quote = b';',
+            _ => {}
+        }
+        i += 1;
+    }
+    None
+}

@@ -1,0 +1,181 @@
+//! One assembler over any chip's instruction table.
+//!
+//! ```text
+//!   lib.rs        assemble a source, one instruction     dialect/   what families do differently, as tables
+//!   engine.rs     passes, names, complaints              statement.rs  one line: labels and its word
+//!   reader.rs     files, macros, repetitions, conditions  macros.rs  arguments and texts put in
+//!   matching.rs   operands against the forms              table.rs   an instruction table made ready for that
+//!   expr.rs       expressions     number.rs  numbers      symbols.rs names from pass to pass   known.rs  the chip's names
+//!   output.rs     bytes into memories                     listing.rs the listing     codes.rs  the codes of complaints
+//! ```
+//!
+//! The source is read again as a whole until no name moves; only what the last pass finds wrong is told. The language stands in
+//! docs/formats/asm.md.
+
+mod codes;
+mod dialect;
+mod engine;
+mod expr;
+mod fault;
+mod files;
+mod known;
+mod listing;
+mod macros;
+mod matching;
+mod nearest;
+mod number;
+mod output;
+mod reader;
+mod statement;
+mod symbols;
+mod table;
+mod text;
+
+use diag::{Diagnostic, Severity};
+use emu_core::chip::Chip;
+use emu_core::image::{CONSTANT, Image, Lines, SymbolAt};
+use emu_core::table::AsmError;
+
+pub use codes::CODES;
+use engine::Asm;
+pub use files::{Files, Texts};
+pub use listing::Listing;
+use symbols::Kind;
+
+/// A source text.
+#[derive(Debug, Clone, Copy)]
+pub struct Source<'a> {
+    /// Its name, for messages and as what includes count from.
+    pub name: &'a str,
+    /// Its bytes.
+    pub bytes: &'a [u8],
+}
+
+/// What is given beside the source.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Names with their texts, as by `#define`.
+    pub defines: Vec<(String, String)>,
+}
+
+/// An assembled program.
+#[derive(Debug, Clone)]
+pub struct Assembled {
+    /// The image: its bytes, its names (labels in their memories, others as [`CONSTANT`]) and its lines.
+    pub image: Image,
+    /// The listing.
+    pub listing: Listing,
+    /// Warnings and notes, in the order of the source.
+    pub warnings: Vec<Diagnostic>,
+    /// The texts that were read.
+    pub texts: Texts,
+}
+
+/// A refused program.
+#[derive(Debug, Clone)]
+pub struct Refused {
+    /// All errors, in the order in which they were found, and the warnings between them; at most 100 and a closing note.
+    pub faults: Vec<Diagnostic>,
+    /// The texts that were read.
+    pub texts: Texts,
+}
+
+/// Assembles a program for a chip.
+///
+/// # Errors
+/// All that is wrong with it.
+pub fn assemble(
+    source: &Source<'_>,
+    chip: &'static Chip,
+    options: &Options,
+    files: &mut dyn Files,
+) -> Result<Assembled, Box<Refused>> {
+    let mut asm = Asm::new(chip, options.defines.clone(), files);
+    asm.texts.add(source.name, source.bytes, asm.d.block_comments);
+    asm.run();
+    let faults = asm.faults();
+    let texts = std::mem::take(&mut asm.texts);
+    if faults.iter().any(|fault| fault.severity == Severity::Error) {
+        return Err(Box::new(Refused { faults, texts }));
+    }
+    let listing = Listing {
+        rows: asm.out.list.iter().map(|listed| listing::Row::of(listed, &asm.out.bytes)).collect(),
+        symbols: asm
+            .symbols
+            .all()
+            .into_iter()
+            .filter(|(name, _)| !name.contains('\u{1}'))
+            .map(|(name, symbol)| (name.to_string(), symbol.value.n, listing::kind_name(&symbol.kind)))
+            .collect(),
+        digits: if chip.flash > 0x1_0000 { 5 } else { 4 },
+    };
+    Ok(Assembled { image: image_of(&mut asm), listing, warnings: faults, texts })
+}
+
+/// The image of what was assembled.
+fn image_of(asm: &mut Asm<'_>) -> Image {
+    let mut symbols: Vec<SymbolAt> = asm
+        .symbols
+        .all()
+        .into_iter()
+        .filter(|(name, _)| !name.contains('\u{1}'))
+        .filter_map(|(name, symbol)| {
+            let (space, addr) = match symbol.kind {
+                Kind::Label { space, addr } => (space, addr),
+                Kind::Equ | Kind::Set => (CONSTANT, symbol.value.n as u32),
+                Kind::Alias(_) => return None,
+            };
+            Some(SymbolAt { name: name.to_string(), space, addr, size: 0 })
+        })
+        .collect();
+    let memory = |space: &str| asm.chip.spaces.iter().position(|(name, ..)| *name == space).unwrap_or(usize::MAX);
+    symbols.sort_by(|a, b| (memory(a.space), a.addr, &a.name).cmp(&(memory(b.space), b.addr, &b.name)));
+    Image {
+        segments: std::mem::take(&mut asm.out.segments),
+        symbols,
+        lines: Lines::new(std::mem::take(&mut asm.out.lines)),
+        entry: None,
+    }
+}
+
+/// Assembles a text without includes, for tests.
+///
+/// # Errors
+/// All that is wrong with it, one a line: `line:column: CODE: cause (hint)`.
+pub fn image(chip: &'static Chip, text: &str) -> Result<Image, String> {
+    let source = Source { name: "", bytes: text.as_bytes() };
+    match assemble(&source, chip, &Options::default(), &mut ()) {
+        Ok(assembled) => Ok(assembled.image),
+        Err(refused) => Err(refused
+            .faults
+            .iter()
+            .filter(|fault| fault.is_error())
+            .map(|f| format!("{}:{}: {}: {} ({})", f.pos.line, f.pos.column, f.code, f.cause, f.hint))
+            .collect::<Vec<_>>()
+            .join("\n")),
+    }
+}
+
+/// Assembles one line, an instruction or values, that will stand at the program word `pc`.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn line(chip: &'static Chip, text: &str, pc: u32) -> Result<Vec<u16>, AsmError> {
+    let mut none = ();
+    let mut asm = Asm::new(chip, Vec::new(), &mut none);
+    asm.texts.add("", text.as_bytes(), false);
+    asm.one_line(pc);
+    let error = asm.faults().into_iter().find(Diagnostic::is_error);
+    if let Some(fault) = error {
+        return Err(AsmError { code: fault.code, cause: fault.cause, hint: fault.hint });
+    }
+    let size = chip.word_bytes.clamp(1, 2) as usize;
+    let words =
+        asm.out.bytes.chunks(size).map(|word| word.iter().rev().fold(0, |high, &low| high << 8 | u16::from(low)));
+    let words: Vec<u16> = words.collect();
+    if words.is_empty() {
+        let hint = "write a mnemonic and its operands".to_owned();
+        return Err(AsmError { code: "ASM004", cause: "the line is empty".to_owned(), hint });
+    }
+    Ok(words)
+}

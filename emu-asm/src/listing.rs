@@ -1,0 +1,95 @@
+//! The listing: address, words, line and source, and the names at the end.
+
+use std::fmt::{self, Write};
+
+use crate::output::Listed;
+use crate::symbols::Kind;
+
+/// A listing, written when it is asked for.
+#[derive(Debug, Clone, Default)]
+pub struct Listing {
+    pub(crate) rows: Vec<Row>,
+    pub(crate) symbols: Vec<(String, i64, String)>,
+    pub(crate) digits: usize,
+}
+
+/// A line.
+#[derive(Debug, Clone)]
+pub(crate) struct Row {
+    pub addr: i64,
+    pub words: Vec<u16>,
+    pub value: Option<i64>,
+    pub number: u32,
+    pub text: String,
+    pub depth: u32,
+    pub wide: bool,
+}
+
+impl Row {
+    /// The row of a line and its bytes.
+    pub(crate) fn of(listed: &Listed, bytes: &[u8]) -> Row {
+        let bytes = bytes.get(listed.bytes.clone()).unwrap_or_default();
+        let size = listed.unit.clamp(1, 2) as usize;
+        let words = bytes.chunks(size).map(|word| word.iter().rev().fold(0, |high, &low| high << 8 | u16::from(low)));
+        Row {
+            addr: listed.addr,
+            words: words.collect(),
+            value: listed.value,
+            number: listed.line.number,
+            text: listed.line.text.to_string(),
+            depth: listed.depth,
+            wide: size == 2,
+        }
+    }
+}
+
+/// Words in a row of the listing.
+const WORDS: usize = 4;
+const BYTES: usize = 6;
+
+impl fmt::Display for Listing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let width = BYTES * 3;
+        for row in &self.rows {
+            let (per, digits) = if row.wide { (WORDS, 4) } else { (BYTES, 2) };
+            let mut chunks = row.words.chunks(per);
+            let words = |chunk: &[u16]| {
+                let mut out = String::new();
+                chunk.iter().for_each(|word| {
+                    let _ = write!(out, "{word:0digits$X} ");
+                });
+                out
+            };
+            let first = words(chunks.next().unwrap_or_default());
+            let place = match (row.value, row.words.is_empty()) {
+                (_, false) => format!("{:0d$X}  {first:<width$}", row.addr, d = self.digits),
+                (Some(value), _) => format!("{:d$}= {:<width$}", "", format!("{:04X}", value as u32), d = self.digits),
+                _ => format!("{:d$}  {:width$}", "", "", d = self.digits),
+            };
+            let mark = "+".repeat(row.depth.min(3) as usize);
+            writeln!(f, "{place} {:>5}{mark:<2}{}", row.number, row.text.trim_end()).map(|()| ())?;
+            let mut addr = row.addr + per as i64;
+            for chunk in chunks {
+                writeln!(f, "{:0d$X}  {}", addr, words(chunk).trim_end(), d = self.digits)?;
+                addr += per as i64;
+            }
+        }
+        if !self.symbols.is_empty() {
+            writeln!(f, "\nSymbols")?;
+        }
+        for (name, value, kind) in &self.symbols {
+            writeln!(f, "{name:<24} {:04X}  {kind}", *value as u32)?;
+        }
+        Ok(())
+    }
+}
+
+/// What a symbol is called in the listing.
+pub(crate) fn kind_name(kind: &Kind) -> String {
+    match kind {
+        Kind::Label { space, .. } => (*space).to_owned(),
+        Kind::Equ => "equ".to_owned(),
+        Kind::Set => "set".to_owned(),
+        Kind::Alias(register) => format!("register {register}"),
+    }
+}

@@ -1,0 +1,308 @@
+//! One instruction: its operands against the forms of the table.
+
+use std::ops::Range;
+
+use emu_core::table::{OperandKind, Site, words_of};
+
+use crate::engine::Asm;
+use crate::expr::evaluate;
+use crate::fault::Fault;
+use crate::table::{Form, Means, Piece};
+use crate::text::{behind_name, byte, cut, skip_space, trim};
+
+/// How a form went.
+enum Tried {
+    /// It fits; the values are known or not.
+    Fits(Vec<u16>),
+    /// It is another form.
+    Not,
+    /// It is this form, and a value is wrong; of several the one with the highest rank is told.
+    Wrong(u8, Fault),
+}
+
+/// An operand of a form.
+enum Operand {
+    Value(i32, bool),
+    Not,
+    Wrong(u8, Fault),
+}
+
+impl Asm<'_> {
+    /// The words of the instruction `mnemonic` (in lower case) with the operands `text[rest]`; `word` is where it stands.
+    pub(crate) fn instruction(
+        &mut self,
+        text: &str,
+        mnemonic: &str,
+        word: Range<usize>,
+        rest: Range<usize>,
+    ) -> Option<Vec<u16>> {
+        let all = trim(text, rest.clone());
+        if let Some((cause, hint)) = (self.d.refuses)(mnemonic, text.get(all.clone()).unwrap_or_default()) {
+            self.tell(Fault::new("ASM002", all, cause, hint));
+            return None;
+        }
+        let found = self.encode(text, mnemonic, word, rest, 0);
+        self.behind = 0;
+        match found {
+            Ok(words) => Some(words),
+            Err(fault) => {
+                self.tell(fault);
+                None
+            }
+        }
+    }
+
+    fn encode(
+        &mut self,
+        text: &str,
+        mnemonic: &str,
+        word: Range<usize>,
+        rest: Range<usize>,
+        depth: u32,
+    ) -> Result<Vec<u16>, Fault> {
+        let table = self.table.clone();
+        let forms = table.forms(mnemonic);
+        let operands = cut(text, rest.clone());
+        let mut worst: Option<(u8, Fault)> = None;
+        let told = self.undefined.len();
+        for form in forms {
+            if form.pieces.len() != operands.len() {
+                continue;
+            }
+            self.undefined.truncate(told);
+            let tried = match form.means {
+                Means::Row(row) => self.row(text, row, form, &operands, &word),
+                Means::Alias(to, written) => match self.rewrite(text, form, &operands, written) {
+                    Some(other) if depth < 4 => {
+                        // The operands stand in a line of their own, so what is wrong with them is told of all of them.
+                        let all = trim(text, rest.clone());
+                        let found = self.encode(&other, to, 0..0, 0..other.len(), depth + 1);
+                        return found.map_err(|fault| Fault { at: if all.is_empty() { word } else { all }, ..fault });
+                    }
+                    _ => Tried::Not,
+                },
+            };
+            match tried {
+                Tried::Fits(words) => {
+                    let missing: Vec<Fault> = self.undefined.drain(told..).collect();
+                    missing.into_iter().for_each(|fault| self.tell(fault));
+                    return Ok(words);
+                }
+                Tried::Wrong(rank, fault) if worst.as_ref().is_none_or(|(best, _)| rank > *best) => {
+                    worst = Some((rank, fault));
+                }
+                _ => {}
+            }
+        }
+        self.undefined.truncate(told);
+        Err(match worst {
+            Some((_, fault)) => fault,
+            None => {
+                let list: Vec<String> =
+                    forms.iter().map(|f| format!("{mnemonic} {}", f.syntax).trim_end().to_owned()).collect();
+                let all = trim(text, rest);
+                let cause = match text.get(all.clone()) {
+                    Some("") | None => format!("{mnemonic} stands without operands"),
+                    Some(operands) => format!("`{operands}` fits no form of {mnemonic}"),
+                };
+                let at = if all.is_empty() { word } else { all };
+                Fault::new("ASM002", at, cause, format!("forms: {}", list.join("; ")))
+            }
+        })
+    }
+
+    fn row(&mut self, text: &str, index: usize, form: &Form, operands: &[Range<usize>], word: &Range<usize>) -> Tried {
+        let isa = self.chip.isa;
+        let Some(row) = isa.rows.get(index) else { return Tried::Not };
+        let mut parts: Vec<(u8, Range<usize>)> = Vec::with_capacity(operands.len());
+        for (piece, range) in form.pieces.iter().zip(operands) {
+            match self.split(text, piece, range.clone()) {
+                Some(Some(part)) => parts.push(part),
+                Some(None) => {}
+                None => return Tried::Not,
+            }
+        }
+        let site = (isa.site)(self.pc(), row.len());
+        let mut values = Vec::with_capacity(parts.len());
+        let mut known = true;
+        let mut wrong: Option<(u8, Fault)> = None;
+        if self.d.here_is_behind {
+            self.behind = i64::from(row.len() * self.chip.word_bytes / self.out.unit().max(1));
+        }
+        for slot in row.operands.iter().filter(|slot| row.pattern.has(slot.letter)) {
+            let Some((_, range)) = parts.iter().find(|(letter, _)| *letter == slot.letter) else { return Tried::Not };
+            match self.operand(text, range.clone(), slot.kind, &site) {
+                Operand::Value(value, sure) => {
+                    known &= sure;
+                    values.push((value, range.clone()));
+                }
+                Operand::Not => return Tried::Not,
+                // The other operands may still show that it is another form.
+                Operand::Wrong(rank, fault) => wrong = wrong.or(Some((rank, fault))),
+            }
+        }
+        if let Some((rank, fault)) = wrong {
+            return Tried::Wrong(rank, fault);
+        }
+        if (isa.lacks)(index) {
+            let cause = format!("the {} has no `{}` in this form", self.chip.name, row.mnemonic);
+            let hint =
+                "it is an instruction of larger chips of the family; on AVR rjmp and rcall reach all of a small one";
+            return Tried::Wrong(9, Fault::new("ASM026", word.clone(), cause, hint));
+        }
+        let mut bits = row.pattern.value;
+        let slots = row.operands.iter().filter(|slot| row.pattern.has(slot.letter));
+        for (slot, (value, range)) in slots.zip(&values).filter(|_| known) {
+            let width = row.pattern.field(slot.letter, 0).1;
+            match (slot.kind.raw)(*value, width, &site) {
+                Ok(raw) => bits |= row.pattern.place(slot.letter, raw),
+                Err(cause) => {
+                    let hint = "use a value in range";
+                    return Tried::Wrong(
+                        3,
+                        Fault::new("ASM003", range.clone(), format!("{}: {cause}", row.mnemonic), hint),
+                    );
+                }
+            }
+        }
+        Tried::Fits(words_of(row, isa.word_bits, bits))
+    }
+
+    /// The operand's text in a piece of the syntax: its letter and place, nothing for a literal; `None` where it does not fit.
+    fn split(&mut self, text: &str, piece: &Piece, range: Range<usize>) -> Option<Option<(u8, Range<usize>)>> {
+        let Some(letter) = piece.letter else {
+            let literal = front(text, range.clone(), &piece.front).is_some_and(|at| at == range.end);
+            return (literal || self.stands_for(text, range, &piece.front)).then_some(None);
+        };
+        let start = front(text, range.clone(), &piece.front)?;
+        let end = back(text, start..range.end, &piece.back)?;
+        let inner = trim(text, start..end);
+        (!inner.is_empty()).then_some(Some((letter, inner)))
+    }
+
+    /// An expression with the value that the literal has.
+    fn stands_for(&mut self, text: &str, range: Range<usize>, literal: &str) -> bool {
+        let number = literal.parse::<i64>().ok();
+        let Some(wanted) = number.or_else(|| self.d.literals.iter().find(|l| l.0 == literal).map(|l| l.1)) else {
+            return false;
+        };
+        let told = self.undefined.len();
+        let d = self.d;
+        let found = evaluate(d, text, range, self);
+        let sure = self.undefined.len() == told;
+        self.undefined.truncate(told);
+        found.is_ok_and(|value| (value.unknown && self.pass == 1) || (sure && !value.unknown && value.n == wanted))
+    }
+
+    fn operand(&mut self, text: &str, range: Range<usize>, kind: &OperandKind, site: &Site) -> Operand {
+        let piece = text.get(range.clone()).unwrap_or_default();
+        let name = behind_name(piece, 0, !self.d.dot_is_bit);
+        let own = (name > 0).then(|| self.symbols.get(&piece[..name], self.d.any_case)).flatten();
+        let alias = match own.map(|symbol| &symbol.kind) {
+            Some(crate::symbols::Kind::Alias(register)) => Some(register.clone()),
+            _ => None,
+        };
+        let written = alias.as_deref().filter(|_| name == piece.len()).unwrap_or(piece);
+        if own.is_none() || alias.is_some() {
+            if let Some(value) = (kind.named)(written) {
+                return Operand::Value(value, true);
+            }
+        }
+        let d = self.d;
+        if let Some(found) = self.zone(text, range.clone(), kind) {
+            return found;
+        }
+        let value = match evaluate(d, text, range.clone(), self) {
+            Ok(value) => value,
+            // A register of the core where none is wanted: another form.
+            Err(fault) if fault.code == "ASM008" => return Operand::Not,
+            Err(fault) => return Operand::Wrong(2, fault),
+        };
+        let Ok(n) = i32::try_from(value.n).or_else(|_| u32::try_from(value.n).map(|n| n as i32)) else {
+            let cause = format!("{} has more than 32 bits", value.n);
+            return Operand::Wrong(3, Fault::new("ASM003", range, cause, "use a value in range"));
+        };
+        let meant = if value.register { (kind.register)(n) } else { (kind.number)(n, site) };
+        match meant {
+            Ok(value_here) => Operand::Value(value_here, !value.unknown),
+            Err(cause) => Operand::Wrong(1, Fault::new("ASM003", range, cause, format!("here stands a {}", kind.name))),
+        }
+    }
+
+    /// `M(256+n)`: the name that the letter and the value in brackets are together.
+    fn zone(&mut self, text: &str, range: Range<usize>, kind: &OperandKind) -> Option<Operand> {
+        let piece = text.get(range.clone()).filter(|_| self.d.zones)?;
+        let inner = piece.get(1..)?.trim_start().strip_prefix('(')?.strip_suffix(')')?;
+        let letter = piece.get(..1).filter(|letter| letter.starts_with(|c: char| c.is_ascii_alphabetic()))?;
+        (kind.named)(&format!("{letter}0"))?;
+        let start = range.end - 1 - inner.len();
+        let d = self.d;
+        let value = match evaluate(d, text, start..range.end - 1, self) {
+            Ok(value) if value.unknown => return Some(Operand::Value(0, false)),
+            Ok(value) => value.n,
+            Err(fault) => return Some(Operand::Wrong(2, fault)),
+        };
+        Some(match (kind.named)(&format!("{letter}{value}")) {
+            Some(address) => Operand::Value(address, true),
+            None => {
+                let cause = format!("there is no {letter}{value}");
+                Operand::Wrong(3, Fault::new("ASM003", range, cause, "zones have addresses from 0 to 511"))
+            }
+        })
+    }
+
+    /// The operands of what another spelling stands for.
+    fn rewrite(&mut self, text: &str, form: &Form, operands: &[Range<usize>], written: &str) -> Option<String> {
+        let mut parts = Vec::new();
+        for (piece, range) in form.pieces.iter().zip(operands) {
+            parts.extend(self.split(text, piece, range.clone())?);
+        }
+        let mut out = String::new();
+        for c in written.chars() {
+            match parts.iter().find(|(letter, _)| c == *letter as char) {
+                Some((_, range)) => out.push_str(text.get(range.clone()).unwrap_or_default()),
+                None => out.push(c),
+            }
+        }
+        Some(out)
+    }
+
+    /// The address of the instruction in program words.
+    fn pc(&self) -> u32 {
+        (self.image_address() / u64::from(self.chip.word_bytes.max(1))) as u32
+    }
+}
+
+/// Behind the literal text at the front of `text[range]`, case and spaces aside.
+fn front(text: &str, range: Range<usize>, literal: &str) -> Option<usize> {
+    let mut at = range.start;
+    for c in literal.bytes() {
+        at = skip_space(text, at);
+        if at >= range.end || !byte(text, at).eq_ignore_ascii_case(&c) {
+            return None;
+        }
+        at += 1;
+    }
+    // A literal word is a whole word: `A` is not the front of `ACC`.
+    let word = literal.ends_with(|c: char| c.is_ascii_alphanumeric());
+    if word
+        && at < range.end
+        && matches!(byte(text, at), c if c.is_ascii_alphanumeric() || matches!(c, b'_' | b'?' | b'$'))
+    {
+        return None;
+    }
+    Some(at)
+}
+
+/// Before the literal text at the end of `text[range]`.
+fn back(text: &str, range: Range<usize>, literal: &str) -> Option<usize> {
+    let mut end = range.end;
+    for c in literal.bytes().rev() {
+        end = trim(text, range.start..end).end;
+        if end <= range.start || !byte(text, end - 1).eq_ignore_ascii_case(&c) {
+            return None;
+        }
+        end -= 1;
+    }
+    Some(end)
+}

@@ -1,0 +1,179 @@
+//! Numbers and characters in the forms of a dialect.
+
+use crate::dialect::{Dialect, Form};
+use crate::fault::Fault;
+use crate::text::byte;
+
+/// The number that begins at `at`: its length and value; `None` where none begins.
+///
+/// # Errors
+/// Digits that the form does not have, and values over 32 bits.
+pub(crate) fn read(d: &Dialect, radix: u32, text: &str, at: usize) -> Result<Option<(usize, i64)>, Fault> {
+    let Some(rest) = text.get(at..) else { return Ok(None) };
+    for form in d.numbers {
+        if let Some((skip, digits, radix, behind)) = take(*form, rest, radix) {
+            let len = skip + digits.len() + behind;
+            return value(digits, radix)
+                .map(|n| Some((len, n)))
+                .map_err(|cause| Fault::new("ASM010", at..at + len, cause, "numbers have up to 32 bits"));
+        }
+    }
+    if !byte(rest, 0).is_ascii_digit() {
+        return Ok(None);
+    }
+    let run = word(rest);
+    let hint =
+        format!("{} is the radix of a number that says nothing of it; see docs/formats/asm.md for the forms", radix);
+    Err(Fault::new("ASM010", at..at + run.len().max(1), format!("`{run}` is no number"), hint))
+}
+
+/// The letters and digits at the front.
+fn word(rest: &str) -> &str {
+    let end = rest.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(rest.len());
+    rest.get(..end).unwrap_or_default()
+}
+
+/// Where the form stands at the front of `rest`: length of its prefix, digits, radix, length of its suffix.
+fn take(form: Form, rest: &str, radix: u32) -> Option<(usize, &str, u32, usize)> {
+    let all = |digits: &str, radix| !digits.is_empty() && digits.chars().all(|c| c.is_digit(radix));
+    let behind = |prefix: usize, radix| {
+        let digits = word(rest.get(prefix..)?);
+        all(digits, radix).then_some((prefix, digits, radix, 0))
+    };
+    let prefixed = |mark: &str, radix| {
+        rest.get(..mark.len()).filter(|front| front.eq_ignore_ascii_case(mark))?;
+        behind(mark.len(), radix)
+    };
+    let starts = byte(rest, 0).is_ascii_digit();
+    let suffixed = |marks: &[u8], radix| {
+        let run = word(rest);
+        let last = byte(run, run.len().checked_sub(1)?).to_ascii_lowercase();
+        let digits = run.get(..run.len() - 1)?;
+        (starts && marks.contains(&last) && all(digits, radix)).then_some((0, digits, radix, 1))
+    };
+    match form {
+        Form::Hex0x => prefixed("0x", 16),
+        Form::Binary0b => prefixed("0b", 2),
+        Form::HexDollar => prefixed("$", 16),
+        Form::HexDollars => prefixed("$$", 16),
+        Form::ZeroLetter => match byte(rest, 1).to_ascii_lowercase() {
+            b'h' if starts && byte(rest, 0) == b'0' => behind(2, 16),
+            b'o' | b'q' if starts && byte(rest, 0) == b'0' => behind(2, 8),
+            b'd' if starts && byte(rest, 0) == b'0' => behind(2, 10),
+            _ => None,
+        },
+        Form::BinaryPercent => prefixed("%", 2),
+        Form::HexH => suffixed(b"h", 16),
+        Form::BinaryB => suffixed(b"b", 2),
+        Form::OctalOQ => suffixed(b"oq", 8),
+        Form::DecimalD => suffixed(b"d", 10),
+        Form::OctalZero => (starts && byte(rest, 0) == b'0' && word(rest).len() > 1).then(|| behind(0, 8)).flatten(),
+        Form::DecimalDot => prefixed(".", 10),
+        Form::Quoted => {
+            let radix = match byte(rest, 0).to_ascii_lowercase() {
+                b'h' => 16,
+                b'd' => 10,
+                b'o' | b'q' => 8,
+                b'b' => 2,
+                _ => return None,
+            };
+            (byte(rest, 1) == b'\'').then_some(())?;
+            let (prefix, digits, radix, _) = behind(2, radix)?;
+            (byte(rest, 2 + digits.len()) == b'\'').then_some((prefix, digits, radix, 1))
+        }
+        Form::Plain => (starts).then(|| behind(0, radix)).flatten(),
+    }
+}
+
+fn value(digits: &str, radix: u32) -> Result<i64, String> {
+    let value = i64::from_str_radix(digits, radix).ok().filter(|n| *n <= 0xFFFF_FFFF);
+    value.ok_or_else(|| format!("`{digits}` has more than 32 bits"))
+}
+
+/// The character in quotes that begins at `at`: its length and code; `None` where none begins.
+///
+/// # Errors
+/// A quote with nothing behind it, and one that is not closed.
+pub(crate) fn quoted(d: &Dialect, text: &str, at: usize) -> Result<Option<(usize, i64)>, Fault> {
+    let quote = byte(text, at);
+    let ascii = quote.eq_ignore_ascii_case(&b'a') && byte(text, at + 1) == b'\'' && d.numbers.contains(&Form::Quoted);
+    let open = if ascii { at + 1 } else { at };
+    if byte(text, open) != b'\'' && quote != b'"' {
+        return Ok(None);
+    }
+    let mark = byte(text, open);
+    let mut at_char = open + 1;
+    let mut value = 0i64;
+    let mut count = 0;
+    while at_char < text.len() && (byte(text, at_char) != mark || (count == 0 && byte(text, at_char + 1) == mark)) {
+        let (len, code) = character(text, at_char);
+        value = value << 8 | i64::from(code);
+        at_char += len;
+        count += 1;
+        let ends = byte(text, at_char) == b',' || !text.get(at_char..).unwrap_or_default().contains('\'');
+        if count == 1 && mark == b'\'' && byte(text, at_char) != mark && ends {
+            // 'c with nothing that closes it.
+            return Ok(Some((at_char - at, value)));
+        }
+        if count > 4 {
+            break;
+        }
+    }
+    if byte(text, at_char) != mark || count == 0 {
+        let cause = if count == 0 { "there is no character between the quotes" } else { "the quote is not closed" };
+        let hint = "a character as a number stands in single quotes: 'c'; texts are for db and ascii";
+        return Err(Fault::new("ASM011", at..text.len(), cause, hint));
+    }
+    Ok(Some((at_char + 1 - at, value)))
+}
+
+/// The character at `at`, an escape taken as what it stands for: length in the text and code.
+pub(crate) fn character(text: &str, at: usize) -> (usize, u8) {
+    let c = byte(text, at);
+    if c != b'\\' || at + 1 >= text.len() {
+        return (1, c);
+    }
+    let octal = text.get(at + 1..).unwrap_or_default();
+    let digits = octal.bytes().take(3).take_while(|c| (b'0'..=b'7').contains(c)).count();
+    if digits > 0 {
+        let code = octal.bytes().take(digits).fold(0u32, |n, c| n * 8 + u32::from(c - b'0'));
+        return (1 + digits, code as u8);
+    }
+    match byte(text, at + 1) {
+        b'n' => (2, b'\n'),
+        b'r' => (2, b'\r'),
+        b't' => (2, b'\t'),
+        b'a' => (2, 7),
+        b'b' => (2, 8),
+        b'f' => (2, 12),
+        b'v' => (2, 11),
+        b'e' => (2, 27),
+        b'x' | b'X' => {
+            let hex = text.get(at + 2..).unwrap_or_default();
+            let digits = hex.bytes().take(2).take_while(u8::is_ascii_hexdigit).count();
+            let code = u8::from_str_radix(hex.get(..digits).unwrap_or_default(), 16).unwrap_or(b'x');
+            (2 + digits, code)
+        }
+        other => (2, other),
+    }
+}
+
+/// The bytes of the text in quotes that fills `text[from..to]` whole; `None` where that is no such text.
+pub(crate) fn string(text: &str, from: usize, to: usize) -> Option<Vec<u8>> {
+    let mark = byte(text, from);
+    if to < from + 2 || !matches!(mark, b'"' | b'\'') || byte(text, to - 1) != mark {
+        return None;
+    }
+    let inside = text.get(..to - 1)?;
+    let mut bytes = Vec::new();
+    let mut at = from + 1;
+    while at < inside.len() {
+        if byte(inside, at) == mark {
+            return None;
+        }
+        let (len, code) = character(inside, at);
+        bytes.push(code);
+        at += len;
+    }
+    Some(bytes)
+}

@@ -1,0 +1,427 @@
+//! Bytes, from where they are given to where they lie: sections, memories, and what does not fit.
+
+use std::ops::Range;
+
+use emu_core::chip::Chip;
+use emu_core::image::{Bits, LineAt, LineKind, Segment, Space};
+
+use crate::dialect::{Dialect, Holds};
+use crate::engine::Asm;
+use crate::fault::Fault;
+use crate::text::Line;
+
+/// A section.
+#[derive(Debug, Clone)]
+pub(crate) struct Section {
+    /// Its name.
+    pub name: String,
+    /// Name of the memory of its labels; empty where the image's windows tell.
+    pub space: &'static str,
+    /// What it holds.
+    pub holds: Holds,
+    /// It lies behind the section before it in the same memory.
+    pub behind: bool,
+    /// The largest alignment in it, to which it is filled up at its end.
+    pub align: i64,
+    /// Byte address of its address 0 in the image file.
+    pub base: u64,
+    /// Bytes per address.
+    pub unit: u32,
+    /// The byte that comes next, from its address 0.
+    pub pos: i64,
+}
+
+/// Bytes that a line gives.
+#[derive(Debug, Clone)]
+struct Run {
+    section: usize,
+    /// Byte address in the image file; in a section whose bytes are copied, from its begin.
+    addr: u64,
+    bytes: Range<usize>,
+    /// The line, by its number in `lines`.
+    line: u32,
+}
+
+/// A line of the listing.
+#[derive(Debug, Clone)]
+pub(crate) struct Listed {
+    /// The line.
+    pub line: Line,
+    /// How deep in macros and repetitions.
+    pub depth: u32,
+    /// The address before it.
+    pub addr: i64,
+    /// Its value where it gives a name one.
+    pub value: Option<i64>,
+    /// Its bytes.
+    pub bytes: Range<usize>,
+    /// Bytes per address, for how they are written.
+    pub unit: u32,
+}
+
+/// What the program gives in a pass.
+#[derive(Debug)]
+pub(crate) struct Output {
+    /// Memories that an image may fill.
+    spaces: Vec<Space>,
+    code: &'static str,
+    first: Vec<Section>,
+    pub sections: Vec<Section>,
+    pub current: usize,
+    pub bytes: Vec<u8>,
+    runs: Vec<Run>,
+    pub list: Vec<Listed>,
+    /// The image.
+    pub segments: Vec<Segment>,
+    pub lines: Vec<LineAt>,
+}
+
+/// Bytes that a source may give, over which it is refused.
+const MOST: usize = 1 << 24;
+
+impl Output {
+    pub fn new(chip: &Chip, d: &Dialect) -> Output {
+        let mut spaces = chip.hex.to_vec();
+        spaces.extend(chip.elf.iter().filter(|space| chip.hex.iter().all(|known| known.name != space.name)));
+        let unit = chip.width(chip.code);
+        let section = |row: &crate::dialect::SectionRow| {
+            let window = spaces.iter().find(|space| space.name == row.space);
+            Section {
+                name: row.name.to_owned(),
+                space: row.space,
+                holds: row.holds,
+                base: window.filter(|_| row.holds == Holds::Memory).map_or(0, |space| space.start.into()),
+                behind: row.behind,
+                align: if row.holds == Holds::Copied { 2 } else { 1 },
+                unit: if row.holds == Holds::Image { unit } else { 1 },
+                pos: if row.space == chip.ram { chip.ram_start.into() } else { 0 },
+            }
+        };
+        let first: Vec<Section> = d.sections.iter().map(section).collect();
+        Output {
+            spaces,
+            code: chip.code,
+            sections: first.clone(),
+            first,
+            current: 0,
+            bytes: Vec::new(),
+            runs: Vec::new(),
+            list: Vec::new(),
+            segments: Vec::new(),
+            lines: Vec::new(),
+        }
+    }
+
+    /// Begins a pass.
+    pub fn restart(&mut self) {
+        self.stack();
+        self.sections.clone_from(&self.first);
+        self.current = 0;
+        self.bytes.clear();
+        self.runs.clear();
+        self.list.clear();
+    }
+
+    /// Sections in the same RAM lie behind each other, as a linker puts them; true where one of them has moved.
+    pub fn stack(&mut self) -> bool {
+        let mut moved = false;
+        let mut end: Option<(&'static str, i64)> = None;
+        for (first, section) in self.first.iter_mut().zip(&self.sections) {
+            if first.holds == Holds::Image || first.holds == Holds::Memory || !first.behind {
+                continue;
+            }
+            let length = section.pos - first.pos;
+            if let Some((_, at)) = end.filter(|(space, _)| *space == first.space) {
+                moved |= first.pos != at;
+                first.pos = at;
+            }
+            let behind = first.pos + length.max(0);
+            let even = if first.holds == Holds::Copied { (behind + 1) & !1 } else { behind };
+            end = Some((first.space, even));
+        }
+        moved
+    }
+
+    fn section(&self) -> Option<&Section> {
+        self.sections.get(self.current)
+    }
+
+    /// The address that comes next, in the unit of the section.
+    pub fn here(&self) -> i64 {
+        self.section().map_or(0, |section| section.pos.div_euclid(section.unit.max(1).into()))
+    }
+
+    /// The next address is `at`.
+    pub fn go(&mut self, at: i64) {
+        if let Some(section) = self.sections.get_mut(self.current) {
+            section.pos = at.saturating_mul(section.unit.into());
+        }
+    }
+
+    /// Bytes per address.
+    pub fn unit(&self) -> u32 {
+        self.section().map_or(1, |section| section.unit)
+    }
+
+    /// What the section holds.
+    pub fn holds(&self) -> Holds {
+        self.section().map_or(Holds::Image, |section| section.holds)
+    }
+
+    /// The byte address in the image file.
+    pub fn image_address(&self) -> u64 {
+        self.section().map_or(0, |s| (s.base as i64).saturating_add(s.pos).max(0) as u64)
+    }
+
+    /// Memory and byte address of a label here.
+    pub fn label_place(&self) -> (&'static str, u32) {
+        let Some(section) = self.section() else { return (self.code, 0) };
+        if section.holds != Holds::Image {
+            return (section.space, section.pos as u32);
+        }
+        let addr = self.image_address();
+        let inside =
+            |space: &&Space| (space.start.into()..u64::from(space.start) + u64::from(space.len)).contains(&addr);
+        match self.spaces.iter().find(inside) {
+            Some(space) => (space.name, (addr - u64::from(space.start)) as u32),
+            None => (self.code, addr as u32),
+        }
+    }
+
+    /// Something was given already in this section.
+    pub fn begun(&self) -> bool {
+        self.runs.iter().any(|run| run.section == self.current)
+    }
+
+    /// Switches to the section of this name; `None` where there is none.
+    pub fn switch(&mut self, name: &str) -> Option<()> {
+        self.current = self.sections.iter().position(|section| section.name.eq_ignore_ascii_case(name))?;
+        Some(())
+    }
+
+    /// Adds bytes here; false where there are too many.
+    fn add(&mut self, bytes: &[u8], line: u32) -> bool {
+        let addr = match self.section() {
+            Some(section) if section.holds == Holds::Copied => {
+                (section.pos - self.first.get(self.current).map_or(0, |first| first.pos)).max(0) as u64
+            }
+            _ => self.image_address(),
+        };
+        let start = self.bytes.len();
+        if start + bytes.len() > MOST {
+            return false;
+        }
+        self.bytes.extend_from_slice(bytes);
+        let (section, end) = (self.current, self.bytes.len());
+        match self.runs.last_mut() {
+            Some(last)
+                if last.line == line && last.section == section && last.addr + last.bytes.len() as u64 == addr =>
+            {
+                last.bytes.end = end;
+            }
+            _ => self.runs.push(Run { section, addr, bytes: start..end, line }),
+        }
+        if let Some(section) = self.sections.get_mut(self.current) {
+            section.pos += bytes.len() as i64;
+        }
+        true
+    }
+}
+
+/// What lies at a byte of a memory: the line that gave it.
+#[derive(Clone, Copy, Default)]
+struct Cell {
+    byte: u8,
+    /// Line by its number in the listing, plus 1; 0 for none.
+    from: u32,
+}
+
+impl Asm<'_> {
+    /// Gives bytes at the next address.
+    pub fn emit(&mut self, bytes: &[u8], at: Range<usize>) {
+        if self.out.holds() == Holds::Addresses {
+            let here = self.out.here();
+            self.out.go(here + bytes.len() as i64);
+            if bytes.iter().all(|&byte| byte == 0) {
+                return;
+            }
+            let cause = "there is no memory here that a program can fill";
+            return self.tell(Fault::new("ASM020", at, cause, "reserve room with ds, and let the program write it"));
+        }
+        let line = (self.out.list.len() as u32).saturating_sub(1);
+        if bytes.len() as u64 > MOST as u64 || !self.out.add(bytes, line) {
+            let cause = format!("the program gives more than {MOST} bytes");
+            self.tell(Fault::new("ASM017", at, cause, "look for a repetition or a gap that has grown too large"));
+            self.ended = true;
+        }
+    }
+
+    /// Gives program words at the next address, low byte first where they have two.
+    pub fn emit_words(&mut self, words: &[u16], at: Range<usize>) {
+        let mut bytes = [0u8; 8];
+        let size = if self.chip.word_bytes == 1 { 1 } else { 2 };
+        let mut len = 0;
+        for (to, word) in bytes.chunks_mut(size).zip(words) {
+            to.iter_mut().zip(word.to_le_bytes()).for_each(|(to, from)| *to = from);
+            len += size;
+        }
+        self.emit(bytes.get(..len).unwrap_or_default(), at);
+    }
+
+    /// Fills sections up to their alignment, as the GNU assembler does.
+    fn fill_up(&mut self) {
+        for current in 0..self.out.sections.len() {
+            self.out.current = current;
+            let Some(section) = self.out.sections.get(current) else { continue };
+            let gap = (section.align - section.pos.rem_euclid(section.align)) % section.align;
+            if self.out.begun() && section.holds != Holds::Addresses {
+                self.emit(&vec![0; gap as usize], 0..0);
+            }
+        }
+    }
+
+    /// Puts all bytes where they belong and tells what does not fit.
+    pub fn place(&mut self) {
+        self.fill_up();
+        let spaces = std::mem::take(&mut self.out.spaces);
+        let runs = std::mem::take(&mut self.out.runs);
+        let mut memories: Vec<Vec<Cell>> = spaces.iter().map(|_| Vec::new()).collect();
+        let end = |name: &str| {
+            let in_code =
+                runs.iter().filter(|run| self.out.sections.get(run.section).is_some_and(|s| s.holds != Holds::Copied));
+            let within = spaces.iter().find(|space| space.name == name).map_or(0..0, window);
+            in_code
+                .map(|run| run.addr + run.bytes.len() as u64)
+                .filter(|end| *end > within.start && *end <= within.end)
+                .max()
+        };
+        let behind = end(self.out.code).map_or(0, |end| end.next_multiple_of(self.chip.word_bytes.max(1).into()));
+        let mut lines = Vec::new();
+        for run in &runs {
+            let copied = self.out.sections.get(run.section).is_some_and(|section| section.holds == Holds::Copied);
+            let addr = if copied { behind + run.addr } else { run.addr };
+            let len = run.bytes.len() as u64;
+            let inside = spaces.iter().position(|space| {
+                let window = window(space);
+                window.start <= addr && addr + len <= window.end
+            });
+            let Some(index) = inside else {
+                self.outside(run.line, addr, len, &spaces);
+                continue;
+            };
+            let (Some(space), Some(memory)) = (spaces.get(index), memories.get_mut(index)) else { continue };
+            let start = (addr - u64::from(space.start)) as usize;
+            if memory.len() < start + len as usize {
+                memory.resize(start + len as usize, Cell::default());
+            }
+            let bytes = self.out.bytes.get(run.bytes.clone()).unwrap_or_default();
+            let mut taken = 0;
+            for (cell, byte) in memory.iter_mut().skip(start).zip(bytes) {
+                if cell.from != 0 && taken == 0 {
+                    taken = cell.from;
+                }
+                *cell = Cell { byte: *byte, from: run.line + 1 };
+            }
+            if taken != 0 {
+                self.overlap(run.line, taken - 1, space, start);
+            }
+            if space.name == self.out.code {
+                lines.push((start as u32, run.line, len as u32));
+            }
+        }
+        for (space, memory) in spaces.iter().zip(&mut memories) {
+            self.check_words(space, memory);
+            self.out.segments.extend(segments(space, memory));
+        }
+        self.out.lines = lines.into_iter().filter_map(|(addr, line, len)| self.line_at(addr, line, len)).collect();
+        self.out.spaces = spaces;
+        self.line = None;
+    }
+
+    fn line_at(&self, addr: u32, line: u32, len: u32) -> Option<LineAt> {
+        let listed = self.out.list.get(line as usize)?;
+        let file = self.texts.name(listed.line.file).into();
+        Some(LineAt { addr, kind: LineKind::Asm, file, line: listed.line.number, len })
+    }
+
+    /// The complaint stands at the line with this number in the listing.
+    fn tell_at(&mut self, line: u32, code: &'static str, cause: String, hint: &str) {
+        self.line = self.out.list.get(line as usize).map(|listed| listed.line.clone());
+        let text = self.line.as_ref().map_or("", |line| &line.text);
+        let whole = crate::text::trim(text, 0..crate::statement::code_end(self.d, text));
+        self.tell(Fault::new(code, whole, cause, hint));
+    }
+
+    fn outside(&mut self, line: u32, addr: u64, len: u64, spaces: &[Space]) {
+        let unit = u64::from(self.chip.width(self.chip.code));
+        let list: Vec<String> = spaces
+            .iter()
+            .filter(|space| space.len > 0)
+            .map(|space| {
+                let window = window(space);
+                format!("{} 0x{:04X} to 0x{:04X}", space.name, window.start / unit, window.end / unit - 1)
+            })
+            .collect();
+        let (first, last) = (addr / unit, (addr + len.max(1) - 1) / unit);
+        let cause = format!("nothing can lie at 0x{first:04X} to 0x{last:04X} of the {}", self.chip.name);
+        self.tell_at(line, "ASM020", cause, &format!("its memories: {}", list.join(", ")));
+    }
+
+    fn overlap(&mut self, line: u32, with: u32, space: &Space, addr: usize) {
+        let other = self.out.list.get(with as usize);
+        let place = other.map_or(String::new(), |o| format!("{}:{}", self.texts.name(o.line.file), o.line.number));
+        let unit = if space.name == self.out.code { self.chip.width(self.chip.code) as usize } else { 1 };
+        let cause =
+            format!("something from {place} already lies in {} from 0x{:04X} on", space.name, addr / unit.max(1));
+        self.tell_at(line, "ASM019", cause, "move one of them with org");
+    }
+
+    /// Words with bits that the memory has not are told; half words are filled up as erased.
+    fn check_words(&mut self, space: &Space, memory: &mut Vec<Cell>) {
+        if space.word != 2 {
+            return;
+        }
+        if memory.len() % 2 == 1 {
+            memory.push(Cell::default());
+        }
+        let mut wide = Vec::new();
+        for word in memory.chunks_exact_mut(2) {
+            let [low, high] = word else { continue };
+            let from = low.from.max(high.from);
+            if from != 0 {
+                for cell in [&mut *low, &mut *high].into_iter().filter(|cell| cell.from == 0) {
+                    *cell = Cell { byte: 0xFF, from };
+                }
+            }
+            let value = u16::from_le_bytes([low.byte, high.byte]);
+            if let Bits::Only(bits) | Bits::Low(bits) = space.bits {
+                if from != 0 && u32::from(value) >> bits != 0 {
+                    wide.push((from - 1, value, bits));
+                }
+            }
+        }
+        for (line, value, bits) in wide {
+            let cause = format!("0x{value:04X} has more than the {bits} bits of a word of {}", space.name);
+            self.tell_at(line, "ASM021", cause, "give a smaller value");
+        }
+    }
+}
+
+/// Where a memory lies in the image file.
+fn window(space: &Space) -> Range<u64> {
+    space.start.into()..u64::from(space.start) + u64::from(space.len)
+}
+
+/// The bytes of a memory that were given.
+fn segments(space: &Space, memory: &[Cell]) -> Vec<Segment> {
+    let mut list: Vec<Segment> = Vec::new();
+    let mut last = None;
+    for (addr, cell) in memory.iter().enumerate().filter(|(_, cell)| cell.from != 0) {
+        match list.last_mut() {
+            Some(segment) if last == Some(addr.wrapping_sub(1)) => segment.bytes.push(cell.byte),
+            _ => list.push(Segment { space: space.name, addr: addr as u32, bytes: vec![cell.byte] }),
+        }
+        last = Some(addr);
+    }
+    list
+}

@@ -1,0 +1,351 @@
+//! One line: its labels, its word, and what is done with it.
+
+use std::ops::Range;
+
+use crate::dialect::{Dialect, Directive, Do, Flow, Label};
+use crate::engine::{Asm, Call};
+use crate::expr::Value;
+use crate::fault::Fault;
+use crate::output::Listed;
+use crate::symbols::Kind;
+use crate::text::{Line, behind_name, byte, skip_space, step, trim};
+
+/// The front of a line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Head {
+    /// A name in front of the word: a label, or what the directive is about.
+    pub label: Option<Range<usize>>,
+    /// The label has a colon, or stands in column 1: it is an address whatever follows.
+    pub address: bool,
+    /// The instruction, directive or macro; empty where there is none.
+    pub word: Range<usize>,
+    /// What stands behind it.
+    pub rest: Range<usize>,
+}
+
+/// Where the comment of a line begins.
+pub(crate) fn code_end(d: &Dialect, text: &str) -> usize {
+    let start = skip_space(text, 0);
+    let rest = text.get(start..).unwrap_or_default();
+    if d.line_comments.iter().any(|mark| rest.starts_with(mark)) && !is_hash_word(rest) {
+        return start;
+    }
+    let mut at = start;
+    while at < text.len() {
+        let c = byte(text, at);
+        if d.comments.iter().any(|mark| mark.as_bytes().first() == Some(&c) && text[at..].starts_with(mark)) {
+            return at;
+        }
+        at = step(text, at);
+    }
+    text.len()
+}
+
+/// `#define` and its like are no comments.
+fn is_hash_word(text: &str) -> bool {
+    let Some(rest) = text.strip_prefix('#') else { return false };
+    let word: String = rest.trim_start().chars().take_while(char::is_ascii_alphabetic).collect();
+    let words = [
+        "define", "undef", "undefine", "include", "ifdef", "ifndef", "if", "elif", "else", "endif", "error", "warning",
+    ];
+    words.iter().any(|known| word.eq_ignore_ascii_case(known))
+}
+
+impl Asm<'_> {
+    /// Reads one line.
+    pub fn statement(&mut self, line: &Line) {
+        let end = code_end(self.d, &line.text);
+        if line.text.get(..end).is_none_or(|code| code.trim().is_empty()) {
+            return self.list(line);
+        }
+        let first = self.head(&line.text, 0, end);
+        let word = line.text.get(first.word.clone()).unwrap_or_default();
+        let keeps = self
+            .directive_of(word)
+            .is_some_and(|d| matches!(d.name, "define" | "undef" | "undefine" | "ifdef" | "ifndef"));
+        let decided = self.decide_defined(line, end);
+        let (line, end) = decided.as_ref().map_or((line, end), |line| (line, line.text.len()));
+        let expanded = if keeps || !self.reading() { None } else { self.expand(line, end) };
+        match expanded {
+            Some(line) => {
+                let text = line.text.clone();
+                self.line = Some(line.clone());
+                self.list(&line);
+                self.codes(&text, text.len());
+            }
+            None => {
+                self.list(line);
+                let text = line.text.clone();
+                self.codes(&text, end);
+            }
+        }
+        self.listed();
+    }
+
+    /// Begins a line of the listing.
+    pub fn list(&mut self, line: &Line) {
+        let depth = self.frames.iter().filter(|frame| frame.called.is_some()).count() as u32;
+        let (addr, unit, start) = (self.out.here(), self.out.unit(), self.out.bytes.len());
+        self.out.list.push(Listed { line: line.clone(), depth, addr, value: None, bytes: start..start, unit });
+    }
+
+    /// Ends it.
+    fn listed(&mut self) {
+        let end = self.out.bytes.len();
+        if let Some(last) = self.out.list.last_mut() {
+            last.bytes.end = end.max(last.bytes.start);
+        }
+    }
+
+    /// The statements of a line.
+    fn codes(&mut self, text: &str, end: usize) {
+        let (mut from, mut at) = (0, 0);
+        while at < end && !self.d.separators.is_empty() {
+            let next = byte(text, at + 1);
+            if self.d.separators.contains(&byte(text, at)) && (next == 0 || next.is_ascii_whitespace()) {
+                self.code(text, from, at);
+                from = at + 1;
+            }
+            at = step(text, at);
+        }
+        self.code(text, from, end);
+    }
+
+    fn code(&mut self, text: &str, mut from: usize, end: usize) {
+        self.line_at = self.out.here();
+        loop {
+            let head = self.head(text, from, end);
+            let word = text.get(head.word.clone()).unwrap_or_default();
+            let directive = self.directive_of(word);
+            let flow = match directive {
+                Some(Directive { does: Do::Flow(flow), .. }) => Some(*flow),
+                _ => None,
+            };
+            if !self.reading() {
+                if let (Some(flow), true) =
+                    (flow, matches!(flow, Some(Flow::If(_) | Flow::Elif | Flow::Else | Flow::Endif)))
+                {
+                    self.flow(flow, &Call { text, label: None, word: head.word, rest: head.rest });
+                }
+                return;
+            }
+            let named = directive.is_some_and(|d| d.label == Label::Name);
+            if let Some(label) = head.label.clone().filter(|_| !named) {
+                self.give_label(text, label);
+                if head.word.is_empty() && head.rest.start < end && head.rest.start > from {
+                    from = head.rest.start;
+                    continue;
+                }
+            }
+            if head.word.is_empty() {
+                let rest = trim(text, head.rest);
+                if !rest.is_empty() {
+                    let what = text.get(rest.clone()).unwrap_or_default();
+                    let cause = format!("`{what}` is no instruction, directive or label");
+                    self.tell(Fault::new("ASM005", rest, cause, "a line is `label: word operands ; comment`"));
+                }
+                return;
+            }
+            let call = Call { text, label: head.label.filter(|_| named), word: head.word, rest: head.rest };
+            return self.word(directive, flow, &call);
+        }
+    }
+
+    fn word(&mut self, directive: Option<&'static Directive>, flow: Option<Flow>, call: &Call<'_>) {
+        let word = call.get(call.word.clone());
+        let lower = word.to_ascii_lowercase();
+        if let Some(found) = self.macros.get(&lower).cloned() {
+            return self.call_macro(&found, call);
+        }
+        if let Some(flow) = flow {
+            return self.flow(flow, call);
+        }
+        match directive {
+            Some(Directive { does: Do::Run(run), .. }) => run(self, call),
+            _ if self.table.forms(&lower).is_empty() => {
+                let cause = format!("`{word}` is no instruction, directive or macro");
+                let hint = "docs/isa lists the instructions, docs/formats/asm.md the directives";
+                self.tell(Fault::new("ASM001", call.word.clone(), cause, hint).near(word));
+            }
+            _ => {
+                let place = self.image_address();
+                let words = self.instruction(call.text, &lower, call.word.clone(), call.rest.clone());
+                if place % u64::from(self.chip.word_bytes.max(1)) != 0 {
+                    let hint = "put `.balign 2` before it, or another byte";
+                    self.tell(Fault::new("ASM022", call.word.clone(), "an instruction stands at an odd address", hint));
+                }
+                // What is wrong is told; what follows keeps its place all the same.
+                let words = words.unwrap_or_else(|| {
+                    let len = self.shortest(&lower);
+                    vec![0; len]
+                });
+                self.emit_words(&words, call.word.clone());
+            }
+        }
+    }
+
+    /// Length in words of the shortest form of an instruction.
+    fn shortest(&self, mnemonic: &str) -> usize {
+        let rows = self.chip.isa.rows.iter().filter(|row| row.mnemonic == mnemonic);
+        rows.map(|row| row.len() as usize).min().unwrap_or(1)
+    }
+
+    fn give_label(&mut self, text: &str, at: Range<usize>) {
+        let name = text.get(at.clone()).unwrap_or_default();
+        if let Some(digits) = name.strip_suffix('$').filter(|d| d.bytes().all(|c| c.is_ascii_digit())) {
+            let name = format!("{digits}$\u{1}{}", self.stretch);
+            return self.label(&name, at);
+        }
+        if name.bytes().all(|c| c.is_ascii_digit()) {
+            let given = self.numbered.entry(name.to_owned()).or_insert(0);
+            *given += 1;
+            let name = format!("{name}\u{1}{given}");
+            return self.label(&name, at);
+        }
+        self.stretch += 1;
+        if self.is_register(name) && self.known.get(name).is_none() {
+            let cause = format!("`{name}` is a register of the core and cannot be a label");
+            return self.tell(Fault::new("ASM008", at, cause, "choose another name"));
+        }
+        self.label(name, at);
+    }
+
+    /// The directive that a word is: with a dot always, without one where no instruction bears that name.
+    pub fn directive_of(&self, word: &str) -> Option<&'static Directive> {
+        if word.is_empty() {
+            return None;
+        }
+        let lower = word.to_ascii_lowercase();
+        let bare = match (lower.strip_prefix('.'), lower.strip_prefix('#')) {
+            (Some(bare), _) => bare,
+            (_, Some(bare)) => bare.trim_start(),
+            _ if !self.table.forms(&lower).is_empty() => return None,
+            _ => &lower,
+        };
+        self.d.directive(bare)
+    }
+
+    /// The flow that the word of a line decides.
+    pub fn flow_of(&self, line: &Line) -> Option<Flow> {
+        let text: &str = &line.text;
+        let head = self.head(text, 0, code_end(self.d, text));
+        let word = text.get(head.word)?;
+        match self.directive_of(word)?.does {
+            Do::Flow(flow) => Some(flow),
+            Do::Run(_) => None,
+        }
+    }
+
+    /// An instruction, directive or macro has this name.
+    fn is_word(&self, word: &str) -> bool {
+        let lower = word.to_ascii_lowercase();
+        self.macros.contains_key(&lower) || !self.table.forms(&lower).is_empty() || self.directive_of(word).is_some()
+    }
+
+    /// Takes the front of `text[from..end]` apart.
+    pub fn head(&self, text: &str, from: usize, end: usize) -> Head {
+        let start = skip_space(text, from).min(end);
+        let none = Head { label: None, address: false, word: start..start, rest: start..end };
+        let get = |range: Range<usize>| text.get(range).unwrap_or_default();
+        let digits = get(start..end).bytes().take_while(u8::is_ascii_digit).count();
+        if digits > 0 {
+            let dollar = usize::from(self.d.dollar_labels && byte(text, start + digits) == b'$');
+            let name_end = start + digits + dollar;
+            let colon = skip_space(text, name_end);
+            let known = self.d.numbered_labels || dollar == 1;
+            if known && byte(text, colon) == b':' && colon < end {
+                return self.labelled(text, start..name_end, colon, end);
+            }
+            return none;
+        }
+        if byte(text, start) == b'#' {
+            let word_end = behind_name(text, skip_space(text, start + 1), false).min(end);
+            return if is_hash_word(get(start..end)) {
+                Head { word: start..word_end, rest: word_end..end, ..none }
+            } else {
+                none
+            };
+        }
+        let name_end = behind_name(text, start, true).min(end);
+        let (name_end, here) = match self.d.here.iter().find(|token| get(start..end).starts_with(**token)) {
+            Some(token) if name_end <= start + token.len() => (start + token.len(), true),
+            _ => (name_end, false),
+        };
+        if name_end <= start {
+            return none;
+        }
+        let name = start..name_end;
+        let after = skip_space(text, name_end).min(end);
+        if byte(text, after) == b':' && after < end && !here {
+            return self.labelled(text, name, after, end);
+        }
+        if byte(text, after) == b'=' && after < end {
+            let equals = after + get(after..end).bytes().take_while(|c| *c == b'=').count();
+            return Head { label: Some(name), address: false, word: after..equals, rest: equals..end };
+        }
+        let second_end = behind_name(text, after, true).min(end);
+        let second = after..second_end.max(after);
+        let about = self.directive_of(get(second.clone())).is_some_and(|d| d.label == Label::Name);
+        let column_one = start == 0 && from == 0;
+        let known = self.is_word(get(name.clone()));
+        let first_names = self.directive_of(get(name.clone())).is_some_and(|d| d.label == Label::Name);
+        if about && !first_names && (!known || column_one) {
+            return Head { label: Some(name), address: false, rest: second.end..end, word: second };
+        }
+        let label = column_one && !known && (self.d.column_one || self.is_word(get(second.clone())));
+        if label {
+            return Head { label: Some(name), address: true, rest: second.end..end, word: second };
+        }
+        Head { word: name, rest: name_end..end, ..none }
+    }
+
+    /// A label with a colon, or two, and what stands behind it.
+    fn labelled(&self, text: &str, name: Range<usize>, colon: usize, end: usize) -> Head {
+        let mut behind = colon + 1;
+        if byte(text, behind) == b':' {
+            behind += 1;
+        }
+        let behind = behind.min(end);
+        let next = self.head(text, behind, end);
+        let word = text.get(next.word.clone()).unwrap_or_default();
+        let about = self.directive_of(word).is_some_and(|d| d.label == Label::Name);
+        // `name: equ 5`; any other label, and what stands behind it, is a line of its own.
+        if about && next.label.is_none() {
+            return Head { label: Some(name), ..next };
+        }
+        Head { label: Some(name), address: true, word: behind..behind, rest: behind..end }
+    }
+
+    /// The line of the listing shows this value.
+    pub fn list_value(&mut self, value: Value) {
+        if let Some(last) = self.out.list.last_mut() {
+            last.value = Some(value.n);
+        }
+    }
+
+    /// Gives the name `label` of a directive a value.
+    pub fn give(&mut self, call: &Call<'_>, kind: Kind) {
+        let Some(label) = call.label.clone() else {
+            let word = call.get(call.word.clone());
+            let cause = format!("`{word}` needs a name in front of it");
+            return self.tell(Fault::new("ASM023", call.word.clone(), cause, "write `name equ value`"));
+        };
+        let rest = trim(call.text, call.rest.clone());
+        let name = call.get(label.clone());
+        self.give_value(name, label, call.text, rest, kind);
+    }
+
+    /// Gives a name the value of `text[rest]`, or makes it another name of a register of the core.
+    pub fn give_value(&mut self, name: &str, at: Range<usize>, text: &str, rest: Range<usize>, kind: Kind) {
+        let written = text.get(rest.clone()).unwrap_or_default();
+        if self.symbols.get(written, self.d.any_case).is_none()
+            && self.known.get(written).is_none()
+            && self.chip_register(written)
+        {
+            return self.define(name, Value::default(), Kind::Alias(written.into()), at);
+        }
+        let Some(value) = self.value(text, rest) else { return };
+        self.list_value(value);
+        self.define(name, value, kind, at);
+    }
+}

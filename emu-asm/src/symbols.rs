@@ -1,0 +1,150 @@
+//! Names of a program and their values, from pass to pass.
+
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use crate::expr::Value;
+
+/// What a name is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// An address in a memory, in bytes.
+    Label {
+        /// Name of the memory.
+        space: &'static str,
+        /// Byte address within it.
+        addr: u32,
+    },
+    /// A number that stays.
+    Equ,
+    /// A number that may be given anew.
+    Set,
+    /// A register of the core under another name.
+    Alias(Rc<str>),
+}
+
+/// A name.
+#[derive(Debug, Clone)]
+pub(crate) struct Symbol {
+    /// Its value.
+    pub value: Value,
+    /// What it is.
+    pub kind: Kind,
+    /// The pass that last gave it.
+    pub pass: u32,
+    /// File and line that gave it.
+    pub place: (u32, u32),
+    /// Its value at the end of the pass before.
+    before: Value,
+    /// It was read in this pass before it was given.
+    early: bool,
+}
+
+/// How a definition went.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Defined {
+    /// As it was.
+    Same,
+    /// New, or with another value than in the pass before.
+    Moved,
+    /// It was given already in this pass, in this file and line.
+    Twice(u32, u32),
+}
+
+/// All names.
+#[derive(Debug, Default)]
+pub(crate) struct Symbols {
+    names: HashMap<Rc<str>, Symbol>,
+    /// Names in lower case, where they differ from that.
+    lower: HashMap<String, Rc<str>>,
+}
+
+impl Symbols {
+    /// The symbol of a name, and where `any_case` holds one whose name differs in case alone.
+    pub fn get(&self, name: &str, any_case: bool) -> Option<&Symbol> {
+        self.names.get(name).or_else(|| {
+            let lower = any_case.then(|| name.to_ascii_lowercase())?;
+            self.names.get(lower.as_str()).or_else(|| self.names.get(self.lower.get(&lower)?))
+        })
+    }
+
+    /// The same to change it.
+    fn get_mut(&mut self, name: &str, any_case: bool) -> Option<&mut Symbol> {
+        if self.names.contains_key(name) || !any_case {
+            return self.names.get_mut(name);
+        }
+        let lower = name.to_ascii_lowercase();
+        let found = if self.names.contains_key(lower.as_str()) {
+            lower.as_str().into()
+        } else {
+            self.lower.get(&lower)?.clone()
+        };
+        self.names.get_mut(&found)
+    }
+
+    /// The value of a name in this pass, and whether it has been given in this pass.
+    pub fn read(&mut self, name: &str, any_case: bool, pass: u32) -> Option<(Value, bool)> {
+        let symbol = self.get_mut(name, any_case)?;
+        let given = symbol.pass == pass;
+        symbol.early |= !given;
+        Some((symbol.value, given))
+    }
+
+    /// Gives a name its value.
+    pub fn define(&mut self, name: &str, value: Value, kind: Kind, pass: u32, place: (u32, u32)) -> Defined {
+        match self.names.get_mut(name) {
+            Some(old) => {
+                let twice = old.pass == pass && !matches!((&old.kind, &kind), (Kind::Set, Kind::Set));
+                if twice && (old.value != value || old.kind != kind) {
+                    return Defined::Twice(old.place.0, old.place.1);
+                }
+                let moved = (old.value != value || old.kind != kind) && kind != Kind::Set;
+                (old.value, old.kind, old.pass, old.place) = (value, kind, pass, place);
+                if moved { Defined::Moved } else { Defined::Same }
+            }
+            None => {
+                let shared: Rc<str> = name.into();
+                let lower = name.to_ascii_lowercase();
+                if lower != name {
+                    self.lower.entry(lower).or_insert_with(|| shared.clone());
+                }
+                let before = Value { unknown: true, ..Value::default() };
+                self.names.insert(shared, Symbol { value, kind, pass, place, before, early: false });
+                Defined::Moved
+            }
+        }
+    }
+
+    /// Ends a pass: the names that were read before they were given and have moved meanwhile, and those that are gone.
+    pub fn end(&mut self, pass: u32) -> Vec<Rc<str>> {
+        let gone: Vec<Rc<str>> =
+            self.names.iter().filter(|(_, symbol)| symbol.pass != pass).map(|(name, _)| name.clone()).collect();
+        let mut moved: Vec<Rc<str>> =
+            gone.iter().filter(|name| self.names.get(*name).is_some_and(|s| s.early)).cloned().collect();
+        for name in gone {
+            self.names.remove(&name);
+        }
+        for (name, symbol) in &mut self.names {
+            if symbol.early && symbol.before != symbol.value {
+                moved.push(name.clone());
+            }
+            symbol.before = symbol.value;
+            symbol.early = false;
+        }
+        self.lower.retain(|_, name| self.names.contains_key(name));
+        moved.sort();
+        moved
+    }
+
+    /// All of them, by name.
+    pub fn all(&self) -> Vec<(&Rc<str>, &Symbol)> {
+        let mut all: Vec<_> = self.names.iter().collect();
+        all.sort_by(|a, b| a.0.cmp(b.0));
+        all
+    }
+
+    /// All names.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.names.keys().map(AsRef::as_ref)
+    }
+}
