@@ -51,7 +51,7 @@ fn read(text: &str, labels: &mut BTreeMap<String, u16>) -> Vec<(usize, u16)> {
             here += 1;
         };
         match name {
-            ".word" => put(u16::from_str_radix(operand, 16).expect("a word in hex")),
+            ".word" => put(u16::from_str_radix(operand.trim_start_matches("0x"), 16).expect("a word in hex")),
             // One line, two words (rule 12).
             "TIM" => {
                 let (module, data) = operand.split_once(",#").expect("a module and data");

@@ -19,7 +19,7 @@ pub struct Record {
 }
 
 /// What the block says.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     pub live: bool,
     pub reconfigurable: bool,

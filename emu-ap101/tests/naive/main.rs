@@ -2,6 +2,7 @@
 //! text on it and on the crate (`../programs/`), and random programs on both.
 
 mod asm;
+mod assembler;
 mod blocks;
 mod config;
 mod core;

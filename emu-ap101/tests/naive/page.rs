@@ -7,7 +7,7 @@ use super::script::{Case, Subject};
 const PAGE: &str = include_str!("../../../docs/chips/ap101.md");
 
 /// Each program of the page, with the line below it.
-fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<Case> {
     let mut all = Vec::new();
     for part in PAGE.split("\n```asm\n").skip(1) {
         let (source, rest) = part.split_once("\n```\n").expect("the end of a program");

@@ -55,6 +55,11 @@ impl Subject for Naive {
     }
 }
 
+/// All cases of all files.
+pub fn all() -> Vec<Case> {
+    FILES.iter().flat_map(|(_, text)| cases(text)).collect()
+}
+
 fn check<S: Subject>() {
     let mut count = 0;
     let mut faults = Vec::new();
