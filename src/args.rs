@@ -4,7 +4,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use emu_core::chip::Chip;
 use ladder::Dialect;
 
-use crate::{check, chips, compile, disasm, draw, explain, family, run, shell, sim};
+use crate::{asm, check, chips, compile, disasm, draw, explain, family, run, shell, sim};
 
 const TOUR: &str = "\
 A short tour:
@@ -13,6 +13,7 @@ A short tour:
   emu run welder.hex --mcu atmega328p --for 2s      run it for two seconds of the chip's time
   emu sim examples/welder.ld --scans 10             what the program means, scan by scan
   emu disasm welder.hex                             its instructions
+  emu asm examples/and.asm --mcu ap101              assemble a source, for any chip
   emu explain HEX006                                more about the code of a message
 
 A file named - is standard input or output.
@@ -54,10 +55,12 @@ pub enum Color {
 pub enum Verb {
     /// Compile a ladder program, run it on the chip, compare every scan with the reference.
     Check(check::CheckArgs),
-    /// Run a HEX or ELF image on an emulated chip.
+    /// Run a HEX or ELF image, or an assembly source, on an emulated chip.
     Run(Box<run::RunArgs>),
     /// Compile a ladder program to Intel HEX.
     Compile(compile::CompileArgs),
+    /// Assemble a source to Intel HEX, for any chip.
+    Asm(asm::AsmArgs),
     /// Run a ladder program on the reference evaluator, scan by scan.
     Sim(sim::SimArgs),
     /// Print the instructions of an image.
@@ -80,6 +83,7 @@ impl Verb {
         match self {
             Verb::Run(args) => args.json,
             Verb::Disasm(args) => args.json,
+            Verb::Asm(args) => args.json,
             Verb::Chips(args) => args.json,
             Verb::Check(args) => args.json,
             Verb::Sim(args) => args.json,
@@ -93,6 +97,7 @@ impl Verb {
             Verb::Run(_) => "run",
             Verb::Check(_) => "check",
             Verb::Compile(_) => "compile",
+            Verb::Asm(_) => "asm",
             Verb::Sim(_) => "sim",
             Verb::Disasm(_) => "disasm",
             Verb::Draw(_) => "draw",

@@ -67,14 +67,14 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
     }
     let checked = match result {
         Ok(checked) => checked,
-        Err(refusals) => return Err(Failure::Refused(refusals, read.text)),
+        Err(refusals) => return Err(Failure::Refused(refusals, read.texts)),
     };
     if args.json {
         output::json(&checked)?;
     } else {
         // Fuses are for those who burn the image.
         let notes: Vec<_> = checked.notes.iter().filter(|n| n.code != ladder_compile::FUSES_NOTE).cloned().collect();
-        report(terminal, &notes, &read.text);
+        report(terminal, &notes, &read.texts);
         output::print(checked.text())?;
     }
     Ok(if checked.agreed { exit::OK } else { exit::FAILED })

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use crate::codes::{MESSAGE, about_file};
 use crate::fail::{Failure, exit};
 use crate::held::held;
+use crate::report::Texts;
 use crate::{input, output};
 
 /// Clock of the chip where neither the command line nor the program names one, as gpsim has it.
@@ -26,7 +27,7 @@ pub fn script(name: &str, chip: &Chip) -> Result<Script, Failure> {
     }
     let bytes = input::bytes(name)?;
     let file = SymbolFile { name, bytes: &bytes };
-    let refuse = |faults| Failure::Refused(faults, Vec::new());
+    let refuse = |faults| Failure::Refused(faults, Texts::default());
     let messages = load_messages(&file).map_err(refuse)?;
     let symbols = load_symbols(&[file], SymbolSpaces::PIC16).map_err(refuse)?;
     let strange = symbols.processors.iter().filter_map(|(file, made_for)| input::other_processor(file, made_for, chip));
@@ -36,7 +37,7 @@ pub fn script(name: &str, chip: &Chip) -> Result<Script, Failure> {
     }
     let refused = |refusals: Vec<Refusal>| {
         let refusals = refusals.into_iter().map(|refusal| refused(name, &refusal));
-        Failure::Refused(refusals.collect(), Vec::new())
+        Failure::Refused(refusals.collect(), Texts::default())
     };
     Script::read(&messages).map_err(refused)
 }
@@ -82,7 +83,7 @@ pub fn judge<C: Cpu>(
         output::tell(&format!("warning: {warning}\n"));
     }
     if let Verdict::Refused(refusal) = &outcome.verdict {
-        return Err(Failure::Refused(vec![refused(name, refusal)], Vec::new()));
+        return Err(Failure::Refused(vec![refused(name, refusal)], Texts::default()));
     }
     if as_json {
         output::json(&document(cpu, &outcome, (&source, limits.hz), drives))?;

@@ -70,7 +70,7 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
         Options { mcu: args.mcu.chip.name.to_owned(), pins: args.target.pins.clone(), clock_hz: args.target.clock };
     let compiled = match ladder_compile::compile(&read.program, &options) {
         Ok(compiled) => compiled,
-        Err(refusals) => return Err(Failure::Refused(refusals, read.text)),
+        Err(refusals) => return Err(Failure::Refused(refusals, read.texts)),
     };
     let mut map = serde_json::to_string_pretty(&compiled.map).map_err(|e| Failure::writing("map", &e.into()))?;
     map.push('\n');
@@ -79,11 +79,12 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let files: Vec<(&str, &[u8])> =
         outputs.iter().zip(texts.into_iter().flatten()).map(|((_, file), text)| (*file, text.as_bytes())).collect();
     output::files(&files)?;
-    report(terminal, &compiled.notes, &read.text);
+    report(terminal, &compiled.notes, &read.texts);
     Ok(exit::OK)
 }
 
-fn default_name(program: &str) -> String {
+/// The name of the image that is made of a program.
+pub fn default_name(program: &str) -> String {
     let stem = Path::new(program).file_stem().map(|stem| stem.to_string_lossy());
     match stem {
         Some(stem) if program != "-" => format!("{stem}.hex"),

@@ -32,7 +32,7 @@ pub fn all() -> Vec<&'static Code> {
         emu_core::image::CODES,
         emu_core::image::LINE_CODES,
         emu_core::image::SYMBOL_CODES,
-        emu_core::table::CODES,
+        emu_asm::CODES,
         emu_core::lint::CODES,
         emu_ap101::config::CODES,
         ladder::CODES,

@@ -5,7 +5,7 @@ use serde_json::json;
 
 use crate::codes::{UNWRITABLE, about_file, reason};
 use crate::output;
-use crate::report::{Terminal, report};
+use crate::report::{Terminal, Texts, report};
 
 /// Exit codes.
 pub mod exit {
@@ -30,8 +30,8 @@ pub mod exit {
 pub enum Failure {
     /// The command line makes no sense.
     Usage(String),
-    /// A file was refused: why, and its text for drawing.
-    Refused(Vec<Diagnostic>, Vec<u8>),
+    /// Files were refused: why, and their texts for drawing.
+    Refused(Vec<Diagnostic>, Texts),
     /// Nobody reads standard output any more.
     Pipe,
 }
@@ -44,7 +44,7 @@ impl Failure {
         }
         let cause = format!("cannot be written: {}", reason(error));
         let hint = "check the path and the room on the disk";
-        Failure::Refused(vec![about_file(UNWRITABLE, file, cause, hint)], Vec::new())
+        Failure::Refused(vec![about_file(UNWRITABLE, file, cause, hint)], Texts::default())
     }
 
     /// The value of a flag makes no sense.
@@ -62,14 +62,14 @@ pub fn finish(result: Result<u8, Failure>, verb: &str, json: bool, terminal: &Te
             output::tell(&format!("error: {text}\n\nFor more information, try 'emu {verb} --help'.\n"));
             exit::USAGE
         }
-        Err(Failure::Refused(diagnostics, text)) => {
+        Err(Failure::Refused(diagnostics, texts)) => {
             let lost = diagnostics.iter().any(|d| d.code == UNWRITABLE && d.file == "-");
             if !json || lost {
-                report(terminal, &diagnostics, &text);
+                report(terminal, &diagnostics, &texts);
             } else if let Err(Failure::Refused(why, _)) = output::json(&json!({ "schema": 1, "errors": diagnostics })) {
                 // Standard output takes nothing, so the document is told here, and why it is.
-                report(terminal, &diagnostics, &text);
-                report(terminal, &why, &[]);
+                report(terminal, &diagnostics, &texts);
+                report(terminal, &why, Texts::NONE);
             }
             exit::REFUSED
         }

@@ -12,9 +12,9 @@ use ladder::{Dialect, Program};
 use crate::ap101;
 use crate::codes::{OTHER_PROCESSOR, OTHER_PROGRAM, UNREADABLE, about_file, reason};
 use crate::fail::Failure;
-use crate::family;
 use crate::guess::guess;
-use crate::report::{Terminal, report};
+use crate::report::{Terminal, Texts, report};
+use crate::{asm, family};
 
 /// Largest file, in bytes.
 const MAX_BYTES: u64 = 64 << 20;
@@ -24,49 +24,63 @@ pub const ELF: &[u8] = b"\x7fELF";
 
 /// All bytes of a file; `-` is standard input.
 pub fn bytes(file: &str) -> Result<Vec<u8>, Failure> {
-    let refuse = |cause: String| {
+    read(file).map_err(|error| {
+        let cause = match error.kind() {
+            io::ErrorKind::FileTooLarge => "is larger than 64 MB".to_owned(),
+            _ => format!("cannot be read: {}", reason(&error)),
+        };
         let hint = "check the path; - is standard input";
-        Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Vec::new())
-    };
-    let read = |from: &mut dyn io::Read| -> io::Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        from.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
-        Ok(bytes)
-    };
-    let result =
-        if file == "-" { read(&mut io::stdin().lock()) } else { File::open(file).and_then(|mut f| read(&mut f)) };
-    match result {
-        Ok(bytes) if bytes.len() as u64 > MAX_BYTES => Err(refuse("is larger than 64 MB".to_owned())),
-        Ok(bytes) => Ok(bytes),
-        Err(error) => Err(refuse(format!("cannot be read: {}", reason(&error)))),
-    }
+        Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Texts::default())
+    })
 }
 
-/// The image in a HEX or ELF file, for `chip`; warnings are told.
-pub fn image(file: &str, chip: &Chip, terminal: &Terminal) -> Result<Image, Failure> {
+/// The same, with the system's word where it fails.
+pub fn read(file: &str) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let most = MAX_BYTES + 1;
+    match file {
+        "-" => io::stdin().lock().take(most).read_to_end(&mut bytes)?,
+        _ => File::open(file)?.take(most).read_to_end(&mut bytes)?,
+    };
+    if bytes.len() as u64 > MAX_BYTES { Err(io::ErrorKind::FileTooLarge.into()) } else { Ok(bytes) }
+}
+
+/// The image in a HEX or ELF file, or made of a source, for `chip`; warnings are told.
+pub fn image(file: &str, chip: &'static Chip, terminal: &Terminal) -> Result<Image, Failure> {
+    if asm::is_source(file) {
+        return asm::image(file, chip, terminal);
+    }
     let bytes = bytes(file)?;
     match image::load(file, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)) {
         Ok(mut loaded) => {
             let faults = ap101::faults(file, &bytes, chip, &loaded.image);
             if !faults.is_empty() {
-                return Err(Failure::Refused(faults, bytes));
+                return Err(Failure::Refused(faults, Texts::one(file, bytes)));
             }
             loaded.warnings.extend(guess(file, &bytes, chip, false));
-            report(terminal, &loaded.warnings, &bytes);
+            // The lines of an ELF file are no text.
             if bytes.starts_with(ELF) {
+                report(terminal, &loaded.warnings, Texts::NONE);
                 loaded.image.lines = Lines::of_elf(file, bytes);
+            } else {
+                report(terminal, &loaded.warnings, &Texts::one(file, bytes));
             }
             Ok(loaded.image)
         }
         Err(mut faults) => {
             faults.extend(guess(file, &bytes, chip, true));
-            Err(Failure::Refused(faults, bytes))
+            Err(Failure::Refused(faults, Texts::one(file, bytes)))
         }
     }
 }
 
 /// The image as [`image`] reads it, and with its symbols those of symbol files; warnings are told.
-pub fn image_with_symbols(file: &str, symbols: &[String], chip: &Chip, terminal: &Terminal) -> Result<Image, Failure> {
+pub fn image_with_symbols(
+    file: &str,
+    symbols: &[String],
+    chip: &'static Chip,
+    terminal: &Terminal,
+) -> Result<Image, Failure> {
     if std::iter::once(file).chain(symbols.iter().map(String::as_str)).filter(|name| *name == "-").count() > 1 {
         return Err(Failure::Usage("standard input (-) can be only one of the files".to_owned()));
     }
@@ -82,15 +96,12 @@ pub fn image_with_symbols(file: &str, symbols: &[String], chip: &Chip, terminal:
     let mut image = image(file, chip, terminal)?;
     let files = symbols.iter().map(|name| Ok((name, bytes(name)?))).collect::<Result<Vec<_>, Failure>>()?;
     let read: Vec<SymbolFile<'_>> = files.iter().map(|(name, bytes)| SymbolFile { name, bytes }).collect();
-    // Complaints are drawn with the text of one file, so those about several are not drawn.
-    let text = |about: &[diag::Diagnostic]| {
-        let named = files.iter().find(|(name, _)| about.iter().all(|d| d.file == **name));
-        named.map(|(_, bytes)| bytes.clone()).unwrap_or_default()
-    };
-    match image::load_symbols(&read, spaces) {
+    let loaded = image::load_symbols(&read, spaces);
+    let texts = Texts(files.into_iter().map(|(name, bytes)| (name.clone(), bytes)).collect());
+    match loaded {
         Ok(found) => {
-            report(terminal, &found.warnings, &text(&found.warnings));
-            report(terminal, &strangers(&found, symbols, &image, chip), &[]);
+            report(terminal, &found.warnings, &texts);
+            report(terminal, &strangers(&found, symbols, &image, chip), Texts::NONE);
             let constant = |(name, value)| SymbolAt { name, space: CONSTANT, addr: value, size: 0 };
             image.symbols.extend(found.symbols);
             image.symbols.extend(found.unplaced.into_iter().map(constant));
@@ -99,10 +110,7 @@ pub fn image_with_symbols(file: &str, symbols: &[String], chip: &Chip, terminal:
             }
             Ok(image)
         }
-        Err(faults) => {
-            let text = text(&faults);
-            Err(Failure::Refused(faults, text))
-        }
+        Err(faults) => Err(Failure::Refused(faults, texts)),
     }
 }
 
@@ -141,15 +149,17 @@ pub struct Read {
     /// The program.
     pub program: Program,
     /// Its text, for drawing complaints.
-    pub text: Vec<u8>,
+    pub texts: Texts,
 }
 
 /// Reads a ladder program; with `checked`, also looks for what cannot be meant.
 pub fn program(file: &str, dialect: Option<Dialect>, checked: bool, terminal: &Terminal) -> Result<Read, Failure> {
     let text = bytes(file)?;
-    let parsed = match ladder::parse_bytes(file, &text, ladder::Options { dialect }) {
+    let parsed = ladder::parse_bytes(file, &text, ladder::Options { dialect });
+    let texts = Texts::one(file, text);
+    let parsed = match parsed {
         Ok(parsed) => parsed,
-        Err(faults) => return Err(Failure::Refused(faults, text)),
+        Err(faults) => return Err(Failure::Refused(faults, texts)),
     };
     // No verb writes a program back, so what writing would change is of no interest.
     let mut told: Vec<_> = parsed.warnings.into_iter().filter(|d| d.code != ladder::REWRITTEN).collect();
@@ -158,8 +168,8 @@ pub fn program(file: &str, dialect: Option<Dialect>, checked: bool, terminal: &T
         told.sort_by_key(|d| d.pos);
     }
     if told.iter().any(diag::Diagnostic::is_error) {
-        return Err(Failure::Refused(told, text));
+        return Err(Failure::Refused(told, texts));
     }
-    report(terminal, &told, &text);
-    Ok(Read { program: parsed.program, text })
+    report(terminal, &told, &texts);
+    Ok(Read { program: parsed.program, texts })
 }

@@ -29,7 +29,7 @@ pub fn complain<C: Cpu>(story: &Story<'_, C>, lint: Lint, image: &str, terminal:
         Diagnostic::new(severity, found.lint.code(), image, Pos::default(), cause, found.lint.hint())
     });
     // Images have no lines to draw.
-    report::report(terminal, &each.collect::<Vec<_>>(), &[]);
+    report::report(terminal, &each.collect::<Vec<_>>(), report::Texts::NONE);
 }
 
 /// `4 times, first in cycle 12`.

@@ -16,6 +16,7 @@
 
 mod ap101;
 mod args;
+mod asm;
 mod attach;
 mod avr;
 mod check;
@@ -89,6 +90,7 @@ fn verb(verb: Verb, terminal: &Terminal) -> Result<u8, Failure> {
         Verb::Run(args) => run::run(&args, terminal),
         Verb::Check(args) => check::check(&args, terminal),
         Verb::Compile(args) => compile::compile(&args, terminal),
+        Verb::Asm(args) => asm::asm(&args, terminal),
         Verb::Sim(args) => sim::sim(&args, terminal),
         Verb::Disasm(args) => disasm::disasm(&args, terminal),
         Verb::Draw(args) => draw::draw(&args, terminal),

@@ -37,19 +37,39 @@ impl Terminal {
     }
 }
 
-/// Draws complaints on standard error. `text` is the file that they are about.
-pub fn report(terminal: &Terminal, diagnostics: &[Diagnostic], text: &[u8]) {
-    let mut drawn = Vec::new();
-    if diagnostics.is_empty() {
-        return;
+/// The texts of files that complaints are about, by name, for drawing.
+#[derive(Debug, Default)]
+pub struct Texts(pub Vec<(String, Vec<u8>)>);
+
+impl Texts {
+    /// No text: complaints are told without lines.
+    pub const NONE: &Texts = &Texts(Vec::new());
+
+    /// The text of one file.
+    pub fn one(file: &str, text: Vec<u8>) -> Texts {
+        Texts(vec![(file.to_owned(), text)])
     }
-    let text = String::from_utf8_lossy(text);
-    let lines: Vec<&str> = text.split('\n').take(MAX_NUMBER as usize).collect();
-    for diagnostic in diagnostics {
-        let line = (diagnostic.pos.line as usize).checked_sub(1).and_then(|n| lines.get(n));
-        match line.filter(|line| line.len() <= MAX_LENGTH) {
-            Some(line) => draw(terminal, diagnostic, line, &mut drawn),
-            None => plain(terminal, diagnostic, &mut drawn),
+
+    /// The text of a file; empty where it is not there.
+    fn of(&self, file: &str) -> &[u8] {
+        self.0.iter().find(|(name, _)| name == file).map_or(&[], |(_, text)| text)
+    }
+}
+
+/// Draws complaints on standard error, each with its line where that is there.
+pub fn report(terminal: &Terminal, diagnostics: &[Diagnostic], texts: &Texts) {
+    let mut drawn = Vec::new();
+    // Those of one file side by side share its lines.
+    for about in diagnostics.chunk_by(|a, b| a.file == b.file) {
+        let text = about.first().map_or(&[][..], |first| texts.of(&first.file));
+        let text = String::from_utf8_lossy(text);
+        let lines: Vec<&str> = text.split('\n').take(MAX_NUMBER as usize).collect();
+        for diagnostic in about {
+            let line = (diagnostic.pos.line as usize).checked_sub(1).and_then(|n| lines.get(n));
+            match line.filter(|line| line.len() <= MAX_LENGTH) {
+                Some(line) => draw(terminal, diagnostic, line, &mut drawn),
+                None => plain(terminal, diagnostic, &mut drawn),
+            }
         }
     }
     _ = std::io::stderr().write_all(&drawn);

@@ -21,7 +21,7 @@ use crate::family::{self, Job, Setup, on_machine};
 use crate::held::held;
 use crate::lint::Lint;
 use crate::output::Pending;
-use crate::report::{Terminal, report};
+use crate::report::{Terminal, Texts, report};
 use crate::store::{self, Store};
 use crate::summary::{self, Story};
 use crate::{ap101, avr, cod, input, lint, mcs51, output, pic16};
@@ -276,12 +276,12 @@ impl Job for Headless<'_> {
         let source = self.source(cpu.chip());
         let job = planned(self.args, &source, clock);
         // Asking for a line of the image may have shown that its debugging information is damaged.
-        report(self.terminal, self.image.lines.warnings(), &[]);
+        report(self.terminal, self.image.lines.warnings(), Texts::NONE);
         let told = self.image.lines.warnings().len();
         let job = job?;
         let mut board = self.bench.board(cpu.chip(), clock, &job.drives)?;
         let out = self.whole((&mut cpu, &mut board), job);
-        report(self.terminal, self.image.lines.warnings().get(told..).unwrap_or_default(), &[]);
+        report(self.terminal, self.image.lines.warnings().get(told..).unwrap_or_default(), Texts::NONE);
         // However the run has ended: but a command line that makes no sense has run nothing.
         let wrong = matches!(out, Err(Failure::Usage(_)));
         if let Some(store) = store.filter(|_| !wrong) {

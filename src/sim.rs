@@ -61,7 +61,7 @@ pub fn sim(args: &SimArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
     let mut evaluator = match Evaluator::new(&read.program) {
         Ok(evaluator) => evaluator,
-        Err(refusal) => return Err(Failure::Refused(vec![unsupported(&read.program, &refusal)], read.text)),
+        Err(refusal) => return Err(Failure::Refused(vec![unsupported(&read.program, &refusal)], read.texts)),
     };
     let changes = changes(args, &evaluator)?;
     let count = evaluator.symbols().len();

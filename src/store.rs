@@ -10,6 +10,7 @@ use emu_core::image::{Bits, Image, Space, load_hex, write_hex};
 use crate::codes::{SIZE, about_file};
 use crate::fail::Failure;
 use crate::output::{self, Pending};
+use crate::report::Texts;
 use crate::{input, sink};
 
 /// What an erased cell reads as.
@@ -57,12 +58,12 @@ fn content(name: &str, hex: bool, size: usize) -> Result<Vec<u8>, Failure> {
         let space = Space { name: EEPROM, start: 0, len: size as u32, word: 1, bits: Bits::All };
         match load_hex(name, &file, &[space]) {
             Ok(loaded) => loaded.image.fill(EEPROM, &mut cells),
-            Err(faults) => return Err(Failure::Refused(faults, file)),
+            Err(faults) => return Err(Failure::Refused(faults, Texts::one(name, file))),
         };
     } else if file.len() > size {
         let cause = format!("holds {} bytes, and the memory has {size}", file.len());
         let hint = "plain bytes from address 0 on; a name in .hex or .eep stands for Intel HEX";
-        return Err(Failure::Refused(vec![about_file(SIZE, name, cause, hint)], Vec::new()));
+        return Err(Failure::Refused(vec![about_file(SIZE, name, cause, hint)], Texts::default()));
     } else {
         cells.iter_mut().zip(file).for_each(|(cell, byte)| *cell = byte);
     }

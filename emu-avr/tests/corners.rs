@@ -1,26 +1,12 @@
 //! Where parts meet: small programs of what the data sheet says of two of them at once. Each is run in one go and cycle by cycle.
 
 use emu_avr::chips::ATMEGA328P;
-use emu_avr::isa::assemble;
 use emu_avr::{Avr, Options};
-use emu_core::image::{Image, Segment};
 use emu_core::{Cpu, Event, Level, Probe, RamInit, Stop, Time};
 
-/// One instruction a line; `@` and a word address in hexadecimal say where the next ones stand.
+/// The machine of a program.
 fn machine(source: &str, lock: u8, fuses: [u8; 3]) -> Avr {
-    let mut segments: Vec<Segment> = Vec::new();
-    let mut at = 0;
-    for line in source.lines().map(str::trim).filter(|line| !line.is_empty()) {
-        if let Some(place) = line.strip_prefix('@') {
-            at = u32::from_str_radix(place, 16).expect("a place");
-            continue;
-        }
-        let words = assemble(line, at).unwrap_or_else(|e| panic!("{line}: {e}"));
-        let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-        segments.push(Segment { space: "flash", addr: 2 * at, bytes });
-        at += words.len() as u32;
-    }
-    let image = Image { segments, ..Image::default() };
+    let image = emu_asm::image(&ATMEGA328P, source).unwrap_or_else(|e| panic!("{e}\n{source}"));
     let options = Options { hz: 1_000_000, fuses: Some(fuses), lock: Some(lock), start_up: false };
     Avr::with(&ATMEGA328P, &image, RamInit::Zero, options)
 }
@@ -39,7 +25,7 @@ fn after(mut avr: Avr, cycles: u64) -> [u8; 4] {
 
 /// Timer 0 matches at 5, long before `main` goes on: OCF0A waits. Its routine notes that it came, and r20.
 const MATCH: &str = "
-    @1C
+    .org 0x38
     ldi r21, 1
     sts 0x100, r21
     sts 0x101, r20
@@ -65,9 +51,9 @@ const PENDING: &str = "
 /// Interrupts that BLB12 bars in the boot section are taken behind the jump out of it (12.5, 27.3).
 #[test]
 fn barred_interrupts_are_taken_outside_of_the_boot_section() {
-    let source =
-        format!("{MATCH} @3800 {PENDING} sts 0x6E, r17\n sei\n inc r20\n jmp 0x400\n @200\n inc r20\n rjmp .-4");
-    let source = source.replace(" @", "\n@");
+    let source = format!(
+        "{MATCH}\n.org 0x7000\n{PENDING} sts 0x6E, r17\n sei\n inc r20\n jmp 0x400\n.org 0x400\n inc r20\n rjmp .-4"
+    );
     assert_eq!(after(machine(&source, 0xDF, [0xFF, 0xD8, 0xFF]), 500), [1, 1, 0, 0]);
     assert_eq!(after(machine(&source, 0xFF, [0xFF, 0xD8, 0xFF]), 500), [1, 1, 0, 0]);
     // Nor do they wake the core there.
@@ -82,7 +68,7 @@ fn barred_interrupts_are_taken_outside_of_the_boot_section() {
 #[test]
 fn ivce_holds_interrupts() {
     let main = |then: &str| {
-        format!("jmp 0x200\n{MATCH}\n@100\n{PENDING}\n sei\n ldi r18, 1\n out 0x35, r18\n {then}\n rjmp .-2")
+        format!("jmp 0x200\n{MATCH}\n.org 0x200\n{PENDING}\n sei\n ldi r18, 1\n out 0x35, r18\n {then}\n rjmp .-2")
     };
     let four = main("sts 0x6E, r17\n inc r20\n inc r20\n inc r20\n inc r20");
     assert_eq!(after(machine(&four, 0xFF, FUSES), 500), [1, 2, 0, 0]);
@@ -98,17 +84,17 @@ fn who_wakes_from_which_sleep() {
     let sleeps = |mode: u8, enable: &str| {
         format!(
             "jmp 0x200
-            @12
+            .org 0x24
             inc r20
             sts 0x100, r20
             sts 0x70, r22
             reti
-            @2C
+            .org 0x58
             inc r20
             sts 0x100, r20
             out 0x1F, r22
             reti
-            @100
+            .org 0x200
             {enable}
             ldi r16, {}
             out 0x33, r16

@@ -1,6 +1,6 @@
 //! The diagnostics of the family, case by case in `lint/programs.txt`: a program, and every lint that it gives with its cycle.
 
-use emu_avr::{Avr, Options, chips, isa};
+use emu_avr::{Avr, Options, chips};
 use emu_core::cpu::{Cpu, Probe, RamInit, Stop};
 use emu_core::image::{Image, Segment, SymbolAt};
 use emu_core::lint::{CODES, Lint};
@@ -31,29 +31,11 @@ fn hex(text: &str) -> u32 {
     u32::from_str_radix(text, 16).unwrap_or_else(|_| panic!("{text}: no number"))
 }
 
-/// Instructions with `;` between, `@ADDR` in front of one that stands elsewhere than behind the last.
-fn segments(program: &str) -> Vec<Segment> {
-    let (mut segments, mut at) = (Vec::new(), 0);
-    for item in program.split(';').map(str::trim) {
-        let line = match item.strip_prefix('@').and_then(|rest| rest.split_once(' ')) {
-            Some((addr, line)) => {
-                at = hex(addr);
-                line
-            }
-            None => item,
-        };
-        let words = isa::assemble(line, at / 2).unwrap_or_else(|e| panic!("{line}: {e}"));
-        let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-        segments.push(Segment { space: "flash", addr: at, bytes });
-        at += 2 * words.len() as u32;
-    }
-    segments
-}
-
 /// The machine of a case, and how long it runs.
 fn machine(chip: &str, program: &str, wiring: &str) -> (Avr, u64) {
     let chip = chips::chip(&format!("atmega{chip}")).unwrap_or_else(|| panic!("no atmega{chip}"));
-    let mut image = Image { segments: segments(program), ..Image::default() };
+    let lines = program.replace(';', "\n");
+    let mut image = emu_asm::image(chip, &lines).unwrap_or_else(|e| panic!("{program}: {e}"));
     let (mut drives, mut cycles, mut hz) = (Vec::new(), 100, 16_000_000);
     for word in wiring.split_whitespace() {
         match word.split_once('=').expect("a level or a number") {

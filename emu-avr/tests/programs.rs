@@ -1,8 +1,8 @@
 //! Programs as text: run at one go, in random slices, from clones in the middle, with loops jumped over and without, and
 //! with every hook of a probe on. All of them must end in the same machine.
 
-use emu_avr::{Avr, chips, isa};
-use emu_core::image::{Image, Segment};
+use emu_avr::{Avr, chips};
+use emu_core::image::Image;
 use emu_core::rng::Rng;
 use emu_core::{Cpu, Probe, RamInit, Stop};
 
@@ -19,28 +19,10 @@ fn parse(text: &str) -> Vec<Program> {
     for part in text.split("\n== ").skip(1) {
         let (name, rest) = part.split_once('\n').expect("a name line");
         let (code, wanted) = rest.split_once("\n-- ").unwrap_or_else(|| panic!("{name}: no expectations"));
-        let mut flash = vec![0xFFu8; 0x8000];
-        let mut at = 0usize;
-        for line in code.lines().map(|l| l.split(';').next().unwrap_or("").trim()) {
-            let line = match line.split_once(':') {
-                Some((addr, line)) if addr.starts_with("0x") => {
-                    at = usize::from_str_radix(&addr[2..], 16).expect("an address");
-                    line.trim()
-                }
-                _ => line,
-            };
-            let (line, times) = line.split_once('*').map_or((line, 1), |(l, n)| (l, n.parse().expect("a count")));
-            for _ in 0..if line.is_empty() { 0 } else { times } {
-                let words = isa::assemble(line, at as u32 / 2).unwrap_or_else(|e| panic!("{name}: {line}: {e}"));
-                for word in words {
-                    flash[at..at + 2].copy_from_slice(&word.to_le_bytes());
-                    at += 2;
-                }
-            }
-        }
         let wanted =
             wanted.lines().take_while(|l| !l.starts_with('#')).flat_map(|l| l.split(';')).map(|w| w.trim().to_owned());
-        let image = Image { segments: vec![Segment { space: "flash", addr: 0, bytes: flash }], ..Image::default() };
+        let chip = chips::chip("atmega328p").expect("chip");
+        let image = emu_asm::image(chip, code).unwrap_or_else(|e| panic!("{name}: {e}"));
         programs.push(Program { name: name.to_owned(), image, wanted: wanted.filter(|w| !w.is_empty()).collect() });
     }
     programs

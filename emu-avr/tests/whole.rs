@@ -1,7 +1,6 @@
 //! Any way of running the whole chip gives the same machine: random programs that write peripherals, wait for them, sleep and are
 //! interrupted, while pins are driven.
 
-use emu_avr::isa::assemble;
 use emu_avr::{Avr, Options, chips};
 use emu_core::chip::Chip;
 use emu_core::engine::Engine;
@@ -32,7 +31,7 @@ impl Text {
     }
 
     fn put(&mut self, line: &str) {
-        self.words.extend(assemble(line, self.at()).unwrap_or_else(|e| panic!("{line}: {e}")));
+        self.words.extend(emu_asm::line(&chips::ATMEGA328P, line, self.at()).unwrap_or_else(|e| panic!("{line}: {e}")));
     }
 
     fn fill(&mut self, to: u32) {

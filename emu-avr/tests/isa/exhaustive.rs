@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
-use emu_avr::isa::{ROWS, assemble, row_of};
+use emu_avr::isa::{ROWS, row_of};
 use emu_core::image::{Image, Segment};
 use emu_core::{Cpu, RamInit, Stop};
 
@@ -12,7 +12,9 @@ use super::reference::{C, CONSTANT, I, ONE, PRODUCTS, Product, Reference, T, TWO
 
 /// A machine with these lines from address 0.
 fn machine(lines: &[String]) -> Avr {
-    let word = |(pc, line): (usize, &String)| assemble(line, pc as u32).unwrap_or_else(|e| panic!("{line}: {e}"))[0];
+    let word = |(pc, line): (usize, &String)| {
+        emu_asm::line(&ATMEGA328P, line, pc as u32).unwrap_or_else(|e| panic!("{line}: {e}"))[0]
+    };
     let bytes: Vec<u8> = lines.iter().enumerate().map(word).flat_map(u16::to_le_bytes).collect();
     let image = Image { segments: vec![Segment { space: "flash", addr: 0, bytes }], ..Image::default() };
     Avr::new(&ATMEGA328P, &image, RamInit::Zero)
@@ -223,7 +225,7 @@ fn no_row_is_left_out() {
     tested.extend(PRODUCTS.iter().map(|row| row.0));
     for letter in LETTERS.chars() {
         for line in [format!("se{letter}"), format!("cl{letter}")] {
-            let word = assemble(&line, 0).unwrap_or_else(|e| panic!("{line}: {e}"))[0];
+            let word = emu_asm::line(&ATMEGA328P, &line, 0).unwrap_or_else(|e| panic!("{line}: {e}"))[0];
             let (row, ..) = row_of(word, 0).unwrap_or_else(|| panic!("{line}"));
             assert_eq!(row.flags, letter.to_ascii_uppercase().to_string());
             tested.insert(row.mnemonic);

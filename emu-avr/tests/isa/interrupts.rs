@@ -1,6 +1,6 @@
 //! The same run however cut, with timers and serial port interrupting, sleep, and interrupts going on and off.
 
-use emu_avr::isa::assemble;
+use emu_avr::chips::ATMEGA328P;
 use emu_core::Cpu;
 use emu_core::rng::Rng;
 
@@ -59,7 +59,7 @@ fn set_up(rng: &mut Rng) -> Vec<(u16, u8)> {
 fn program(rng: &mut Rng) -> Vec<u16> {
     let mut words: Vec<u16> = Vec::new();
     let mut line = |text: &str| {
-        let new = assemble(text, words.len() as u32).unwrap_or_else(|e| panic!("{text}: {e}"));
+        let new = emu_asm::line(&ATMEGA328P, text, words.len() as u32).unwrap_or_else(|e| panic!("{text}: {e}"));
         words.extend(new);
         words.len()
     };

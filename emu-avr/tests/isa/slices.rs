@@ -2,7 +2,7 @@
 
 use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
-use emu_avr::isa::{KINDS, Kind, ROWS, assemble};
+use emu_avr::isa::{KINDS, Kind, ROWS};
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
 use emu_core::{Cpu, RamInit, Stop};
@@ -138,15 +138,9 @@ fn polling_loops() {
             // TCCR0B starts timer 0; r17 clears its overflow flag.
             let head = [format!("ldi r16, {prescaler}"), "out 0x25, r16".into(), "ldi r17, 1".into()];
             let all = head.iter().map(String::as_str).chain(lines.iter().copied());
-            let words: Vec<u16> = all
-                .scan(0, |pc, line| {
-                    let words = assemble(line, *pc).unwrap_or_else(|e| panic!("{line}: {e}"));
-                    *pc += words.len() as u32;
-                    Some(words)
-                })
-                .flatten()
-                .collect();
-            let avr = machine(&words, n as u64);
+            let text = all.collect::<Vec<_>>().join("\n");
+            let image = emu_asm::image(&ATMEGA328P, &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+            let avr = Avr::new(&ATMEGA328P, &image, RamInit::Random(n as u64));
             let until = 500 + rng.below(20_000);
             same_however_cut(&format!("loop {n}, prescaler {prescaler}, until {until}"), &avr, until, &mut rng);
         }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use emu_avr::Avr;
 use emu_avr::chips::{ATMEGA328P, chip};
-use emu_avr::isa::{ROWS, assemble, row_of};
+use emu_avr::isa::{ROWS, row_of};
 use emu_core::image::Image;
 use emu_core::rng::Rng;
 use emu_core::{Cpu, RamInit, Stop};
@@ -144,7 +144,7 @@ fn run(case: &Case, base: &Avr, seed: u64) -> Result<(), String> {
     wanted.put_into(&mut avr);
     // What the chip makes of a write to its registers is not the matter here.
     wanted.data[0x20..0x100].copy_from_slice(&State::of(&avr).data[0x20..0x100]);
-    let words = assemble(case.asm, wanted.pc / 2).map_err(|e| format!("  {e}\n"))?;
+    let words = emu_asm::line(&ATMEGA328P, case.asm, wanted.pc / 2).map_err(|e| format!("  {e}\n"))?;
     let end = avr.chip().flash - 1;
     let mut flash = |addr: u32, byte: u8| assert!(avr.poke("flash", addr & end, byte));
     for (i, word) in words.iter().enumerate() {
@@ -208,7 +208,8 @@ fn every_case_does_what_it_says_and_nothing_else() {
 fn every_row_and_every_outcome_has_a_case() {
     let mut seen: BTreeMap<&str, BTreeSet<u8>> = BTreeMap::new();
     for case in cases() {
-        let words = assemble(case.asm, 0x100).or_else(|_| assemble(case.asm, 0)).unwrap_or_default();
+        let line = |pc| emu_asm::line(&ATMEGA328P, case.asm, pc);
+        let words = line(0x100).or_else(|_| line(0)).unwrap_or_default();
         let second = words.get(1).copied().unwrap_or(0);
         if let Some((row, ..)) = words.first().and_then(|&first| row_of(first, second)) {
             seen.entry(row.name).or_default().extend(case.outcome.parse::<u8>());

@@ -1,0 +1,168 @@
+//! `emu asm`: assembly source to an image for a chip.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use diag::Diagnostic;
+use emu_asm::{Assembled, Files, Options, Source};
+use emu_core::chip::Chip;
+use emu_core::image::{Image, write_hex};
+use serde_json::json;
+
+use crate::args::Mcu;
+use crate::compile::default_name;
+use crate::fail::{Failure, exit};
+use crate::report::{Terminal, Texts, report};
+use crate::{input, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  emu asm blink.asm --mcu at89s52
+  emu asm blink.asm --mcu pic16f873 -o out.hex --listing out.lst
+  emu asm app.s --mcu atmega328p -D F_CPU=8000000 -I include -o -
+  emu run examples/and-or-not.asm --mcu ap101 --set I1=1 --for 1ms   (assembled on the fly)";
+
+/// Endings of the names of files that hold source.
+const SOURCES: &[&str] = &["asm", "s", "a51", "src"];
+
+/// Flags of `emu asm`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct AsmArgs {
+    /// The source, in the manner of the chip's usual assembler (as31 and sdas8051, gpasm, avr-as; docs/formats/asm.md); - is
+    /// standard input.
+    #[arg(value_name = "FILE.asm")]
+    file: String,
+    #[command(flatten)]
+    mcu: Mcu,
+    /// The Intel HEX file; - is standard output. Default: the source's name with .hex, in the current folder (standard output
+    /// for a source from standard input).
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<String>,
+    /// Write addresses and words beside the source, and the symbols below it; - is standard output.
+    #[arg(long, value_name = "FILE")]
+    listing: Option<String>,
+    /// Define a name before the first line: NAME (1) or NAME=VALUE. Repeatable.
+    #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = define)]
+    defines: Vec<(String, String)>,
+    /// Look for included files here too, after the folder of the file that includes them. Repeatable.
+    #[arg(short = 'I', long = "include", value_name = "FOLDER")]
+    folders: Vec<PathBuf>,
+    /// One JSON document on standard output: size of every memory that is used, symbols, warnings.
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn define(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').unwrap_or((text, "1"));
+    let starts = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_' || c == '.');
+    if starts && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$')) {
+        Ok((name.to_owned(), value.to_owned()))
+    } else {
+        Err("write NAME or NAME=VALUE, as in F_CPU=8000000".to_owned())
+    }
+}
+
+/// Assembles a source. When anything fails no file is written.
+pub fn asm(args: &AsmArgs, terminal: &Terminal) -> Result<u8, Failure> {
+    let chip = args.mcu.chip;
+    let hex = args.output.clone().unwrap_or_else(|| default_name(&args.file));
+    let mut outputs = vec![("--output", hex.as_str())];
+    outputs.extend(args.listing.as_deref().map(|file| ("--listing", file)));
+    let printed = args.json.then_some(("--json", "-"));
+    let all: Vec<_> = printed.into_iter().chain(outputs.iter().copied()).collect();
+    output::owners(&all)?;
+    output::spares(&args.file, &all)?;
+    let assembled = assemble(&args.file, chip, &args.defines, &args.folders)?;
+    let hex_text = hex_of(&assembled.image, chip);
+    let mut files = vec![(hex.as_str(), hex_text.as_bytes())];
+    let listing = args.listing.as_ref().map(|file| (file, assembled.listing.to_string()));
+    files.extend(listing.iter().map(|(file, text)| (file.as_str(), text.as_bytes())));
+    output::files(&files)?;
+    if args.json {
+        output::json(&document(&assembled, chip))?;
+    } else {
+        tell(terminal, assembled);
+    }
+    Ok(exit::OK)
+}
+
+/// True for a file whose name says that it holds source.
+pub fn is_source(file: &str) -> bool {
+    let ending = Path::new(file).extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    ending.is_some_and(|ending| SOURCES.contains(&ending.as_str()))
+}
+
+/// The image of a source, with its symbols and lines; warnings are told.
+pub fn image(file: &str, chip: &'static Chip, terminal: &Terminal) -> Result<Image, Failure> {
+    let mut assembled = assemble(file, chip, &[], &[])?;
+    let image = std::mem::take(&mut assembled.image);
+    tell(terminal, assembled);
+    Ok(image)
+}
+
+fn tell(terminal: &Terminal, assembled: Assembled) {
+    report(terminal, &assembled.warnings, &texts(&assembled.texts));
+}
+
+fn assemble(
+    file: &str,
+    chip: &'static Chip,
+    defines: &[(String, String)],
+    folders: &[PathBuf],
+) -> Result<Assembled, Failure> {
+    let bytes = input::bytes(file)?;
+    let options = Options { defines: defines.to_vec() };
+    emu_asm::assemble(&Source { name: file, bytes: &bytes }, chip, &options, &mut Disk { folders })
+        .map_err(|refused| Failure::Refused(refused.faults, texts(&refused.texts)))
+}
+
+/// The texts that were read.
+fn texts(read: &emu_asm::Texts) -> Texts {
+    Texts(read.all().map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).collect())
+}
+
+/// Included files.
+struct Disk<'a> {
+    folders: &'a [PathBuf],
+}
+
+impl Files for Disk<'_> {
+    fn open(&mut self, name: &str, from: &str) -> io::Result<(String, Vec<u8>)> {
+        let beside = Path::new(from).parent().unwrap_or(Path::new(""));
+        let places = std::iter::once(beside).chain(self.folders.iter().map(PathBuf::as_path));
+        let mut first = None;
+        for place in places.map(|folder| folder.join(name)) {
+            match input::read(&place.to_string_lossy()) {
+                Ok(bytes) => return Ok((place.to_string_lossy().into_owned(), bytes)),
+                // That it is nowhere is told as of the first place; that it cannot be read where it is goes before.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => _ = first.get_or_insert(error),
+                Err(error) => return Err(error),
+            }
+        }
+        Err(first.unwrap_or_else(|| io::ErrorKind::NotFound.into()))
+    }
+}
+
+/// The image as Intel HEX, every memory in its window.
+fn hex_of(image: &Image, chip: &Chip) -> String {
+    let placed = image.segments.iter().filter_map(|segment| {
+        let window = chip.hex.iter().find(|window| window.name == segment.space)?;
+        Some((window.start + segment.addr, segment.bytes.as_slice()))
+    });
+    write_hex(&placed.collect::<Vec<_>>())
+}
+
+fn document(assembled: &Assembled, chip: &Chip) -> serde_json::Value {
+    let size = |name: &str| -> usize {
+        assembled.image.segments.iter().filter(|s| s.space == name).map(|s| s.bytes.len()).sum()
+    };
+    let memories = chip.hex.iter().map(|window| (window.name, size(window.name))).filter(|(_, bytes)| *bytes > 0);
+    let memories: Vec<_> = memories.map(|(name, bytes)| json!({ "name": name, "bytes": bytes })).collect();
+    let symbols = assembled.image.symbols.iter();
+    let symbols: Vec<_> =
+        symbols.map(|s| json!({ "name": s.name, "memory": s.space, "addr": s.addr, "size": s.size })).collect();
+    let warnings: &[Diagnostic] = &assembled.warnings;
+    json!({ "schema": 1, "chip": chip.name, "memories": memories, "symbols": symbols, "warnings": warnings })
+}
