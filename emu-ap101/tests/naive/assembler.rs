@@ -2,11 +2,15 @@
 
 use emu_ap101::chips::AP101;
 use emu_core::image::Image;
+use emu_core::rng::Rng;
 
 use super::asm::assemble;
 use super::config::{BLOCK, Config, LENGTH};
+use super::core::Core;
 use super::page;
 use super::programs;
+use super::random::{compare, driven};
+use super::tally::Tally;
 
 /// The bytes of an image, as the naive model takes them.
 fn bytes(image: &Image) -> Vec<Option<u8>> {
@@ -45,6 +49,30 @@ fn programs_assemble_to_the_same_words_and_configuration() {
         }
     }
     assert!(faults.is_empty(), "{} of {count}:\n{}", faults.len(), faults.join("\n"));
+}
+
+#[test]
+fn the_examples_run_the_same_on_both() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples");
+    let mut count = 0;
+    for file in std::fs::read_dir(folder).expect("examples") {
+        let path = file.expect("a file").path();
+        if path.extension().is_none_or(|end| end != "asm") {
+            continue;
+        }
+        let name = path.display().to_string();
+        let source = std::fs::read_to_string(&path).expect("text");
+        let bytes = bytes(&emu_asm::image(&AP101, &source).unwrap_or_else(|errors| panic!("{name}: {errors}")));
+        for seed in 0..20 {
+            let mut rng = Rng::new(seed);
+            let plan = driven(&mut rng, bytes.clone(), config(&bytes), 2000);
+            if let Err(fault) = compare::<Core>(&mut rng, &plan, &mut Tally::default(), &mut Vec::new()) {
+                panic!("{name}, seed {seed}: {fault}");
+            }
+        }
+        count += 1;
+    }
+    assert!(count > 5, "{count} examples");
 }
 
 /// A line and the words that it becomes.

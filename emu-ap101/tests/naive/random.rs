@@ -243,10 +243,14 @@ fn difference<A: Subject, B: Subject>(wanted: &A, got: &B, config: &Config) -> R
     Ok(())
 }
 
-/// Runs the plan of a seed on both machines; what differs first.
-pub fn compare<S: Subject>(seed: u64, tally: &mut Tally, ends: &mut Vec<End>) -> Result<(), String> {
-    let mut rng = Rng::new(seed);
-    let plan = draw(&mut rng);
+/// A program with the drives of a seed.
+pub fn driven(rng: &mut Rng, bytes: Vec<Option<u8>>, config: Option<Config>, until: u64) -> Plan {
+    let drives = drives(rng, config.as_ref().unwrap_or(&Config::none()), until);
+    Plan { config, bytes, drives }
+}
+
+/// Runs a plan on both machines; what differs first.
+pub fn compare<S: Subject>(rng: &mut Rng, plan: &Plan, tally: &mut Tally, ends: &mut Vec<End>) -> Result<(), String> {
     let config = plan.config.clone().unwrap_or_else(Config::none);
     let mut naive = Naive::new(&plan.bytes).map_err(|at| format!("the model refuses at {at:x}"))?;
     let mut other = S::make(&plan.bytes).map_err(|at| format!("refused at {at:x}"))?;
@@ -255,7 +259,7 @@ pub fn compare<S: Subject>(seed: u64, tally: &mut Tally, ends: &mut Vec<End>) ->
         other.drive(when, line, level);
     }
     loop {
-        let gap = pick(&mut rng, &[1, 2, 7, 50, 300, 2000, 20_000]);
+        let gap = pick(rng, &[1, 2, 7, 50, 300, 2000, 20_000]);
         let until = naive.cycle + 1 + rng.below(gap);
         let end = naive.run(until);
         let got = other.run(until);
@@ -335,7 +339,9 @@ fn many<S: Subject>() {
     println!("{programs} programs from seed {first:#x} ({first}) on");
     let (mut tally, mut ends, mut faults) = (Tally::default(), Vec::new(), Vec::new());
     for seed in first..first + programs {
-        if let Err(fault) = compare::<S>(seed, &mut tally, &mut ends) {
+        let mut rng = Rng::new(seed);
+        let plan = draw(&mut rng);
+        if let Err(fault) = compare::<S>(&mut rng, &plan, &mut tally, &mut ends) {
             faults.push((seed, fault));
         }
     }
