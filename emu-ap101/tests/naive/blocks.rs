@@ -1,0 +1,60 @@
+//! Configuration blocks on the naive model and the crate: both take the same ones, and read the same from them.
+
+use emu_core::rng::Rng;
+
+use super::config::{BLOCK, Config, LENGTH};
+use super::core::{Core, image};
+use super::random::draw;
+use super::script::Subject;
+
+/// A block of a random plan.
+fn block(rng: &mut Rng) -> Vec<Option<u8>> {
+    loop {
+        let plan = draw(rng);
+        if plan.config.is_some() {
+            return plan.bytes;
+        }
+    }
+}
+
+#[test]
+fn blocks_are_read_the_same() {
+    for seed in 0..300 {
+        let bytes = block(&mut Rng::new(0xB10C_0000 + seed));
+        let own: Vec<u8> = bytes[BLOCK..BLOCK + LENGTH].iter().map(|byte| byte.expect("a whole block")).collect();
+        let wanted = Config::read(&own).expect("a good block");
+        let got = emu_ap101::Config::of(&image(&bytes)).expect("a good block");
+        assert_eq!(wanted.write(), own, "seed {seed}");
+        assert_eq!((wanted.hz, wanted.period), (got.hz, got.period), "seed {seed}");
+        assert_eq!(
+            (wanted.inputs, wanted.outputs),
+            (got.input_channels.into(), got.output_channels.into()),
+            "seed {seed}"
+        );
+        assert_eq!(wanted.reconfigurable, got.reconfigurable, "seed {seed}");
+        let enabled: Vec<bool> = wanted.programs.iter().map(|entry| entry.enabled).collect();
+        assert_eq!(enabled, got.enabled, "seed {seed}");
+        let present = wanted.programs.iter().filter(|entry| entry.present);
+        let programs: Vec<_> = present.map(|entry| (entry.start, entry.last, entry.rx)).collect();
+        let found: Vec<_> = got.programs.iter().map(|entry| (entry.start, entry.last, entry.rx)).collect();
+        assert_eq!(programs, found, "seed {seed}");
+    }
+}
+
+#[test]
+fn one_wrong_byte_is_refused_by_both_or_by_none() {
+    let (mut refused, mut taken) = (0, 0);
+    for seed in 0..4000 {
+        let mut rng = Rng::new(0xBAD0_0000 + seed);
+        let mut bytes = block(&mut rng);
+        let size = if rng.one_in(2) { 0x60 } else { LENGTH as u64 };
+        let at = BLOCK + rng.below(size) as usize;
+        let value = if rng.one_in(2) { rng.below(10) as u8 } else { rng.next_u64() as u8 };
+        bytes[at] = Some(value);
+        let own: Vec<u8> = bytes[BLOCK..BLOCK + LENGTH].iter().map(|byte| byte.expect("a whole block")).collect();
+        let (wanted, got) = (Config::read(&own).map(|_| ()), Core::make(&bytes).map(|_| ()));
+        assert_eq!(wanted.is_ok(), got.is_ok(), "seed {seed}: {value:02x} at {at:x}: {wanted:x?} {got:x?}");
+        *(if wanted.is_ok() { &mut taken } else { &mut refused }) += 1;
+    }
+    assert!(refused > 500 && taken > 500, "{refused} refused, {taken} taken");
+}
