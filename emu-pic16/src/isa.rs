@@ -47,8 +47,8 @@ macro_rules! pic16_table {
     AndwfF   "andwf"   "f, F"  "00 0101 1fff ffff" (f: F)        "1"   "Z"   => andwf(f, false), AndwfFRam;
     /// Clear file register.
     Clrf     "clrf"    "f"     "00 0001 1fff ffff" (f: F)        "1"   "Z"   => clrf(f), ClrfRam;
-    /// Clear W.
-    Clrw     "clrw"    ""      "00 0001 0--- ----" ()            "1"   "Z"   => clrw();
+    /// Clear W. The open bits are written as Microchip's assembler writes them.
+    Clrw     "clrw"    ""      "00 0001 0--- --++" ()            "1"   "Z"   => clrw();
     /// Complement file register, to W.
     ComfW    "comf"    "f, W"  "00 1001 0fff ffff" (f: F)        "1"   "Z"   => comf(f, true), ComfWRam;
     /// Complement file register, to the file register.
