@@ -94,54 +94,88 @@ impl<P: Probe> Turn<'_, P> {
         self.lint(Lint::NoSuchBit { space, addr: addr % ZONE });
     }
 
-    fn saw_cell(&mut self, cell: u16, bit: bool, write: bool) {
-        if cell < M { self.saw(I_SPACE, cell, bit, write) } else { self.saw(M_SPACE, cell - M, bit, write) }
-    }
-
-    /// Writes to a place.
-    fn write(&mut self, place: Place, bit: bool) {
-        let next = self.hot.time.now();
+    /// Tells of an access to a place, with what is odd about it.
+    fn look(&mut self, place: Place, bit: bool, write: bool) {
         match place.spot() {
-            Spot::Cell(cell) => {
-                self.saw_cell(cell, bit, true);
-                if cell >= M || !self.soc.live() {
-                    self.soc.set(cell, bit);
-                }
-            }
+            Spot::Cell(cell) if cell < M => self.saw(I_SPACE, cell, bit, write),
+            Spot::Cell(cell) => self.saw(M_SPACE, cell - M, bit, write),
             Spot::Output(n) => {
-                self.saw(E_SPACE, n, bit, true);
-                self.saw(M_SPACE, IMAGE - M + n, bit, true);
-                // An edge is told of at the next boundary.
-                if self.soc.write_output(n, bit, next) && P::EVENTS {
-                    self.hot.time.force();
+                self.saw(E_SPACE, n, bit, write);
+                if write {
+                    self.saw(M_SPACE, IMAGE - M + n, bit, true);
                 }
             }
-            Spot::Module(n) => {
-                self.saw(R_SPACE, n, bit, true);
-                let begun = self.soc.begun();
-                self.soc.module_mut(n).write(bit, next, begun);
+            Spot::Module(n) => self.saw(R_SPACE, n, bit, write),
+            Spot::Running(n) => self.saw(R_SPACE, 128 + n, bit, write),
+            Spot::Port(n) if write => self.lint(Lint::PresetPort { module: n, why: "only STO gives a preset" }),
+            Spot::Port(n) => {
+                self.saw(R_SPACE, 256 + n, bit, false);
+                self.lint(Lint::PresetPort { module: n, why: "a port reads 0" });
             }
-            Spot::Running(n) => {
-                self.saw(R_SPACE, 128 + n, bit, true);
-                if bit {
-                    self.soc.module_mut(n).clear(next);
-                }
-            }
-            Spot::Port(n) => self.lint(Lint::PresetPort { module: n, why: "only STO gives a preset" }),
             Spot::Nothing(addr) => self.lint_nothing(addr),
         }
     }
 
+    #[inline(always)]
+    fn write(&mut self, place: Place, bit: bool) {
+        if P::DATA || P::LINT {
+            self.look(place, bit, true);
+        }
+        let changed = put(self.soc, place, bit, self.hot.time.now());
+        // An edge is told of at the next boundary.
+        if P::EVENTS && changed {
+            self.hot.time.force();
+        }
+    }
+
     /// STO into a preset port: the NOP behind it has the preset.
+    #[inline(always)]
     fn order(&mut self, n: u16, bit: bool) {
-        let word = self.code.word(self.hot.na);
-        if word >> 11 == 0b1_1110 {
+        let given = preset(self.soc, n, self.code.word(self.hot.na));
+        if given {
             self.saw(R_SPACE, 256 + n, bit, true);
-            self.soc.module_mut(n).set_preset(word % SPAN as u16);
         } else {
             self.lint(Lint::PresetPort { module: n, why: "no NOP with data follows" });
         }
     }
+}
+
+/// Writes to a place what shows from the machine cycle `next` on; true when a pin changes.
+#[inline(never)]
+fn put(soc: &mut Soc, place: Place, bit: bool, next: u64) -> bool {
+    match place.spot() {
+        Spot::Output(n) => return soc.write_output(n, bit, next),
+        Spot::Cell(cell) if cell >= M || !soc.live() => soc.set(cell, bit),
+        Spot::Module(n) => {
+            let begun = soc.begun();
+            soc.module_mut(n).write(bit, next, begun);
+        }
+        Spot::Running(n) if bit => soc.module_mut(n).clear(next),
+        _ => {}
+    }
+    false
+}
+
+/// Reads a place in the machine cycle `now`.
+#[inline(never)]
+fn get(soc: &Soc, place: Place, now: u64) -> bool {
+    match place.spot() {
+        Spot::Cell(cell) => soc.get(cell),
+        Spot::Output(n) => soc.get(IMAGE + n),
+        Spot::Module(n) => soc.module(n).q(now),
+        Spot::Running(n) => soc.module(n).running(now),
+        Spot::Port(_) | Spot::Nothing(_) => false,
+    }
+}
+
+/// Gives a module the preset in a word, if it is a NOP without an index.
+#[inline(never)]
+fn preset(soc: &mut Soc, n: u16, word: u16) -> bool {
+    let given = word >> 11 == 0b1_1110;
+    if given {
+        soc.module_mut(n).set_preset(word % SPAN as u16);
+    }
+    given
 }
 
 impl<P: Probe> Ap101 for Turn<'_, P> {
@@ -175,39 +209,13 @@ impl<P: Probe> Ap101 for Turn<'_, P> {
         self.soc.set(cell, bit);
     }
 
+    #[inline(always)]
     fn read(&mut self, place: Place) -> bool {
-        let now = self.cycle();
-        match place.spot() {
-            Spot::Cell(cell) => {
-                let bit = self.soc.get(cell);
-                self.saw_cell(cell, bit, false);
-                bit
-            }
-            Spot::Output(n) => {
-                let bit = self.soc.get(IMAGE + n);
-                self.saw(E_SPACE, n, bit, false);
-                bit
-            }
-            Spot::Module(n) => {
-                let bit = self.soc.module(n).q(now);
-                self.saw(R_SPACE, n, bit, false);
-                bit
-            }
-            Spot::Running(n) => {
-                let bit = self.soc.module(n).running(now);
-                self.saw(R_SPACE, 128 + n, bit, false);
-                bit
-            }
-            Spot::Port(n) => {
-                self.saw(R_SPACE, 256 + n, false, false);
-                self.lint(Lint::PresetPort { module: n, why: "a port reads 0" });
-                false
-            }
-            Spot::Nothing(addr) => {
-                self.lint_nothing(addr);
-                false
-            }
+        let bit = get(self.soc, place, self.cycle());
+        if P::DATA || P::LINT {
+            self.look(place, bit, false);
         }
+        bit
     }
 
     #[inline(always)]
