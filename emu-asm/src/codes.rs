@@ -5,4 +5,89 @@ use diag::Code;
 /// All of them; ASM040 to ASM059 are of the PIC16's dialect, ASM060 to ASM079 of AP101's.
 #[rustfmt::skip]
 pub const CODES: &[Code] = &[
+    Code { code: "ASM001", title: "unknown mnemonic",
+        explain: "The word is no instruction of this chip, no directive of its dialect, and no macro that was defined before this \
+                  line. docs/isa lists the instructions, docs/formats/asm.md the directives. A label in front of an instruction \
+                  needs a colon in most dialects. Mend: correct the word, or give the chip that has the instruction." },
+    Code { code: "ASM002", title: "operands fit no form of the instruction",
+        explain: "The instruction exists, but not with operands of these kinds, this number or this order. The hint lists its forms; \
+                  lower-case letters stand for operands, everything else is written as shown. Example: `mov @r0,@r1` on the 8051." },
+    Code { code: "ASM003", title: "operand out of range",
+        explain: "The operand has the right kind but the instruction or directive has no room for this value: `ldi` takes r16 to r31, \
+                  a relative branch reaches 64 words, a constant byte is -128 to 255. The message says what is allowed. Mend: use a \
+                  value in range, take the part that is meant with low() or &, or an instruction that reaches further." },
+    Code { code: "ASM004", title: "empty line",
+        explain: "There is nothing to assemble on the line but a comment or white space." },
+    Code { code: "ASM005", title: "a line or an expression cannot be read",
+        explain: "A value, an operator or a bracket is missing or stands where none can stand. A line is `label: word operands ; \
+                  comment`; operators and their order are those of the family's usual assembler and are listed in \
+                  docs/formats/asm.md." },
+    Code { code: "ASM006", title: "a name is not defined",
+        explain: "The name is no label, no name given with equ, set or =, and no register, bit or constant of the chip. Names of \
+                  the program are the same in upper and lower case on the 8051 and AP101 and differ on AVR and PIC16. Mend: \
+                  correct the name, define it, or include the file that does." },
+    Code { code: "ASM007", title: "a name is defined twice",
+        explain: "A label, or a name given with equ, has one value in the whole program. The message says where the other \
+                  definition stands. Mend: choose another name; labels within macros are made different for each call with \
+                  `local`, or with \\@; a value that changes is given with set." },
+    Code { code: "ASM008", title: "a register of the core in the place of a number or a label",
+        explain: "Words such as A, DPTR, r16 or X belong to the instructions. They can stand in no expression and cannot be labels. \
+                  Mend: choose another name. A register can be given a name of its own: `count equ r7`." },
+    Code { code: "ASM009", title: "division by zero",
+        explain: "The right side of / or of the remainder is 0." },
+    Code { code: "ASM010", title: "a number cannot be read",
+        explain: "A number has a digit that its radix does not have, a form that the family does not know, or more than 32 bits. \
+                  Hexadecimal is written 0x1F everywhere; docs/formats/asm.md lists the other forms. On PIC16 numbers without a \
+                  mark are hexadecimal unless `radix dec` says otherwise, and begin with a digit." },
+    Code { code: "ASM011", title: "a text or character cannot be read",
+        explain: "A quote is not closed, is empty, or a text stands where a number is wanted. Characters stand in single quotes, \
+                  texts in double ones; a quote inside is written with a backslash." },
+    Code { code: "ASM012", title: "if, else and endif do not match",
+        explain: "Every if, ifdef or ifndef ends with endif in the same file, or in the same macro, and has at most one else." },
+    Code { code: "ASM013", title: "a macro or repetition is not closed, or closed without a beginning",
+        explain: "A macro ends with endm, a repetition with endr or endm, a while with endw, in the same file." },
+    Code { code: "ASM014", title: "macros are nested too deep",
+        explain: "A macro calls itself, or others that do, without a condition that ends it; 64 calls within each other are taken. \
+                  A text of #define that doubles itself is told by the same code." },
+    Code { code: "ASM015", title: "a file cannot be included",
+        explain: "The file does not exist or cannot be read, or it is one for another chip. Paths count from the file that includes. \
+                  Files that list a chip's registers (avr/io.h, m328Pdef.inc, p16f873.inc, reg52.inc) need not exist: the chip \
+                  gives those names anyway." },
+    Code { code: "ASM016", title: "includes are nested too deep",
+        explain: "A file includes itself, or others that do; 32 includes within each other are taken." },
+    Code { code: "ASM017", title: "the program grows too large",
+        explain: "Macros, repetitions and includes come to more than 1,000,000 lines, or the bytes to more than 16 MB. Mend: look for a \
+                  repetition with a wrong count or a macro that goes on for ever." },
+    Code { code: "ASM018", title: "values do not settle",
+        explain: "The source is read again until no name moves. Here the place of something hangs on a name whose value hangs on that \
+                  place, as in `org x` with `x: equ $+1`, and 20 passes were not enough. Mend: give one of them a plain number." },
+    Code { code: "ASM019", title: "two parts of the program overlap",
+        explain: "Something was put at an address before. The message says by which line. Mend: move one of them with org." },
+    Code { code: "ASM020", title: "there is no memory here",
+        explain: "The program puts bytes where the chip has no memory that an image fills: behind the end of program memory, or in RAM. \
+                  Mend: make the program smaller, take a larger chip, correct org, or reserve RAM with ds." },
+    Code { code: "ASM021", title: "a word has bits that its memory has not",
+        explain: "Program words of the PIC16 have 14 bits, so nothing above 3FFFh can lie there." },
+    Code { code: "ASM022", title: "an instruction at an odd address",
+        explain: "Instructions of the AVR stand at even byte addresses, and an odd number of data bytes lies before this one. Mend: put \
+                  `.balign 2` in front of it." },
+    Code { code: "ASM023", title: "a directive lacks something",
+        explain: "The directive needs a name, a value or a word that is not there, or has too many. docs/formats/asm.md says what each takes." },
+    Code { code: "ASM024", title: "the program says that it is wrong",
+        explain: "The source has an `error` directive here, most often behind a condition that its author wanted to hold." },
+    Code { code: "ASM025", title: "the program warns",
+        explain: "The source has a `warning` directive here." },
+    Code { code: "ASM026", title: "the chip does not have the instruction",
+        explain: "Smaller chips of a family lack some instructions: jmp and call come with more than 8 KB of flash, elpm with more than \
+                  64 KB. Mend: rjmp and rcall reach all of a small chip." },
+    Code { code: "ASM027", title: "a directive without effect",
+        explain: "A note: the directive is for a linker or a listing of another assembler, and nothing follows from it here." },
+    Code { code: "ASM029", title: "more errors",
+        explain: "At most 100 complaints are shown; this note counts the others." },
+    Code { code: "ASM030", title: "a value is cut off",
+        explain: "A warning: a value of db or dw has more bits than the place for it, and only the lower ones are kept. Mend: write the part \
+                  that is meant with low() or &." },
+    Code { code: "ASM060", title: "AP101's configuration cannot be read",
+        explain: "One of the directives clock, inputs, mode, period, channels, program, module and TIM lacks a value or has one that the \
+                  machine does not have. docs/formats/asm.md lists them; docs/chips/ap101.md says what they mean." },
 ];

@@ -342,8 +342,7 @@ impl Asm<'_> {
 
     /// The word is one that only some kind of operand knows.
     pub fn chip_register(&self, name: &str) -> bool {
-        let kinds = self.chip.isa.rows.iter().flat_map(|row| row.operands).map(|slot| slot.kind);
-        kinds.into_iter().any(|kind| (kind.named)(name).is_some())
+        self.table.kinds.iter().any(|kind| (kind.named)(name).is_some())
     }
 }
 

@@ -54,7 +54,8 @@ impl Texts {
         let file = self.files.len() as u32;
         let text = String::from_utf8_lossy(bytes);
         let bare = if block_comments && text.contains("/*") { without_blocks(&text) } else { text.into_owned() };
-        let lines = bare.split('\n').map(|line| line.trim_end_matches('\r')).zip(1..);
+        let whole = bare.strip_suffix('\n').unwrap_or(&bare);
+        let lines = whole.split('\n').map(|line| line.trim_end_matches('\r')).zip(1..);
         let lines = lines.map(|(text, number)| Line { text: text.into(), file, number, map: None }).collect();
         self.files.push(Text { name: name.to_owned(), bytes: bytes.to_vec(), lines });
         file

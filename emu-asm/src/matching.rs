@@ -7,6 +7,7 @@ use emu_core::table::{OperandKind, Site, words_of};
 use crate::engine::Asm;
 use crate::expr::evaluate;
 use crate::fault::Fault;
+use crate::symbols::Kind;
 use crate::table::{Form, Means, Piece};
 use crate::text::{behind_name, byte, cut, skip_space, trim};
 
@@ -37,7 +38,13 @@ impl Asm<'_> {
         rest: Range<usize>,
     ) -> Option<Vec<u16>> {
         let all = trim(text, rest.clone());
-        if let Some((cause, hint)) = (self.d.refuses)(mnemonic, text.get(all.clone()).unwrap_or_default()) {
+        let written = text.get(all.clone()).unwrap_or_default();
+        let name = &written[..behind_name(written, 0, !self.d.dot_is_bit)];
+        let operands = match self.symbols.get(name, self.d.any_case).map(|symbol| &symbol.kind) {
+            Some(Kind::Alias(register)) => register.to_string() + &written[name.len()..],
+            _ => written.to_owned(),
+        };
+        if let Some((cause, hint)) = (self.d.refuses)(mnemonic, &operands) {
             self.tell(Fault::new("ASM002", all, cause, hint));
             return None;
         }
@@ -199,7 +206,7 @@ impl Asm<'_> {
         let name = behind_name(piece, 0, !self.d.dot_is_bit);
         let own = (name > 0).then(|| self.symbols.get(&piece[..name], self.d.any_case)).flatten();
         let alias = match own.map(|symbol| &symbol.kind) {
-            Some(crate::symbols::Kind::Alias(register)) => Some(register.clone()),
+            Some(Kind::Alias(register)) => Some(register.clone()),
             _ => None,
         };
         let written = alias.as_deref().filter(|_| name == piece.len()).unwrap_or(piece);

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
 
 use emu_core::chip::Isa;
+use emu_core::table::OperandKind;
 
 /// A piece of a form's syntax: `Y+q` is `Y+`, the letter q, and nothing behind it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -40,6 +41,8 @@ pub(crate) struct Form {
 #[derive(Debug)]
 pub(crate) struct Table {
     forms: HashMap<&'static str, Vec<Form>>,
+    /// The kinds of operands, each once.
+    pub kinds: Vec<&'static OperandKind>,
     /// Words that stand in the syntax, in lower case: they are no names.
     pub words: Vec<String>,
 }
@@ -72,7 +75,13 @@ impl Table {
         }
         words.sort();
         words.dedup();
-        Table { forms, words }
+        let mut kinds: Vec<&'static OperandKind> = Vec::new();
+        for slot in isa.rows.iter().flat_map(|row| row.operands) {
+            if kinds.iter().all(|kind| kind.name != slot.kind.name) {
+                kinds.push(slot.kind);
+            }
+        }
+        Table { forms, kinds, words }
     }
 
     /// The forms of a mnemonic in lower case; none where it is no instruction.
