@@ -163,7 +163,16 @@ pub const ISA: Isa = Isa {
 };
 
 /// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
-pub const ALIASES: &[Alias] = &[];
+#[rustfmt::skip]
+pub const ALIASES: &[Alias] = &[
+    // Without a destination it is the file register.
+    ("addwf", "f", "addwf", "f,F"), ("andwf", "f", "andwf", "f,F"), ("comf", "f", "comf", "f,F"), ("decf", "f", "decf", "f,F"),
+    ("decfsz", "f", "decfsz", "f,F"), ("incf", "f", "incf", "f,F"), ("incfsz", "f", "incfsz", "f,F"),
+    ("iorwf", "f", "iorwf", "f,F"), ("movf", "f", "movf", "f,F"), ("rlf", "f", "rlf", "f,F"), ("rrf", "f", "rrf", "f,F"),
+    ("subwf", "f", "subwf", "f,F"), ("swapf", "f", "swapf", "f,F"), ("xorwf", "f", "xorwf", "f,F"),
+    // TRIS has the lower bits of the register's address.
+    ("tris", "TRISA", "tris", "5"), ("tris", "TRISB", "tris", "6"), ("tris", "TRISC", "tris", "7"),
+];
 
 /// Bits of a program word.
 pub const WORD_BITS: u32 = 14;
