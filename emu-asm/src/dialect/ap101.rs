@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::common::{nothing, value_of, wanted};
-use super::{Dialect, Directive, Form, Holds, Hooks, Op, Provided, SectionRow};
+use super::{Dialect, Directive, Form, Holds, Hooks, Provided, SectionRow};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::text::{Line, cut, trim};

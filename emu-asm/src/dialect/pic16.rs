@@ -171,7 +171,8 @@ fn constants(asm: &mut Asm<'_>, call: &Call<'_>, body: Block) {
             let behind = trim(text, end..part.end);
             let name = text.get(part.start..end).unwrap_or_default();
             if name.is_empty() || !behind.is_empty() && byte(text, behind.start) != b':' {
-                let cause = format!("`{}` is no name of a block of constants", text.get(part.clone()).unwrap_or_default());
+                let cause =
+                    format!("`{}` is no name of a block of constants", text.get(part.clone()).unwrap_or_default());
                 asm.tell(Fault::new("ASM023", part, cause, "write names, with commas between them, as `a` or `b:2`"));
                 continue;
             }

@@ -10,8 +10,10 @@ const LINES: &str = include_str!("faults.txt");
 
 /// Bytes from address 0 on, as far as there are some; `-` for none.
 fn shown(cells: &Cells, code: &str) -> String {
-    let bytes: Vec<String> =
-        (0..).map_while(|addr| cells.iter().find(|((s, a), _)| *s == code && *a == addr)).map(|(_, b)| format!("{b:02x}")).collect();
+    let bytes: Vec<String> = (0..)
+        .map_while(|addr| cells.iter().find(|((s, a), _)| *s == code && *a == addr))
+        .map(|(_, b)| format!("{b:02x}"))
+        .collect();
     if bytes.is_empty() { "-".to_owned() } else { bytes.concat() }
 }
 
@@ -33,7 +35,8 @@ fn faults_of_the_assemblers_are_as_listed() {
         };
         let tail = if judge == Judge::Gpasm { "\tend\n" } else { "" };
         let body: String = source.split(" / ").map(|l| format!("\t{}\n", l.trim())).collect();
-        let source = Source { judge, name: "fault.asm".into(), text: format!("{head}{body}{tail}"), chip, told: Vec::new() };
+        let source =
+            Source { judge, name: "fault.asm".into(), text: format!("{head}{body}{tail}"), chip, told: Vec::new() };
         let dir = folder("asm-faults");
         std::fs::write(dir.join(&source.name), &source.text).expect("a source");
         let found = judge.assemble(&dir, &source.name, chip, &dir);

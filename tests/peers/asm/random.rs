@@ -204,12 +204,7 @@ fn random_programs_give_the_bytes_of_their_assemblers() {
             let verdict = judge.assemble(&dir, &source.name, source.chip, &dir);
             // What a register pair counted up and down does to itself (`ld r26, X+`) is for the program to know.
             let said: Vec<_> = verdict.said.iter().filter(|line| !is_remark(line)).collect();
-            assert!(
-                said.is_empty(),
-                "seed {seed:#x}: {}: {:#?}",
-                judge.name(),
-                &said[..said.len().min(20)]
-            );
+            assert!(said.is_empty(), "seed {seed:#x}: {}: {:#?}", judge.name(), &said[..said.len().min(20)]);
             let theirs = verdict.cells.expect("bytes");
             match ours::cells(&source) {
                 Ok(ours) => {

@@ -25,7 +25,10 @@ fn text_in(call: &Call<'_>, part: &Range<usize>) -> Option<Vec<u8>> {
 fn give(asm: &mut Asm<'_>, word: u16, part: Range<usize>) {
     if word >> WORD != 0 {
         let cause = format!("0x{word:04X} has more than {WORD} bits: its upper bits are left out");
-        asm.tell(Fault::new("ASM045", part.clone(), cause, "two characters of 8 bits do not fit: `da` has 7 for each").note());
+        asm.tell(
+            Fault::new("ASM045", part.clone(), cause, "two characters of 8 bits do not fit: `da` has 7 for each")
+                .note(),
+        );
     }
     asm.emit_words(&[word & ((1 << WORD) - 1)], part);
 }
