@@ -37,6 +37,7 @@ use emu_core::image::{CONSTANT, Image, Lines, SymbolAt};
 use emu_core::table::AsmError;
 
 pub use codes::CODES;
+pub use dialect::pic16::named_chip;
 use engine::Asm;
 pub use files::{Files, Texts};
 pub use listing::Listing;
