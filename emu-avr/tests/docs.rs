@@ -105,7 +105,7 @@ fn table_of_pins() -> String {
     let mut kinds: Vec<(Vec<&str>, String)> = Vec::new();
     for part in PARTS.iter().filter(|part| part.chip.name != "atmega328p") {
         let mut table = String::from("| Pin | No. | Units | Pin | No. | Units |\n|---|---|---|---|---|---|\n");
-        let there = |(id, pin): &(u8, &PinDef)| part.ports[usize::from(*id / 8)] >> (id % 8) & 1 == 1 || pin.dip > 0;
+        let there = |(id, pin): &(PinId, &PinDef)| part.ports[usize::from(*id / 8)] >> (id % 8) & 1 == 1 || pin.dip > 0;
         let cells: Vec<String> = (0..)
             .zip(part.chip.pins)
             .filter(there)
