@@ -335,7 +335,10 @@ impl Asm<'_> {
         let second = after..second_end.max(after);
         let about = self.directive_of(get(second.clone())).is_some_and(|d| d.label == Label::Name);
         let column_one = start == 0 && from == 0;
-        let known = self.is_word(get(name.clone()));
+        // In column 1 a directive of other dialects may be a label: `byte xorwf sum, f`.
+        let mnemonic = |range: &Range<usize>| !self.table.forms(&get(range.clone()).to_ascii_lowercase()).is_empty();
+        let in_front = column_one && self.d.column_one && mnemonic(&second) && !mnemonic(&name);
+        let known = self.is_word(get(name.clone())) && !(in_front && self.directive_of(get(name.clone())).is_some());
         let first_names = self.directive_of(get(name.clone())).is_some_and(|d| d.label == Label::Name);
         if about && !first_names && (!known || column_one) {
             return Head { label: Some(name), address: false, rest: second.end..end, word: second };
