@@ -138,6 +138,15 @@ fn image_of(asm: &mut Asm<'_>) -> Image {
     }
 }
 
+/// Names of the directives that a chip's dialect takes, without a dot.
+#[must_use]
+pub fn directives(chip: &Chip) -> Vec<&'static str> {
+    let mut names: Vec<&'static str> = dialect::Dialect::of(chip).names().collect();
+    names.sort_unstable();
+    names.dedup();
+    names
+}
+
 /// Assembles a text without includes, for tests.
 ///
 /// # Errors
