@@ -239,6 +239,9 @@ struct Cell {
 impl Asm<'_> {
     /// Gives bytes at the next address.
     pub fn emit(&mut self, bytes: &[u8], at: Range<usize>) {
+        if bytes.is_empty() {
+            return;
+        }
         if self.out.holds() == Holds::Addresses {
             let here = self.out.here();
             self.out.go(here + bytes.len() as i64);

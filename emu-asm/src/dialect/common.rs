@@ -8,7 +8,7 @@ use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::number::string;
 use crate::symbols::Kind;
-use crate::text::{behind_name, byte, cut, trim};
+use crate::text::{behind_name, byte, cut, skip_space, trim};
 
 /// The directives by name, without a dot.
 #[rustfmt::skip]
@@ -104,8 +104,12 @@ pub(super) fn constant(asm: &mut Asm<'_>, call: &Call<'_>, kind: Kind) {
     if call.label.is_some() {
         return asm.give(call, kind);
     }
-    let parts = cut(call.text, call.rest.clone());
-    let [name, _, ..] = parts.as_slice() else {
+    // `.equ name, value`; Atmel's assembler writes `.equ name = value`.
+    let rest = trim(call.text, call.rest.clone());
+    let end = behind_name(call.text, rest.start, true).min(rest.end);
+    let name = rest.start..end;
+    let mark = skip_space(call.text, end);
+    if mark >= rest.end || !matches!(byte(call.text, mark), b',' | b'=') {
         let cause = format!("`{}` needs a name and a value", call.get(call.word.clone()));
         return asm.tell(Fault::new(
             "ASM023",
@@ -113,8 +117,8 @@ pub(super) fn constant(asm: &mut Asm<'_>, call: &Call<'_>, kind: Kind) {
             cause,
             "write `name equ value` or `.equ name, value`",
         ));
-    };
-    let from = parts.get(1).map_or(call.rest.end, |part| part.start);
+    }
+    let from = mark + 1;
     let text = call.get(name.clone());
     if behind_name(text, 0, true) != text.len() || text.is_empty() {
         let cause = format!("`{text}` is no name");
@@ -237,7 +241,7 @@ pub(super) fn text(asm: &mut Asm<'_>, call: &Call<'_>, zero: bool) {
 pub(super) fn include(asm: &mut Asm<'_>, call: &Call<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone());
-    let inner = written.trim_matches(|c| matches!(c, '"' | '\'' | '<' | '>')).trim();
+    let inner = written.trim_matches(|c| matches!(c, '"' | '\'' | '<' | '>' | '(' | ')')).trim();
     if inner.is_empty() {
         let hint = "write `include \"file\"`";
         return asm.tell(Fault::new("ASM023", call.word.clone(), "the name of a file is missing", hint));

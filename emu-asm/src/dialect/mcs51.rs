@@ -46,6 +46,7 @@ pub(super) const MCS51: Dialect = Dialect {
         ("<", 11, |n| n & 0xFF), (">", 11, |n| n >> 8 & 0xFF),
     ],
     truth: 1,
+    controls: true,
     numbered_labels: false,
     dollar_labels: true,
     any_case: true,
@@ -105,7 +106,8 @@ pub(super) const MCS51: Dialect = Dialect {
         Directive::run("public", nothing),
         Directive::run("extrn", nothing),
         Directive::run("using", nothing),
-        Directive::run("lall", no_effect),
+        // Controls, such as `$MOD52` and `$NOLIST`.
+        Directive::run("$", no_effect),
     ],
     provides,
     defines: |_| Vec::new(),

@@ -52,6 +52,8 @@ pub(crate) struct Dialect {
     pub unary: &'static [(&'static str, u8, fn(i64) -> i64)],
     /// What a comparison that holds gives.
     pub truth: i64,
+    /// Lines that begin with `$` and a word are controls of the assembler.
+    pub controls: bool,
     /// Labels are numbers, `1f` and `1b` mean the next and the last of them.
     pub numbered_labels: bool,
     /// Labels are numbers with a `$` behind, known between two labels with names.
