@@ -8,8 +8,8 @@
 mod data;
 
 use data::{
-    BITS as COMMON_BITS, BITS_BUS, BITS_NO_TIMER2, BITS_TIMER2, DIP20, REGS, REGS_AT89S, REGS_BUS, REGS_T2MOD,
-    REGS_TIMER2, dip40, regs,
+    BITS as COMMON_BITS, BITS_BUS, BITS_NO_TIMER2, BITS_TIMER2, DIP20, PORT_1_TIMER2, PORT_3, PORT_3_BUS, REGS,
+    REGS_AT89S, REGS_BUS, REGS_T2MOD, REGS_TIMER2, dip40, regs,
 };
 use emu_core::chip::{Chip, Family, Reg};
 use emu_core::image::{Bits, Space};
@@ -172,7 +172,7 @@ pub(crate) const I8051: Part = Part {
         regs: regs!(REGS, REGS_BUS),
         bits: regs!(COMMON_BITS, BITS_BUS, BITS_NO_TIMER2),
         pins: dip40!("" "" "" "" "" "" "" ""),
-        constants: Vec::new,
+        constants: || [PORT_3, PORT_3_BUS].concat(),
         vectors: &["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL"],
         vector_words: 8,
         spaces: &[("code", 0x1_0000, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1), ("xdata", 0x1_0000, 1)],
@@ -194,6 +194,7 @@ const I8052: Part = Part {
         ram_len: 256,
         regs: regs!(REGS, REGS_BUS, REGS_TIMER2),
         bits: regs!(COMMON_BITS, BITS_BUS, BITS_TIMER2),
+        constants: || [PORT_3, PORT_3_BUS, PORT_1_TIMER2].concat(),
         pins: dip40!("T2" "T2EX" "" "" "" "" "" ""),
         vectors: &["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL", "TIMER2"],
         spaces: &[("code", 0x1_0000, 1), ("idata", 256, 1), ("sfr", 256, 1), ("bit", 256, 1), ("xdata", 0x1_0000, 1)],
@@ -241,6 +242,7 @@ const AT89C2051: Part = Part {
         elf: &[Space { name: "code", start: 0, len: 0x800, word: 1, bits: Bits::All }],
         regs: regs!(REGS),
         bits: regs!(COMMON_BITS, BITS_NO_TIMER2),
+        constants: || PORT_3.to_vec(),
         pins: DIP20,
         spaces: &[("code", 0x800, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1)],
         ..AT89C51.chip

@@ -297,3 +297,34 @@ fn names() {
         assert!(c.title.to_ascii_lowercase().starts_with(&format!("{}: ", c.name)), "{}", c.title);
     }
 }
+
+/// What a chip must have (`!`: must not have), then names of bits and their addresses.
+const CONSTANTS: &str = "
+    -       | RXD=B0 TXD=B1 INT0=B2 INT1=B3 T0=B4 T1=B5
+    bus     | WR=B6 RD=B7
+    !bus    | WR=- RD=-
+    timer2  | T2=90 T2EX=91 CPRL2=C8 CT2=C9
+    !timer2 | T2=- T2EX=- CPRL2=- CT2=-
+";
+
+#[test]
+fn pins_have_the_names_of_what_they_do() {
+    for part in PARTS {
+        let ours: Vec<_> = (part.chip.constants)();
+        for (wanted, names) in CONSTANTS.lines().filter_map(|line| line.split_once('|')) {
+            let has = |feature: &str| match feature {
+                "bus" => part.bus,
+                "timer2" => part.timer2 != Timer2::None,
+                _ => true,
+            };
+            let wanted = wanted.trim();
+            if !wanted.strip_prefix('!').map_or_else(|| has(wanted), |feature| !has(feature)) {
+                continue;
+            }
+            for (name, addr) in names.split_whitespace().filter_map(|pair| pair.split_once('=')) {
+                let found = ours.iter().find(|row| row.0 == name).map(|row| format!("{:X}", row.1));
+                assert_eq!(found.as_deref().unwrap_or("-"), addr, "{}: {name}", part.chip.name);
+            }
+        }
+    }
+}

@@ -87,6 +87,23 @@ pub const CODES: &[Code] = &[
     Code { code: "ASM030", title: "a value is cut off",
         explain: "A warning: a value of db or dw has more bits than the place for it, and only the lower ones are kept. Mend: write the part \
                   that is meant with low() or &." },
+    Code { code: "ASM040", title: "instruction in column 1",
+        explain: "Words in column 1 are labels, unless an instruction has that name; then it is taken as one, and told. \
+                  gpasm and MPASM call this warning 203." },
+    Code { code: "ASM041", title: "directive in column 1",
+        explain: "As ASM040, for a directive; warning 205 of gpasm and MPASM." },
+    Code { code: "ASM042", title: "register not in bank 0",
+        explain: "The operand is the address of a register in bank 1, 2 or 3, of which the instruction holds the lower \
+                  seven bits. It reaches the register only where RP0 and RP1 of STATUS select that bank; `banksel` \
+                  writes the instructions that do. Message 302 of gpasm and MPASM." },
+    Code { code: "ASM043", title: "source for another chip",
+        explain: "A line `list p=..` or `processor ..` names another chip than the one that the source is assembled for. \
+                  Registers and memory may differ." },
+    Code { code: "ASM044", title: "nothing to select",
+        explain: "The chip has one page of program memory, so `pagesel` writes nothing. Message 312 of gpasm and MPASM." },
+    Code { code: "ASM045", title: "word cut",
+        explain: "A value or two characters have more bits than a program word; the upper ones are left out. Message 303 \
+                  of gpasm and MPASM." },
     Code { code: "ASM060", title: "AP101's configuration cannot be read",
         explain: "One of the directives clock, inputs, mode, period, channels, program, module and TIM lacks a value or has one that the \
                   machine does not have. docs/formats/asm.md lists them; docs/chips/ap101.md says what they mean." },

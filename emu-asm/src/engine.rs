@@ -1,6 +1,6 @@
 //! The engine: reads the source again and again until no name moves.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -89,6 +89,12 @@ pub(crate) struct Asm<'a> {
     faults: Vec<(Diagnostic, Option<String>)>,
     /// Errors beyond [`LIMIT`].
     more: usize,
+    /// Remarks about the instruction that is being matched.
+    pub notes: Vec<Fault>,
+    /// Codes of warnings and notes that the source does not want to be told.
+    pub quiet: BTreeSet<&'static str>,
+    /// What else it does not want: 1 notes, 2 warnings too.
+    pub least: u32,
     /// What a family keeps during a pass.
     pub own: crate::dialect::Own,
 }
@@ -128,6 +134,9 @@ impl<'a> Asm<'a> {
             out: Output::new(chip, d),
             faults: Vec::new(),
             more: 0,
+            notes: Vec::new(),
+            quiet: BTreeSet::new(),
+            least: 0,
             own: crate::dialect::Own::default(),
         }
     }
@@ -176,6 +185,7 @@ impl<'a> Asm<'a> {
         self.macros.clear();
         self.numbered.clear();
         self.faults.clear();
+        (self.notes, self.quiet, self.least) = Default::default();
         self.own = crate::dialect::Own::default();
         self.out.restart();
         self.define_given();
@@ -183,6 +193,14 @@ impl<'a> Asm<'a> {
 
     /// Tells a complaint about the line that is being read.
     pub fn tell(&mut self, fault: Fault) {
+        let unwanted = match fault.severity {
+            Severity::Error => false,
+            Severity::Warning => self.least >= 2 || self.quiet.contains(fault.code),
+            Severity::Note => self.least >= 1 || self.quiet.contains(fault.code),
+        };
+        if unwanted {
+            return;
+        }
         if self.faults.len() >= LIMIT {
             self.more += usize::from(fault.severity == Severity::Error);
             return;

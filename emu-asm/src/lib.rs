@@ -37,6 +37,7 @@ use emu_core::image::{CONSTANT, Image, Lines, SymbolAt};
 use emu_core::table::AsmError;
 
 pub use codes::CODES;
+pub use dialect::pic16::named_chip;
 use engine::Asm;
 pub use files::{Files, Texts};
 pub use listing::Listing;
@@ -136,6 +137,23 @@ fn image_of(asm: &mut Asm<'_>) -> Image {
         lines: Lines::new(std::mem::take(&mut asm.out.lines)),
         entry: None,
     }
+}
+
+/// Whether a name means something already on this chip, case aside: an instruction, a directive, a function, a register, a bit or a
+/// number of the chip. Such a name is no label.
+#[must_use]
+pub fn is_taken(chip: &'static Chip, name: &str) -> bool {
+    let (dialect, table) = (dialect::Dialect::of(chip), table::Table::of(chip.isa));
+    let lower = name.to_ascii_lowercase();
+    let is = |word: &&str| word.eq_ignore_ascii_case(name);
+    let operators = dialect.operators.iter().map(|row| row.0).chain(dialect.unary.iter().map(|row| row.0));
+    let slots = chip.isa.rows.iter().flat_map(|row| row.operands);
+    dialect.directive(&lower).is_some()
+        || operators.chain(dialect.here.iter().copied()).any(|word| is(&word))
+        || !table.forms(&lower).is_empty()
+        || table.words.contains(&lower)
+        || known::Known::of(chip).get(name).is_some()
+        || slots.into_iter().any(|slot| (slot.kind.named)(name).is_some())
 }
 
 /// Names of the directives that a chip's dialect takes, without a dot.

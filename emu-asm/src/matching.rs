@@ -51,7 +51,10 @@ impl Asm<'_> {
         let found = self.encode(text, mnemonic, word, rest, 0);
         self.behind = 0;
         match found {
-            Ok(words) => Some(words),
+            Ok(words) => {
+                std::mem::take(&mut self.notes).into_iter().for_each(|note| self.tell(note));
+                Some(words)
+            }
             Err(fault) => {
                 self.tell(fault);
                 None
@@ -84,7 +87,9 @@ impl Asm<'_> {
                         // The operands stand in a line of their own, so what is wrong with them is told of all of them.
                         let all = trim(text, rest.clone());
                         let found = self.encode(&other, to, 0..0, 0..other.len(), depth + 1);
-                        return found.map_err(|fault| Fault { at: if all.is_empty() { word } else { all }, ..fault });
+                        let at = if all.is_empty() { word } else { all };
+                        self.notes.iter_mut().for_each(|note| note.at = at.clone());
+                        return found.map_err(|fault| Fault { at, ..fault });
                     }
                     _ => Tried::Not,
                 },
@@ -157,7 +162,7 @@ impl Asm<'_> {
                 "it is an instruction of larger chips of the family; on AVR rjmp and rcall reach all of a small one";
             return Tried::Wrong(9, Fault::new("ASM026", word.clone(), cause, hint));
         }
-        let mut bits = row.pattern.value;
+        let mut bits = row.pattern.written;
         let slots = row.operands.iter().filter(|slot| row.pattern.has(slot.letter));
         for (slot, (value, range)) in slots.zip(&values).filter(|_| known) {
             let width = row.pattern.field(slot.letter, 0).1;
@@ -171,6 +176,9 @@ impl Asm<'_> {
                     );
                 }
             }
+        }
+        if known {
+            self.notes.extend((self.d.hooks.check)(row, &values));
         }
         Tried::Fits(words_of(row, isa.word_bits, bits))
     }

@@ -56,6 +56,9 @@ pub(crate) struct Cond {
     pub line: Option<Line>,
 }
 
+/// Lines between a directive and the one that ends it.
+pub(crate) type Block = Rc<[Line]>;
+
 /// A macro.
 #[derive(Debug)]
 pub(crate) struct Macro {
@@ -202,6 +205,12 @@ impl Asm<'_> {
                     self.push(body, Turn::While(line, call.rest.start), None);
                 }
             }
+            Flow::Block(run) => {
+                if let Some(body) = self.collect(call, flow) {
+                    run(self, call, body);
+                }
+            }
+            Flow::EndBlock => self.alone(call, "cblock"),
             Flow::Endm => self.alone(call, "macro"),
             Flow::Endr => self.alone(call, "rept"),
             Flow::Endw => self.alone(call, "while"),
@@ -232,7 +241,7 @@ impl Asm<'_> {
     }
 
     /// The lines up to the directive that ends what `call` has begun: `endm` a macro, `endr` or `endm` a repetition, `endw` a
-    /// `while`.
+    /// `while`, `endc` a block.
     pub fn collect(&mut self, call: &Call<'_>, opener: Flow) -> Option<Rc<[Line]>> {
         let mut open = vec![opener];
         let mut body = Vec::new();
@@ -242,7 +251,7 @@ impl Asm<'_> {
                 frame.lines.get(frame.next - 1).cloned()
             }) else {
                 let what = call.get(call.word.clone());
-                let hint = "it ends with endm or endr (a while with endw) in the same file";
+                let hint = "it ends with endm or endr (a while with endw, a cblock with endc) in the same file";
                 self.tell(Fault::new("ASM013", call.word.clone(), format!("`{what}` is not closed"), hint));
                 return None;
             };
@@ -250,10 +259,11 @@ impl Asm<'_> {
             self.list(&line);
             let flow = self.flow_of(&line);
             match (flow, open.last()) {
-                (Some(flow @ (Flow::Macro | Flow::Repeat(_) | Flow::While)), _) => open.push(flow),
+                (Some(flow @ (Flow::Macro | Flow::Repeat(_) | Flow::While | Flow::Block(_))), _) => open.push(flow),
                 (Some(Flow::Endm), Some(Flow::Macro | Flow::Repeat(_)))
                 | (Some(Flow::Endr), Some(Flow::Repeat(_)))
-                | (Some(Flow::Endw), Some(Flow::While)) => {
+                | (Some(Flow::Endw), Some(Flow::While))
+                | (Some(Flow::EndBlock), Some(Flow::Block(_))) => {
                     open.pop();
                 }
                 _ => {}

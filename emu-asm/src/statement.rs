@@ -8,7 +8,7 @@ use crate::expr::Value;
 use crate::fault::Fault;
 use crate::output::Listed;
 use crate::symbols::Kind;
-use crate::text::{Line, behind_name, byte, skip_space, step, trim};
+use crate::text::{Changed, Line, behind_name, byte, skip_space, step, trim};
 
 /// The front of a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,6 +41,11 @@ pub(crate) fn code_end(d: &Dialect, text: &str) -> usize {
     text.len()
 }
 
+/// Where `#v(` stands.
+fn find_value(text: &str) -> Option<usize> {
+    text.as_bytes().windows(3).position(|three| three.eq_ignore_ascii_case(b"#v("))
+}
+
 /// `#define` and its like are no comments.
 fn is_hash_word(text: &str) -> bool {
     let Some(rest) = text.strip_prefix('#') else { return false };
@@ -54,6 +59,8 @@ fn is_hash_word(text: &str) -> bool {
 impl Asm<'_> {
     /// Reads one line.
     pub fn statement(&mut self, line: &Line) {
+        let named = if self.d.hooks.value_names && self.reading() { self.put_values(line) } else { None };
+        let line = named.as_ref().unwrap_or(line);
         let end = code_end(self.d, &line.text);
         if line.text.get(..end).is_none_or(|code| code.trim().is_empty()) {
             return self.list(line);
@@ -80,6 +87,32 @@ impl Asm<'_> {
             }
         }
         self.listed();
+    }
+
+    /// The line with the values of `#v(expression)` put in.
+    fn put_values(&mut self, line: &Line) -> Option<Line> {
+        let text: &str = &line.text;
+        let end = code_end(self.d, text);
+        let (mut changed, mut done) = (Changed::default(), 0);
+        while let Some(at) = text.get(done..end).and_then(|rest| find_value(rest)).map(|at| done + at) {
+            let open = at + 2;
+            let close = (open..end).scan(0, |depth, at| {
+                *depth += i32::from(byte(text, at) == b'(') - i32::from(byte(text, at) == b')');
+                Some((*depth, at))
+            });
+            let (_, close) = close.into_iter().find(|(depth, _)| *depth == 0)?;
+            let n = self.number(text, open + 1..close).unwrap_or(0);
+            changed.copy(text, done..at);
+            changed.put(&n.to_string(), at);
+            done = close + 1;
+        }
+        if done == 0 {
+            return None;
+        }
+        changed.copy(text, done..text.len());
+        let line = changed.into_line(line);
+        self.line = Some(line.clone());
+        Some(line)
     }
 
     /// Begins a line of the listing.
@@ -157,6 +190,9 @@ impl Asm<'_> {
         if let Some(found) = self.macros.get(&lower).cloned() {
             return self.call_macro(&found, call);
         }
+        if self.d.column_one_warns && call.word.start == 0 && call.label.is_none() && !word.starts_with('#') {
+            self.in_column_one(directive.is_some(), call);
+        }
         if let Some(flow) = flow {
             return self.flow(flow, call);
         }
@@ -184,6 +220,13 @@ impl Asm<'_> {
                 self.emit_words(&words, call.word.clone());
             }
         }
+    }
+
+    /// Tells of a word that stands where labels do.
+    fn in_column_one(&mut self, directive: bool, call: &Call<'_>) {
+        let (code, what) = if directive { ("ASM041", "directive") } else { ("ASM040", "instruction") };
+        let cause = format!("the {what} `{}` stands in column 1, where labels stand", call.get(call.word.clone()));
+        self.tell(Fault::new(code, call.word.clone(), cause, "put a space before it").warning());
     }
 
     /// Length in words of the shortest form of an instruction.
@@ -295,11 +338,19 @@ impl Asm<'_> {
             let equals = after + get(after..end).bytes().take_while(|c| *c == b'=').count();
             return Head { label: Some(name), address: false, word: after..equals, rest: equals..end };
         }
+        let signs = get(after..end).bytes().take_while(|c| b"+-*/%<>&|^=".contains(c)).count();
+        if self.directive_of(get(after..after + signs)).is_some_and(|d| d.label == Label::Name) {
+            let word = after..after + signs;
+            return Head { label: Some(name), address: false, rest: word.end..end, word };
+        }
         let second_end = behind_name(text, after, true).min(end);
         let second = after..second_end.max(after);
         let about = self.directive_of(get(second.clone())).is_some_and(|d| d.label == Label::Name);
         let column_one = start == 0 && from == 0;
-        let known = self.is_word(get(name.clone()));
+        // In column 1 a directive of other dialects may be a label: `byte xorwf sum, f`.
+        let mnemonic = |range: &Range<usize>| !self.table.forms(&get(range.clone()).to_ascii_lowercase()).is_empty();
+        let in_front = column_one && self.d.column_one && mnemonic(&second) && !mnemonic(&name);
+        let known = self.is_word(get(name.clone())) && !(in_front && self.directive_of(get(name.clone())).is_some());
         let first_names = self.directive_of(get(name.clone())).is_some_and(|d| d.label == Label::Name);
         if about && !first_names && (!known || column_one) {
             return Head { label: Some(name), address: false, rest: second.end..end, word: second };

@@ -2,19 +2,20 @@
 //! avr-libc are installed: the compiler itself works out what each name stands for.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::Write;
-use std::process::{Command, Stdio};
 
 use emu_avr::chips::{PARTS, Part, Site, chip, part};
 
-/// Names of registers that the headers have besides ours, with the reason.
+mod gcc;
+
+use gcc::gcc;
+
+/// Names of registers that only the headers have, or only we, with the reason.
 const BESIDES: &str = "
-    ADCSR  old name of ADCSRA
-    MCUSR  old name of MCUCSR
-    MCUCSR the same, where the header has only the old one
-    GIMSK  old name of GICR
-    GICR   the same, where the header has only the old one
-    SPMCR  old name of SPMCSR
+    MCUSR  another name of MCUCSR: the headers of the ATmega16 and 128 lack it
+    MCUCSR the header of the ATmega32 has only the other
+    GIMSK  old name of GICR: the header of the ATmega16 lacks it
+    GICR   the header of the ATmega32 has only the old one
+    SPMCR  old name of SPMCSR: the header of the ATmega128 lacks it
     UCSRC  shares an address with UBRRH, and the header of the ATmega32 has only that
     OCDR   of the on-chip debugger: shares an address with OSCCAL, and the header of the ATmega32 has only that
     MONDR  of the on-chip debugger
@@ -79,18 +80,6 @@ const CONSTANTS: &[&str] = &[
     "SIGNATURE_2",
     "FUSE_MEMORY_SIZE",
 ];
-
-/// What the compiler says to this.
-fn gcc(mcu: &str, args: &[&str], source: &str) -> String {
-    let mut command = Command::new("avr-gcc");
-    command.arg(format!("-mmcu={mcu}")).args(args);
-    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    let mut child = command.spawn().expect("avr-gcc runs");
-    child.stdin.take().expect("a pipe").write_all(source.as_bytes()).expect("read");
-    let run = child.wait_with_output().expect("avr-gcc ends");
-    assert!(run.status.success(), "{mcu}: {}", String::from_utf8_lossy(&run.stderr));
-    String::from_utf8(run.stdout).expect("text")
-}
 
 impl Header {
     /// Reads the header of `mcu`: the names by the preprocessor, their values by the compiler.

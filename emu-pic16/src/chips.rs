@@ -12,6 +12,7 @@ mod f62x;
 mod f87x;
 mod f88;
 mod f8x;
+mod names;
 mod pins;
 mod regs;
 

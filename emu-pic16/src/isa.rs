@@ -47,8 +47,8 @@ macro_rules! pic16_table {
     AndwfF   "andwf"   "f, F"  "00 0101 1fff ffff" (f: F)        "1"   "Z"   => andwf(f, false), AndwfFRam;
     /// Clear file register.
     Clrf     "clrf"    "f"     "00 0001 1fff ffff" (f: F)        "1"   "Z"   => clrf(f), ClrfRam;
-    /// Clear W.
-    Clrw     "clrw"    ""      "00 0001 0--- ----" ()            "1"   "Z"   => clrw();
+    /// Clear W. The open bits are written as Microchip's assembler writes them.
+    Clrw     "clrw"    ""      "00 0001 0--- --++" ()            "1"   "Z"   => clrw();
     /// Complement file register, to W.
     ComfW    "comf"    "f, W"  "00 1001 0fff ffff" (f: F)        "1"   "Z"   => comf(f, true), ComfWRam;
     /// Complement file register, to the file register.
@@ -163,7 +163,16 @@ pub const ISA: Isa = Isa {
 };
 
 /// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
-pub const ALIASES: &[Alias] = &[];
+#[rustfmt::skip]
+pub const ALIASES: &[Alias] = &[
+    // Without a destination it is the file register.
+    ("addwf", "f", "addwf", "f,F"), ("andwf", "f", "andwf", "f,F"), ("comf", "f", "comf", "f,F"), ("decf", "f", "decf", "f,F"),
+    ("decfsz", "f", "decfsz", "f,F"), ("incf", "f", "incf", "f,F"), ("incfsz", "f", "incfsz", "f,F"),
+    ("iorwf", "f", "iorwf", "f,F"), ("movf", "f", "movf", "f,F"), ("rlf", "f", "rlf", "f,F"), ("rrf", "f", "rrf", "f,F"),
+    ("subwf", "f", "subwf", "f,F"), ("swapf", "f", "swapf", "f,F"), ("xorwf", "f", "xorwf", "f,F"),
+    // TRIS has the lower bits of the register's address.
+    ("tris", "TRISA", "tris", "5"), ("tris", "TRISB", "tris", "6"), ("tris", "TRISC", "tris", "7"),
+];
 
 /// Bits of a program word.
 pub const WORD_BITS: u32 = 14;

@@ -227,6 +227,31 @@ fn check_config(part: &Part, h: &Header, diff: &mut Vec<String>) -> usize {
     h.config.len()
 }
 
+/// Every number that the header names is ours; and of ours every name is in some header of the family, and means what it says on
+/// this chip.
+fn check_names(part: &Part, h: &Header, known: &BTreeSet<String>, diff: &mut Vec<String>) -> usize {
+    let all = (part.chip.constants)();
+    let ours: BTreeMap<&str, i32> = all.iter().copied().collect();
+    diff.extend(all.iter().filter(|o| ours.get(o.0) != Some(&o.1)).map(|o| format!("two meanings of {}", o.0)));
+    let bits = h.bits.values().flatten();
+    for (name, &value) in bits.chain(&h.config) {
+        if ours.get(name.as_str()) != Some(&value.into()) {
+            diff.push(format!("name {name} {value:04X}"));
+        }
+    }
+    for (name, value) in ours {
+        let value = u16::try_from(value).unwrap();
+        let here = h.config.contains_key(name)
+            || part.bits.iter().any(|bit| bit.1 == name)
+            || ALIASES.iter().any(|alias| alias.0 == name)
+            || ["W", "F"].contains(&name);
+        if !(here || known.contains(name) && means(part, name, value) == Some(true)) {
+            diff.push(format!("our name {name} {value:04X}"));
+        }
+    }
+    h.config.len() + h.bits.values().map(BTreeMap::len).sum::<usize>()
+}
+
 fn check_linker(part: &Part, diff: &mut Vec<String>) -> usize {
     let path = format!("{SHARE}/lkr/{}_g.lkr", part.chip.name.strip_prefix("pic").unwrap());
     let text = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
@@ -278,7 +303,8 @@ fn rows_are_what_the_headers_say() {
         assert_eq!(cells.len(), 3, "{line}");
         assert!(expected.insert((cells[0].into(), cells[1].into())), "twice: {line}");
     }
-    let (mut found, mut counts) = (BTreeSet::new(), [0; 5]);
+    let (mut found, mut counts) = (BTreeSet::new(), [0; 6]);
+    let known: BTreeSet<String> = PARTS.iter().flat_map(|part| header(part.chip.name).config.into_keys()).collect();
     for part in PARTS {
         let (h, mut diff) = (header(part.chip.name), Vec::new());
         counts[0] += check_registers(part, &h, &mut diff);
@@ -286,17 +312,21 @@ fn rows_are_what_the_headers_say() {
         counts[2] += check_bad(part, &h, &mut diff);
         counts[3] += check_config(part, &h, &mut diff);
         counts[4] += check_linker(part, &mut diff);
+        counts[5] += check_names(part, &h, &known, &mut diff);
         found.extend(diff.into_iter().map(|d| (part.chip.name.to_string(), d)));
     }
-    let [regs, bits, addrs, config, lines] = counts;
+    let [regs, bits, addrs, config, lines, names] = counts;
     println!(
         "{} chips: {regs} registers, {bits} bits, {addrs} addresses, {config} configuration values, {lines} lines of linker \
-         scripts; {} differences that are the files' faults",
+         scripts, {names} names; {} differences that are the files' faults",
         PARTS.len(),
         found.len()
     );
     let new: Vec<_> = found.difference(&expected).collect();
     let gone: Vec<_> = expected.difference(&found).collect();
     assert!(new.is_empty() && gone.is_empty(), "not in the list: {new:#?}\nno longer there: {gone:#?}");
-    assert!(regs > 700 && bits > 3000 && addrs > 8000 && config > 700 && lines > 250, "too little was read");
+    assert!(
+        regs > 700 && bits > 3000 && addrs > 8000 && config > 700 && lines > 250 && names > 3700,
+        "too little was read"
+    );
 }

@@ -61,6 +61,17 @@ pub(super) const BITS_TIMER2: &[Reg] = rows! {
 /// What stands in IE and IP where timer 2 would have its bits.
 pub(super) const BITS_NO_TIMER2: &[Reg] = rows! { 0xAD "IE.5" 0xBD "IP.5" };
 
+/// What the pins of port 3 do besides, as names of their bits (manual, "Port structures and operation").
+#[rustfmt::skip]
+pub(super) const PORT_3: &[(&str, i32)] =
+    &[("RXD", 0xB0), ("TXD", 0xB1), ("INT0", 0xB2), ("INT1", 0xB3), ("T0", 0xB4), ("T1", 0xB5)];
+
+/// The same with an external bus.
+pub(super) const PORT_3_BUS: &[(&str, i32)] = &[("WR", 0xB6), ("RD", 0xB7)];
+
+/// Pins of timer 2, and its bits with a stroke as sdas8051 writes them.
+pub(super) const PORT_1_TIMER2: &[(&str, i32)] = &[("T2", 0x90), ("T2EX", 0x91), ("CPRL2", 0xC8), ("CT2", 0xC9)];
+
 /// Some groups as one list in the order of their addresses; at the same address the first group comes first.
 macro_rules! regs {
     ($($group:expr),+) => { &$crate::chips::data::merge::<{ 0 $(+ $group.len())+ }>(&[$($group),+]) };

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::common::{nothing, value_of, wanted};
-use super::{Dialect, Directive, Form, Holds, Op, Provided, SectionRow};
+use super::{Dialect, Directive, Form, Holds, Hooks, Provided, SectionRow};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::text::{Line, cut, trim};
@@ -78,6 +78,7 @@ pub(super) const AP101: Dialect = Dialect {
     space_fills: false,
     zones: true,
     literals: &[],
+    hooks: Hooks::NONE,
     directives: &[
         Directive::run("dw", words),
         Directive::run("word", words),

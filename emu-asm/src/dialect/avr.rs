@@ -3,7 +3,7 @@
 use emu_core::chip::Chip;
 
 use super::common::{constant, nothing, space, value_of, wanted};
-use super::{Dialect, Directive, Flow, Form, Holds, Op, Provided, SectionRow};
+use super::{Dialect, Directive, Flow, Form, Holds, Hooks, Op, Provided, SectionRow};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::symbols::Kind;
@@ -57,6 +57,7 @@ pub(super) const AVR: Dialect = Dialect {
     space_fills: true,
     zones: false,
     literals: &[],
+    hooks: Hooks::NONE,
     directives: &[
         Directive::run("skip", space),
         Directive::run("zero", space),

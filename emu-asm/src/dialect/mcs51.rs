@@ -3,7 +3,7 @@
 use emu_core::chip::Chip;
 
 use super::common::{constant, include, no_effect, nothing};
-use super::{Dialect, Directive, Form, Holds, Op, Provided, SectionRow};
+use super::{Dialect, Directive, Form, Holds, Hooks, Op, Provided, SectionRow};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::symbols::Kind;
@@ -58,6 +58,7 @@ pub(super) const MCS51: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[],
+    hooks: Hooks::NONE,
     directives: &[
         Directive::run("defb", |asm, call| super::common::bytes(asm, call)),
         Directive::run("fcb", |asm, call| super::common::bytes(asm, call)),

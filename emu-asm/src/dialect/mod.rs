@@ -7,11 +7,16 @@ mod ap101;
 mod avr;
 mod common;
 mod mcs51;
-mod pic16;
+pub(crate) mod pic16;
+
+use std::ops::Range;
 
 use emu_core::chip::{Chip, Family};
+use emu_core::table::Row;
 
 use crate::engine::{Asm, Call};
+use crate::fault::Fault;
+use crate::reader::Block;
 
 /// A dialect.
 pub(crate) struct Dialect {
@@ -71,6 +76,8 @@ pub(crate) struct Dialect {
     pub zones: bool,
     /// Literals of the syntax that a value may stand for.
     pub literals: &'static [(&'static str, i64)],
+    /// What few dialects have.
+    pub hooks: Hooks,
     /// Directives of this dialect alone, looked up before the common ones.
     pub directives: &'static [Directive],
     /// Includes that the chip's data stand for: the name without path and `<>`, in lower case.
@@ -83,6 +90,20 @@ pub(crate) struct Dialect {
     pub finish: fn(&mut Asm<'_>),
     /// The sections that there are from the start; the first is where the program begins.
     pub sections: &'static [SectionRow],
+}
+
+/// What few dialects have.
+#[derive(Clone, Copy)]
+pub(crate) struct Hooks {
+    /// Looks at an instruction that fits: its row, and the operands that stand in its pattern with their places.
+    pub check: fn(&Row, &[(i32, Range<usize>)]) -> Option<Fault>,
+    /// `#v(expression)` within a name stands for its value.
+    pub value_names: bool,
+}
+
+impl Hooks {
+    /// None of it.
+    pub const NONE: Hooks = Hooks { check: |_, _| None, value_names: false };
 }
 
 /// The operators of C, with its precedence.
@@ -241,6 +262,10 @@ pub(crate) enum Flow {
     Repeat(fn(&mut Asm<'_>, &Call<'_>) -> Turns),
     /// Begins a repetition while a condition holds.
     While,
+    /// Begins lines that the directive reads itself.
+    Block(fn(&mut Asm<'_>, &Call<'_>, Block)),
+    /// Ends them.
+    EndBlock,
     /// Ends a macro.
     Endm,
     /// Ends a repetition.

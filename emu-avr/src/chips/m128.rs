@@ -5,8 +5,9 @@ use emu_core::pins::PinId;
 
 use super::Own::*;
 use super::Site::{self, *};
+use super::bits as b;
 use super::old::{self, assr, mcucsr, tccr, timers};
-use super::{Fuses, Memories, Part, pins, registers, sites, unit};
+use super::{Fuses, Memories, Names, Part, named, pins, registers, sites, unit};
 use crate::periph::Line;
 use crate::periph::adc::Reg::*;
 use crate::periph::comparator::Reg::*;
@@ -22,26 +23,30 @@ use crate::periph::usart::Reg::*;
 use crate::periph::{adc, eeprom, external, guard, spm};
 
 /// ATmega64.
-const ATMEGA64: Chip = Chip {
-    name: "atmega64",
-    title: "ATmega64: 64 KB flash, 4 KB RAM, 2 KB EEPROM, 64 pins",
-    source: "Atmel 2490",
-    regs: REGS_64,
-    pins: PINS,
-    vectors: VECTORS,
-    ..Memories::<0x1_0000, 0x100, 0x1100, 0x800, 3>::CHIP
-};
+const ATMEGA64: Chip = named!(
+    "atmega64",
+    "ATmega64: 64 KB flash, 4 KB RAM, 2 KB EEPROM, 64 pins",
+    Chip {
+        source: "Atmel 2490",
+        regs: REGS_64,
+        pins: PINS,
+        vectors: VECTORS,
+        ..Memories::<0x1_0000, 0x100, 0x1100, 0x800, 3>::CHIP
+    }
+);
 
 /// ATmega128.
-const ATMEGA128: Chip = Chip {
-    name: "atmega128",
-    title: "ATmega128: 128 KB flash, 4 KB RAM, 4 KB EEPROM, 64 pins",
-    source: "Atmel 2467",
-    regs: REGS_128,
-    pins: PINS,
-    vectors: VECTORS,
-    ..Memories::<0x2_0000, 0x100, 0x1100, 0x1000, 3>::CHIP
-};
+const ATMEGA128: Chip = named!(
+    "atmega128",
+    "ATmega128: 128 KB flash, 4 KB RAM, 4 KB EEPROM, 64 pins",
+    Chip {
+        source: "Atmel 2467",
+        regs: REGS_128,
+        pins: PINS,
+        vectors: VECTORS,
+        ..Memories::<0x2_0000, 0x100, 0x1100, 0x1000, 3>::CHIP
+    }
+);
 
 /// The row of the ATmega128.
 pub(super) const PART_128: Part = Part {
@@ -74,6 +79,14 @@ pub(super) const PART_128: Part = Part {
     signature: [0x1E, 0x97, 0x02],
     fuses: Fuses { wdton: Some((2, 0, 1)), ..old::FUSES },
     reset: 53,
+    names: Names {
+        bits: &[b::ANY, b::OLD, b::MUX5, b::FREE_RUNNING, b::COMPARE_0, b::TIMERS, b::WDCE, b::M128],
+        fuses: [old::LOW_FUSES, old::HIGH_FUSES, "- - - - - - FUSE_M103C FUSE_WDTON"],
+        delivered: [0xE1, 0x99, 0xFD],
+        sleep: 6,
+        eeprom_page: 8,
+        last_outside: 0xFFFF,
+    },
 };
 
 /// The row of the ATmega64.
@@ -84,6 +97,10 @@ pub(super) const PART_64: Part = Part {
     triggers: TRIGGERS,
     spm: spm::Kind::MEGA64,
     signature: [0x1E, 0x96, 0x02],
+    names: Names {
+        bits: &[b::ANY, b::OLD, b::MUX5, b::TRIGGERED, b::COMPARE_0, b::TIMERS, b::WDCE, b::M128],
+        ..PART_128.names
+    },
     ..PART_128
 };
 
@@ -159,7 +176,7 @@ const SFIOR: Site =
 registers! {
     0x20 "PINF" Port(5, 0);          0x21 "PINE" Port(4, 0);          0x22 "DDRE" Port(4, 1);
     0x23 "PORTE" Port(4, 2);         0x24 "ADCL" Adc(ADCL);           0x25 "ADCH" Adc(ADCH);
-    0x26 "ADCSRA" Adc(ADCSRA);       0x27 "ADMUX" Adc(ADMUX);         0x28 "ACSR" Comparator(ACSR);
+    0x26 "ADCSRA" / "ADCSR" Adc(ADCSRA); 0x27 "ADMUX" Adc(ADMUX);     0x28 "ACSR" Comparator(ACSR);
     0x29 "UBRR0L" Usart(0, UBRRL);   0x2A "UCSR0B" Usart(0, UCSRB);   0x2B "UCSR0A" Usart(0, UCSRA);
     0x2C "UDR0" Usart(0, UDR);       0x2D "SPCR" Spi(SPCR);           0x2E "SPSR" Spi(SPSR);
     0x2F "SPDR" Spi(SPDR);           0x30 "PIND" Port(3, 0);          0x31 "DDRD" Port(3, 1);
@@ -174,13 +191,13 @@ registers! {
     0x4A "OCR1AL" Timer(1, OCRAL);   0x4B "OCR1AH" Timer(1, OCRAH);   0x4C "TCNT1L" Timer(1, TCNTL);
     0x4D "TCNT1H" Timer(1, TCNTH);   0x4E "TCCR1B" Timer(1, TCCRB);   0x4F "TCCR1A" Timer(1, TCCRA);
     0x50 "ASSR" assr!(0);            0x51 "OCR0" Timer(0, OCRAL);     0x52 "TCNT0" Timer(0, TCNTL);
-    0x53 "TCCR0" tccr!(0);           0x54 "MCUCSR" mcucsr!((7, Kept(0), 0));
+    0x53 "TCCR0" tccr!(0);           0x54 "MCUCSR" / "MCUSR" mcucsr!((7, Kept(0), 0));
     0x55 "MCUCR" MCUCR_BITS;         0x56 "TIFR" timers!(TIFR);       0x57 "TIMSK" timers!(TIMSK);
     0x58 "EIFR" External(EIFR);      0x59 "EIMSK" External(EIMSK);    0x5A "EICRB" External(EICRB);
     0x5C "XDIV" Kept(1);             0x5D "SPL" Core;                 0x5E "SPH" Core;
     0x5F "SREG" Core;                0x61 "DDRF" Port(5, 1);          0x62 "PORTF" Port(5, 2);
     0x63 "PING" Port(6, 0);          0x64 "DDRG" Port(6, 1);          0x65 "PORTG" Port(6, 2);
-    0x68 "SPMCSR" Spm(SPMCSR);       0x6A "EICRA" External(EICRA);    0x6C "XMCRB" Kept(2);
+    0x68 "SPMCSR" / "SPMCR" Spm(SPMCSR); 0x6A "EICRA" External(EICRA);    0x6C "XMCRB" Kept(2);
     0x6D "XMCRA" Kept(3);            0x6F "OSCCAL" Own(OSCCAL);       0x70 "TWBR" Twi(TWBR);
     0x71 "TWSR" Twi(TWSR);           0x72 "TWAR" Twi(TWAR);           0x73 "TWDR" Twi(TWDR);
     0x74 "TWCR" Twi(TWCR);           0x78 "OCR1CL" Timer(1, OCRCL);   0x79 "OCR1CH" Timer(1, OCRCH);

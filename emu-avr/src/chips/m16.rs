@@ -5,8 +5,9 @@ use emu_core::pins::PinId;
 
 use super::Own::*;
 use super::Site::{self, *};
+use super::bits as b;
 use super::old::{self, assr, general, mcucsr, tccr, tccra, timers};
-use super::{Memories, Part, pins, registers, sites, unit};
+use super::{Memories, Names, Part, named, pins, registers, sites, unit};
 use crate::periph::Line;
 use crate::periph::adc::Reg::*;
 use crate::periph::comparator::Reg::*;
@@ -22,26 +23,30 @@ use crate::periph::usart::Reg::*;
 use crate::periph::{adc, eeprom, external, guard, spm};
 
 /// ATmega16.
-const ATMEGA16: Chip = Chip {
-    name: "atmega16",
-    title: "ATmega16: 16 KB flash, 1 KB RAM, 512 bytes EEPROM, 40 pins",
-    source: "Atmel 2466",
-    regs: REGS,
-    pins: PINS,
-    vectors: VECTORS_16,
-    ..Memories::<0x4000, 0x60, 0x460, 0x200, 2>::CHIP
-};
+const ATMEGA16: Chip = named!(
+    "atmega16",
+    "ATmega16: 16 KB flash, 1 KB RAM, 512 bytes EEPROM, 40 pins",
+    Chip {
+        source: "Atmel 2466",
+        regs: REGS,
+        pins: PINS,
+        vectors: VECTORS_16,
+        ..Memories::<0x4000, 0x60, 0x460, 0x200, 2>::CHIP
+    }
+);
 
 /// ATmega32.
-const ATMEGA32: Chip = Chip {
-    name: "atmega32",
-    title: "ATmega32: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 40 pins",
-    source: "Atmel 2503",
-    regs: REGS,
-    pins: PINS,
-    vectors: VECTORS_32,
-    ..Memories::<0x8000, 0x60, 0x860, 0x400, 2>::CHIP
-};
+const ATMEGA32: Chip = named!(
+    "atmega32",
+    "ATmega32: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 40 pins",
+    Chip {
+        source: "Atmel 2503",
+        regs: REGS,
+        pins: PINS,
+        vectors: VECTORS_32,
+        ..Memories::<0x8000, 0x60, 0x860, 0x400, 2>::CHIP
+    }
+);
 
 /// The row of the ATmega16.
 pub(super) const PART_16: Part = Part {
@@ -69,6 +74,14 @@ pub(super) const PART_16: Part = Part {
     signature: [0x1E, 0x94, 0x03],
     fuses: old::FUSES,
     reset: 32,
+    names: Names {
+        bits: &[b::ANY, b::OLD, b::MUX5, b::TRIGGERED, b::COMPARE_0, b::TIMERS, b::TIMERS_1_2, b::M16, b::SM_16],
+        fuses: [old::LOW_FUSES, old::HIGH_FUSES, ""],
+        delivered: [0xE1, 0x99, 0xFF],
+        sleep: 6,
+        eeprom_page: 4,
+        last_outside: 0,
+    },
 };
 
 /// The row of the ATmega32.
@@ -78,6 +91,10 @@ pub(super) const PART_32: Part = Part {
     vectors: SOURCES_32,
     spm: spm::Kind::MEGA32,
     signature: [0x1E, 0x95, 0x02],
+    names: Names {
+        bits: &[b::ANY, b::OLD, b::MUX5, b::TRIGGERED, b::COMPARE_0, b::TIMERS, b::TIMERS_1_2, b::M16, b::SM_32],
+        ..PART_16.names
+    },
     ..PART_16
 };
 
@@ -136,10 +153,11 @@ registers! {
     0x4C "TCNT1L" Timer(1, TCNTL);   0x4D "TCNT1H" Timer(1, TCNTH);   0x4E "TCCR1B" Timer(1, TCCRB);
     0x4F "TCCR1A" tccra!(1);         0x50 "SFIOR" SFIOR;              0x51 "OSCCAL" Own(OSCCAL);
     0x51 "OCDR" Own(OSCCAL);         0x52 "TCNT0" Timer(0, TCNTL);    0x53 "TCCR0" tccr!(0);
-    0x54 "MCUCSR" mcucsr!((7, Kept(0), 7), (6, External(EICRA), 4));  0x55 "MCUCR" SE_16;
+    0x54 "MCUCSR" / "MCUSR" mcucsr!((7, Kept(0), 7), (6, External(EICRA), 4));
+    0x55 "MCUCR" SE_16;
     0x56 "TWCR" Twi(TWCR);           0x57 "SPMCR" Spm(SPMCSR);        0x58 "TIFR" timers!(TIFR);
     0x59 "TIMSK" timers!(TIMSK);     0x5A "GIFR" general!(EIFR, (5, External(EIFR), 2));
-    0x5B "GICR" general!(EIMSK, (5, External(EIMSK), 2), (1, Own(MCUCR), 1), (0, Own(MCUCR), 0));
+    0x5B "GICR" / "GIMSK" general!(EIMSK, (5, External(EIMSK), 2), (1, Own(MCUCR), 1), (0, Own(MCUCR), 0));
     0x5C "OCR0" Timer(0, OCRAL);     0x5D "SPL" Core;                 0x5E "SPH" Core;
     0x5F "SREG" Core;
 }

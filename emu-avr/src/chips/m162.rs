@@ -5,9 +5,10 @@ use emu_core::pins::PinId;
 
 use super::Own::*;
 use super::Site::{self, *};
+use super::bits as b;
 use super::fuses::start_up_162;
 use super::old::{self, assr, general, mcucsr, tccr, tccra};
-use super::{Fuses, Memories, Part, pins, registers, sites, unit};
+use super::{Fuses, Memories, Names, Part, named, pins, registers, sites, unit};
 use crate::periph::Line;
 use crate::periph::comparator::Reg::*;
 use crate::periph::eeprom::Reg::*;
@@ -21,15 +22,17 @@ use crate::periph::usart::Reg::*;
 use crate::periph::{adc, eeprom, external, guard, spm};
 
 /// ATmega162.
-const ATMEGA162: Chip = Chip {
-    name: "atmega162",
-    title: "ATmega162: 16 KB flash, 1 KB RAM, 512 bytes EEPROM, 40 pins",
-    source: "Atmel 2513",
-    regs: REGS,
-    pins: PINS,
-    vectors: VECTORS,
-    ..Memories::<0x4000, 0x100, 0x500, 0x200, 3>::CHIP
-};
+const ATMEGA162: Chip = named!(
+    "atmega162",
+    "ATmega162: 16 KB flash, 1 KB RAM, 512 bytes EEPROM, 40 pins",
+    Chip {
+        source: "Atmel 2513",
+        regs: REGS,
+        pins: PINS,
+        vectors: VECTORS,
+        ..Memories::<0x4000, 0x100, 0x500, 0x200, 3>::CHIP
+    }
+);
 
 /// Timer 3 has no pin T; clock select 6 and 7 divide by 16 and 32.
 const TIMER_3: Shape = Shape {
@@ -72,6 +75,19 @@ pub(super) const PART_162: Part = Part {
         ..old::FUSES
     },
     reset: 35,
+    names: Names {
+        bits: &[b::ANY, b::OLD, b::COMPARE_0, b::TIMERS_1_2, b::WDCE, b::M162],
+        fuses: [
+            "FUSE_CKDIV8 FUSE_CKOUT FUSE_SUT1 FUSE_SUT0 FUSE_CKSEL3 FUSE_CKSEL2 FUSE_CKSEL1 FUSE_CKSEL0",
+            "FUSE_OCDEN FUSE_JTAGEN FUSE_SPIEN FUSE_WDTON FUSE_EESAVE FUSE_BOOTSZ1 FUSE_BOOTSZ0 FUSE_BOOTRST",
+            "- - - FUSE_M161C FUSE_BODLEVEL2 FUSE_BODLEVEL1 FUSE_BODLEVEL0 -",
+        ],
+        delivered: [0x62, 0x99, 0xFF],
+        // The bits that choose a mode stand in three registers, so no byte means a mode.
+        sleep: 0,
+        eeprom_page: 4,
+        last_outside: 0xFFFF,
+    },
 };
 
 /// TIMSK or TIFR.

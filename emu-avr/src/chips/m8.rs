@@ -5,8 +5,9 @@ use emu_core::pins::PinId;
 
 use super::Own::*;
 use super::Site::{self, *};
+use super::bits as b;
 use super::old::{self, assr, general, mcucsr, tccr, tccra};
-use super::{Fuses, Memories, Part, pins, registers, sites, unit};
+use super::{Fuses, Memories, Names, Part, named, pins, registers, sites, unit};
 use crate::periph::Line;
 use crate::periph::adc::Reg::*;
 use crate::periph::comparator::Reg::*;
@@ -22,15 +23,17 @@ use crate::periph::usart::Reg::*;
 use crate::periph::{adc, eeprom, external, guard, spm};
 
 /// ATmega8.
-const ATMEGA8: Chip = Chip {
-    name: "atmega8",
-    title: "ATmega8: 8 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 pins",
-    source: "Atmel 2486",
-    regs: REGS,
-    pins: PINS,
-    vectors: VECTORS,
-    ..Memories::<0x2000, 0x60, 0x460, 0x200, 2>::CHIP
-};
+const ATMEGA8: Chip = named!(
+    "atmega8",
+    "ATmega8: 8 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 pins",
+    Chip {
+        source: "Atmel 2486",
+        regs: REGS,
+        pins: PINS,
+        vectors: VECTORS,
+        ..Memories::<0x2000, 0x60, 0x460, 0x200, 2>::CHIP
+    }
+);
 
 /// The row of the ATmega8.
 pub(super) const PART_8: Part = Part {
@@ -57,6 +60,18 @@ pub(super) const PART_8: Part = Part {
     signature: [0x1E, 0x93, 0x07],
     fuses: Fuses { wdton: Some((1, 6, 1)), rstdisbl: Some((1, 7, 1)), ..old::FUSES },
     reset: 14,
+    names: Names {
+        bits: &[b::ANY, b::OLD, b::MUX4, b::FREE_RUNNING, b::TIMERS_1_2, b::WDCE, b::M8],
+        fuses: [
+            old::LOW_FUSES,
+            "FUSE_RSTDISBL FUSE_WDTON FUSE_SPIEN FUSE_CKOPT FUSE_EESAVE FUSE_BOOTSZ1 FUSE_BOOTSZ0 FUSE_BOOTRST",
+            "",
+        ],
+        delivered: [0xE1, 0xD9, 0xFF],
+        sleep: 5,
+        eeprom_page: 4,
+        last_outside: 0,
+    },
 };
 
 /// TIMSK or TIFR.
@@ -91,7 +106,7 @@ const SFIOR: Site = Split(&[(3, Adc(ADCSRB), 6), (2, Own(MCUCR), 4), (1, Own(GTC
 registers! {
     0x20 "TWBR" Twi(TWBR);           0x21 "TWSR" Twi(TWSR);           0x22 "TWAR" Twi(TWAR);
     0x23 "TWDR" Twi(TWDR);           0x24 "ADCL" Adc(ADCL);           0x25 "ADCH" Adc(ADCH);
-    0x26 "ADCSRA" Adc(ADCSRA);       0x27 "ADMUX" Adc(ADMUX);         0x28 "ACSR" Comparator(ACSR);
+    0x26 "ADCSRA" / "ADCSR" Adc(ADCSRA); 0x27 "ADMUX" Adc(ADMUX);     0x28 "ACSR" Comparator(ACSR);
     0x29 "UBRRL" Usart(0, UBRRL);    0x2A "UCSRB" Usart(0, UCSRB);    0x2B "UCSRA" Usart(0, UCSRA);
     0x2C "UDR" Usart(0, UDR);        0x2D "SPCR" Spi(SPCR);           0x2E "SPSR" Spi(SPSR);
     0x2F "SPDR" Spi(SPDR);           0x30 "PIND" Port(2, 0);          0x31 "DDRD" Port(2, 1);
@@ -105,10 +120,10 @@ registers! {
     0x49 "OCR1BH" Timer(1, OCRBH);   0x4A "OCR1AL" Timer(1, OCRAL);   0x4B "OCR1AH" Timer(1, OCRAH);
     0x4C "TCNT1L" Timer(1, TCNTL);   0x4D "TCNT1H" Timer(1, TCNTH);   0x4E "TCCR1B" Timer(1, TCCRB);
     0x4F "TCCR1A" tccra!(1);         0x50 "SFIOR" SFIOR;              0x51 "OSCCAL" Own(OSCCAL);
-    0x52 "TCNT0" Timer(0, TCNTL);    0x53 "TCCR0" Timer(0, TCCRB);    0x54 "MCUCSR" mcucsr!();
+    0x52 "TCNT0" Timer(0, TCNTL);    0x53 "TCCR0" Timer(0, TCCRB);    0x54 "MCUCSR" / "MCUSR" mcucsr!();
     0x55 "MCUCR" MCUCR_BITS;         0x56 "TWCR" Twi(TWCR);           0x57 "SPMCR" Spm(SPMCSR);
     0x58 "TIFR" timers!(TIFR);       0x59 "TIMSK" timers!(TIMSK);     0x5A "GIFR" general!(EIFR);
-    0x5B "GICR" general!(EIMSK, (1, Own(MCUCR), 1), (0, Own(MCUCR), 0));
+    0x5B "GICR" / "GIMSK" general!(EIMSK, (1, Own(MCUCR), 1), (0, Own(MCUCR), 0));
     0x5D "SPL" Core;                 0x5E "SPH" Core;                 0x5F "SREG" Core;
 }
 

@@ -3,11 +3,13 @@
 //! Source: the data sheet that [`Chip::source`] names: register summary, interrupt vectors, memories, pin configuration,
 //! alternate port functions, fuses, boot loader parameters.
 
+mod bits;
 mod fuses;
 mod m128;
 mod m16;
 mod m162;
 mod m8;
+mod names;
 mod old;
 mod present;
 mod x8;
@@ -20,6 +22,7 @@ use crate::periph::timers::Shape;
 use crate::periph::{Line, adc, comparator, eeprom, external, guard, spi, spm, timers, twi, usart};
 
 pub use fuses::{Fuse, Fuses, StartUp};
+pub use names::Names;
 pub use x8::{ATMEGA328, ATMEGA328P, PART_328P};
 
 /// All parts of this crate.
@@ -118,6 +121,8 @@ pub struct Part {
     pub fuses: Fuses,
     /// The reset pin.
     pub reset: PinId,
+    /// Names of bits and fuses.
+    pub names: Names,
 }
 
 /// The units of a chip, by number.
@@ -267,11 +272,19 @@ impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const 
     };
 }
 
-/// A list of registers: address, name, and what stands there.
+/// A chip after another, by its own name and title.
+macro_rules! named {
+    ($name:literal, $title:literal, $chip:expr) => {
+        emu_core::chip::Chip { name: $name, title: $title, constants: || $crate::chips::names::of($name), ..$chip }
+    };
+}
+use named;
+
+/// A list of registers: address, name, older names, and what stands there.
 macro_rules! registers {
-    ($($addr:literal $name:literal $site:expr;)*) => {
+    ($($addr:literal $name:literal $(/ $old:literal)* $site:expr;)*) => {
         /// Register summary, data addresses.
-        const REGS: &[Reg] = &[ $( Reg { name: $name, addr: $addr } ),* ];
+        const REGS: &[Reg] = &[ $( Reg { name: $name, addr: $addr }, $( Reg { name: $old, addr: $addr }, )* )* ];
         /// What stands there.
         const SITES: &[(u16, Site)] = &[ $( ($addr, $site) ),* ];
     };

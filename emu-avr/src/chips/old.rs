@@ -95,3 +95,10 @@ pub(super) const FUSES: Fuses = Fuses {
     bodlevel: (0, 6, 2),
     bod_mv: &[4_000, 0, 2_700, 0],
 };
+
+/// The low byte of fuses by name.
+pub(super) const LOW_FUSES: &str =
+    "FUSE_BODLEVEL FUSE_BODEN FUSE_SUT1 FUSE_SUT0 FUSE_CKSEL3 FUSE_CKSEL2 FUSE_CKSEL1 FUSE_CKSEL0";
+/// The high byte of ATmega16, 32, 64 and 128.
+pub(super) const HIGH_FUSES: &str =
+    "FUSE_OCDEN FUSE_JTAGEN FUSE_SPIEN FUSE_CKOPT FUSE_EESAVE FUSE_BOOTSZ1 FUSE_BOOTSZ0 FUSE_BOOTRST";

@@ -5,8 +5,9 @@ use emu_core::pins::PinId;
 
 use super::Own::*;
 use super::Site::{self, *};
+use super::bits as b;
 use super::fuses::{Fuses, start_up};
-use super::{Memories, Part, pins, registers, sites, unit};
+use super::{Memories, Names, Part, named, pins, registers, sites, unit};
 use crate::periph::Line;
 use crate::periph::adc::Reg::*;
 use crate::periph::comparator::Reg::*;
@@ -25,14 +26,12 @@ use crate::periph::{adc, eeprom, external, guard, spm};
 macro_rules! chip {
     ($name:literal, $title:literal, $flash:literal, $end:literal, $eeprom:literal) => {
         Chip {
-            name: $name,
-            title: $title,
             source: "DS40002061",
             max_hz: 20_000_000,
             regs: REGS,
             pins: PINS,
             vectors: VECTORS,
-            ..Memories::<$flash, 0x100, $end, $eeprom, 3>::CHIP
+            ..named!($name, $title, Memories::<$flash, 0x100, $end, $eeprom, 3>::CHIP)
         }
     };
 }
@@ -42,7 +41,7 @@ pub const ATMEGA328P: Chip =
     chip!("atmega328p", "ATmega328P: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 28 pins", 0x8000, 0x900, 0x400);
 
 /// ATmega328: the 328P without the low-power process.
-pub const ATMEGA328: Chip = Chip { name: "atmega328", title: "ATmega328: as ATmega328P, other process", ..ATMEGA328P };
+pub const ATMEGA328: Chip = named!("atmega328", "ATmega328: as ATmega328P, other process", ATMEGA328P);
 
 /// ATmega168, 88 and 48.
 const ATMEGA168: Chip =
@@ -99,7 +98,27 @@ pub const PART_328P: Part = Part {
         bod_mv: &[0, 0, 0, 0, 4_300, 2_700, 1_800, 0],
     },
     reset: 14,
+    names: Names {
+        bits: &[b::ANY, b::X8, b::MUX4, b::TRIGGERED],
+        fuses: [
+            LOW_FUSES,
+            "FUSE_RSTDISBL FUSE_DWEN FUSE_SPIEN FUSE_WDTON FUSE_EESAVE FUSE_BOOTSZ1 FUSE_BOOTSZ0 FUSE_BOOTRST",
+            "- - - - - FUSE_BODLEVEL2 FUSE_BODLEVEL1 FUSE_BODLEVEL0",
+        ],
+        delivered: [0x62, 0xD9, 0xFF],
+        sleep: 6,
+        eeprom_page: 4,
+        last_outside: 0,
+    },
 };
+
+/// The low byte of fuses; some headers number CKSEL and SUT together.
+const LOW_FUSES: &str = "
+    FUSE_CKDIV8 FUSE_CKOUT FUSE_SUT1/FUSE_SUT_CKSEL5 FUSE_SUT0/FUSE_SUT_CKSEL4 FUSE_CKSEL3/FUSE_SUT_CKSEL3
+    FUSE_CKSEL2/FUSE_SUT_CKSEL2 FUSE_CKSEL1/FUSE_SUT_CKSEL1 FUSE_CKSEL0/FUSE_SUT_CKSEL0";
+/// The high byte where BODLEVEL stands in it.
+const HIGH_FUSES: &str =
+    "FUSE_RSTDISBL FUSE_DWEN FUSE_SPIEN FUSE_WDTON FUSE_EESAVE FUSE_BODLEVEL2 FUSE_BODLEVEL1 FUSE_BODLEVEL0";
 
 /// MCUCR without BODS and BODSE, which only the P and PA variants have (10.11.2).
 const NO_BODS: u8 = 0x13;
@@ -113,7 +132,7 @@ pub(super) const PART_328: Part = Part { chip: &ATMEGA328, mcucr: NO_BODS, signa
 /// The row of the ATmega168PA. The fuses for the boot section stand in the extended byte of ATmega88 and 168, BODLEVEL in the
 /// high one (tables 28-5 to 28-8).
 pub(super) const PART_168PA: Part = Part {
-    chip: &Chip { name: "atmega168pa", title: "ATmega168PA: as ATmega168P, newer process", ..ATMEGA168 },
+    chip: &named!("atmega168pa", "ATmega168PA: as ATmega168P, newer process", ATMEGA168),
     spm: spm::Kind::MEGA168,
     signature: [0x1E, 0x94, 0x0B],
     fuses: Fuses {
@@ -123,18 +142,23 @@ pub(super) const PART_168PA: Part = Part {
         bodlevel: (1, 0, 3),
         ..PART_328P.fuses
     },
+    names: Names {
+        fuses: [LOW_FUSES, HIGH_FUSES, "- - - - - FUSE_BOOTSZ1 FUSE_BOOTSZ0 FUSE_BOOTRST"],
+        delivered: [0x62, 0xDF, 0xF9],
+        ..PART_328P.names
+    },
     ..PART_328P
 };
 
 /// The row of the ATmega168P.
 pub(super) const PART_168P: Part = Part {
-    chip: &Chip { name: "atmega168p", title: "ATmega168P: as ATmega168, brown-out detector off in sleep", ..ATMEGA168 },
+    chip: &named!("atmega168p", "ATmega168P: as ATmega168, brown-out detector off in sleep", ATMEGA168),
     ..PART_168PA
 };
 
 /// The row of the ATmega168A.
 pub(super) const PART_168A: Part = Part {
-    chip: &Chip { name: "atmega168a", title: "ATmega168A: as ATmega168, newer process", ..ATMEGA168 },
+    chip: &named!("atmega168a", "ATmega168A: as ATmega168, newer process", ATMEGA168),
     mcucr: NO_BODS,
     signature: [0x1E, 0x94, 0x06],
     ..PART_168PA
@@ -145,7 +169,7 @@ pub(super) const PART_168: Part = Part { chip: &ATMEGA168, adc: COLD, ..PART_168
 
 /// The row of the ATmega88PA.
 pub(super) const PART_88PA: Part = Part {
-    chip: &Chip { name: "atmega88pa", title: "ATmega88PA: as ATmega88P, newer process", ..ATMEGA88 },
+    chip: &named!("atmega88pa", "ATmega88PA: as ATmega88P, newer process", ATMEGA88),
     spm: spm::Kind::MEGA88,
     signature: [0x1E, 0x93, 0x0F],
     ..PART_168PA
@@ -153,13 +177,13 @@ pub(super) const PART_88PA: Part = Part {
 
 /// The row of the ATmega88P.
 pub(super) const PART_88P: Part = Part {
-    chip: &Chip { name: "atmega88p", title: "ATmega88P: as ATmega88, brown-out detector off in sleep", ..ATMEGA88 },
+    chip: &named!("atmega88p", "ATmega88P: as ATmega88, brown-out detector off in sleep", ATMEGA88),
     ..PART_88PA
 };
 
 /// The row of the ATmega88A.
 pub(super) const PART_88A: Part = Part {
-    chip: &Chip { name: "atmega88a", title: "ATmega88A: as ATmega88, newer process", ..ATMEGA88 },
+    chip: &named!("atmega88a", "ATmega88A: as ATmega88, newer process", ATMEGA88),
     mcucr: NO_BODS,
     signature: [0x1E, 0x93, 0x0A],
     ..PART_88PA
@@ -170,23 +194,28 @@ pub(super) const PART_88: Part = Part { chip: &ATMEGA88, adc: COLD, ..PART_88A }
 
 /// The row of the ATmega48PA, which has no boot section, so no IVSEL either (12.5).
 pub(super) const PART_48PA: Part = Part {
-    chip: &Chip { name: "atmega48pa", title: "ATmega48PA: as ATmega48P, newer process", ..ATMEGA48 },
+    chip: &named!("atmega48pa", "ATmega48PA: as ATmega48P, newer process", ATMEGA48),
     mcucr: 0x70,
     spm: spm::Kind::MEGA48,
     signature: [0x1E, 0x92, 0x0A],
     fuses: Fuses { assumed: [0xFF, 0xDF, 0xFF], bootsz: None, bootrst: None, ..PART_168PA.fuses },
+    names: Names {
+        fuses: [LOW_FUSES, HIGH_FUSES, "- - - - - - - FUSE_SELFPRGEN"],
+        delivered: [0x62, 0xDF, 0xFF],
+        ..PART_168PA.names
+    },
     ..PART_168PA
 };
 
 /// The row of the ATmega48P.
 pub(super) const PART_48P: Part = Part {
-    chip: &Chip { name: "atmega48p", title: "ATmega48P: as ATmega48, brown-out detector off in sleep", ..ATMEGA48 },
+    chip: &named!("atmega48p", "ATmega48P: as ATmega48, brown-out detector off in sleep", ATMEGA48),
     ..PART_48PA
 };
 
 /// The row of the ATmega48A.
 pub(super) const PART_48A: Part = Part {
-    chip: &Chip { name: "atmega48a", title: "ATmega48A: as ATmega48, newer process", ..ATMEGA48 },
+    chip: &named!("atmega48a", "ATmega48A: as ATmega48, newer process", ATMEGA48),
     mcucr: 0x10,
     signature: [0x1E, 0x92, 0x05],
     ..PART_48PA

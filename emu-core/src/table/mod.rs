@@ -201,7 +201,7 @@ impl Row {
                 cause: format!("{wanted} operands wanted, {} given", values.len()),
             });
         }
-        let mut bits = self.pattern.value;
+        let mut bits = self.pattern.written;
         let in_pattern = self.operands.iter().filter(|s| self.pattern.has(s.letter));
         for (slot, &value) in in_pattern.zip(values) {
             let width = self.pattern.field(slot.letter, 0).1;

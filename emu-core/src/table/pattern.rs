@@ -8,6 +8,8 @@ pub struct Pattern {
     pub mask: u32,
     /// Their values.
     pub value: u32,
+    /// The instruction with all operands 0 as assemblers write it: the fixed bits, and 1 where the pattern has `+`.
+    pub written: u32,
     letters: [u8; 32],
     bits: u8,
     words: u8,
@@ -17,13 +19,13 @@ impl Pattern {
     /// Parses a pattern for program words of `word_bits` bits (8, 14 or 16).
     ///
     /// # Panics
-    /// At compile time, when a character is none of `0`, `1`, `-` (don't care), a lower-case letter or a space, or when
-    /// the length is not one or two words (one to three for words of 8 bits).
+    /// At compile time, when a character is none of `0`, `1`, `-` and `+` (don't care, written as 0 and as 1), a lower-case
+    /// letter or a space, or when the length is not one or two words (one to three for words of 8 bits).
     #[must_use]
     pub const fn parse(text: &str, word_bits: u32) -> Pattern {
         let text = text.as_bytes();
         let mut letters = [0u8; 32];
-        let (mut mask, mut value, mut bits, mut i) = (0u32, 0u32, 0usize, 0usize);
+        let (mut mask, mut value, mut written, mut bits, mut i) = (0u32, 0u32, 0u32, 0usize, 0usize);
         while i < text.len() {
             let c = text[i];
             i += 1;
@@ -31,12 +33,16 @@ impl Pattern {
                 continue;
             }
             assert!(
-                c == b'0' || c == b'1' || c == b'-' || (c >= b'a' && c <= b'z'),
-                "a pattern has 0, 1, - and letters"
+                c == b'0' || c == b'1' || c == b'-' || c == b'+' || (c >= b'a' && c <= b'z'),
+                "a pattern has 0, 1, -, + and letters"
             );
             assert!(bits < 32, "a pattern has at most 32 bits");
             mask <<= 1;
             value <<= 1;
+            written <<= 1;
+            if c == b'1' || c == b'+' {
+                written |= 1;
+            }
             if c == b'0' || c == b'1' {
                 mask |= 1;
                 value |= (c - b'0') as u32;
@@ -46,7 +52,7 @@ impl Pattern {
         }
         let words = bits as u32 / word_bits;
         assert!(words >= 1 && words <= 3 && words * word_bits == bits as u32, "a pattern fills whole program words");
-        Pattern { mask, value, letters, bits: bits as u8, words: words as u8 }
+        Pattern { mask, value, written, letters, bits: bits as u8, words: words as u8 }
     }
 
     /// Length in program words.

@@ -75,6 +75,20 @@ const fn gather(word: u16, mask: u16) -> usize {
 }
 
 impl Config {
+    /// `value` spread over the bits of `mask`, lowest first.
+    #[must_use]
+    pub const fn scatter(value: usize, mask: u16) -> u16 {
+        let (mut word, mut at, mut bit) = (0, 0, 0);
+        while bit < 16 {
+            if mask >> bit & 1 == 1 {
+                word |= ((value >> at & 1) as u16) << bit;
+                at += 1;
+            }
+            bit += 1;
+        }
+        word
+    }
+
     /// What clocks the chip by the first word.
     #[must_use]
     pub fn oscillator(&self, word: u16) -> Oscillator {

@@ -98,6 +98,7 @@ macro_rules! chip {
     ($name:literal, $title:literal, $source:literal, $words:literal K, $ram:literal, $eeprom:literal, $pins:literal, $base:expr) => {
         emu_core::chip::Chip {
             name: $name,
+            constants: || $crate::chips::names::of($name),
             title: concat!(
                 $title,
                 ": ",

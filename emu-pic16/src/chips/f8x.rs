@@ -92,6 +92,7 @@ pub(super) const PIC16C84: Part = Part {
 pub(super) const PIC16C71: Part = Part {
     chip: Chip {
         name: "pic16c71",
+        constants: || super::names::of("pic16c71"),
         title: "PIC16C71: 1K words EPROM, 36 bytes RAM, 18 pins",
         source: "DS30272",
         max_hz: 20_000_000,

@@ -1,0 +1,224 @@
+//! What a source says of the chip, and what the chip says of a source: its name, its configuration, banks and pages.
+
+use emu_core::chip::Chip;
+
+use crate::dialect::Provided;
+use crate::dialect::common::value_of;
+use crate::engine::{Asm, Call};
+use crate::fault::Fault;
+use crate::text::{cut, trim};
+
+/// Address of STATUS, and its bits that select a bank: RP0, RP1 for direct addresses, IRP for indirect ones.
+const STATUS: u16 = 0x03;
+const RP0: u16 = 5;
+const RP1: u16 = 6;
+const IRP: u16 = 7;
+/// Address of PCLATH; its bits 3 and 4 select a page of program memory.
+const PCLATH: u16 = 0x0A;
+/// Where the words for the identity lie, and the first configuration word.
+const ID: i64 = 0x2000;
+const CONFIG: i64 = 0x2007;
+
+/// `bcf` or `bsf`.
+fn bit(file: u16, bit: u16, set: bool) -> u16 {
+    (if set { 0x1400 } else { 0x1000 }) | bit << 7 | file
+}
+
+/// A chip's name without what some put in front of it: `16f873`.
+fn bare(name: &str) -> String {
+    let lower = name.trim().trim_matches('"').to_ascii_lowercase();
+    let rest = lower.strip_prefix("pic").or_else(|| lower.strip_prefix('p'));
+    rest.unwrap_or(&lower).to_owned()
+}
+
+/// The chip that a source for the PIC16 names with `list p=` or `processor`, as a command line would: `pic16f873`. There may
+/// be no chip of that name.
+#[must_use]
+pub fn named_chip(source: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(source);
+    text.lines().find_map(|line| {
+        let code = line.split(';').next()?.trim();
+        let (word, rest) = code.split_once(char::is_whitespace)?;
+        let name = match word.to_ascii_lowercase().as_str() {
+            "processor" => rest,
+            "list" => rest.split(',').find_map(processor_of)?,
+            _ => return None,
+        };
+        Some(format!("pic{}", bare(name)))
+    })
+}
+
+/// The value of `p=`.
+fn processor_of(part: &str) -> Option<&str> {
+    part.split_once('=').filter(|(key, _)| key.trim().eq_ignore_ascii_case("p")).map(|(_, value)| value)
+}
+
+/// Tells where a source is for another chip.
+fn is_for(asm: &mut Asm<'_>, name: &str, call: &Call<'_>) {
+    let (named, here) = (bare(name), asm.chip.name);
+    if named != bare(here) {
+        let cause = format!("the source is for the pic{named}, and is assembled for the {here}");
+        let hint = format!("name that chip with --mcu pic{named}, or change the line");
+        asm.tell(Fault::new("ASM043", trim(call.text, call.rest.clone()), cause, hint).warning());
+    }
+}
+
+/// `processor 16f873`.
+pub(super) fn processor(asm: &mut Asm<'_>, call: &Call<'_>) {
+    is_for(asm, call.get(call.rest.clone()), call);
+}
+
+/// `list p=16f873, r=dec`; the rest is for listings.
+pub(super) fn list(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for part in cut(call.text, call.rest.clone()) {
+        let text = call.get(part.clone());
+        if let Some(name) = processor_of(text) {
+            is_for(asm, name, call);
+        }
+        match text.split_once('=') {
+            Some((key, value)) if key.trim().eq_ignore_ascii_case("r") => set_radix(asm, value, part),
+            _ => {}
+        }
+    }
+}
+
+/// `radix dec`.
+pub(super) fn radix(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let rest = trim(call.text, call.rest.clone());
+    set_radix(asm, call.get(rest.clone()), rest);
+}
+
+fn set_radix(asm: &mut Asm<'_>, name: &str, at: std::ops::Range<usize>) {
+    asm.radix = match name.trim().to_ascii_lowercase().as_str() {
+        "hex" => 16,
+        "dec" => 10,
+        "oct" => 8,
+        other => {
+            let cause = format!("`{other}` is no radix");
+            return asm.tell(Fault::new("ASM023", at, cause, "there are hex, dec and oct"));
+        }
+    };
+}
+
+/// Messages of gpasm and MPASM by number, and ours that say the same.
+#[rustfmt::skip]
+const MESSAGES: &[(u32, &str)] = &[
+    (203, "ASM040"), (205, "ASM041"), (302, "ASM042"), (223, "ASM043"), (312, "ASM044"), (303, "ASM045"), (301, "ASM025"),
+];
+
+/// `errorlevel -302`: a message is not told, `+302`: it is again; 0, 1 and 2 leave out nothing, notes, and warnings too.
+pub(super) fn errorlevel(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for part in cut(call.text, call.rest.clone()) {
+        let text = call.get(part.clone());
+        let number = text.trim_start_matches(['-', '+']).trim().parse::<u32>();
+        let Ok(number) = number else {
+            let cause = format!("`{text}` is no number of a message");
+            asm.tell(Fault::new("ASM023", part, cause, "write 0, 1, 2, or a number with a sign as -302"));
+            continue;
+        };
+        let ours = MESSAGES.iter().filter(|(theirs, _)| *theirs == number).map(|(_, ours)| *ours);
+        match text.as_bytes().first() {
+            Some(b'-') => asm.quiet.extend(ours),
+            Some(b'+') => ours.for_each(|code| {
+                asm.quiet.remove(code);
+            }),
+            _ => asm.least = number,
+        }
+    }
+}
+
+/// `__config value` for the first configuration word, `__config address, value` for any.
+pub(super) fn config(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let parts = cut(call.text, call.rest.clone());
+    let (addr, value) = match parts.as_slice() {
+        [value] => (Some(CONFIG), value),
+        [addr, value] => (asm.number(call.text, addr.clone()), value),
+        _ => {
+            let hint = "write `__config value`, or `__config address, value`";
+            return asm.tell(Fault::new("ASM023", call.word.clone(), "a value is wanted", hint));
+        }
+    };
+    let Some(addr) = addr else { return };
+    let word = value_of(asm, call.text, value.clone(), 16) as u16;
+    let here = asm.out.here();
+    asm.out.go(addr);
+    asm.emit_words(&[word & 0x3FFF], value.clone());
+    asm.out.go(here);
+}
+
+/// `__idlocs value`: its four hexadecimal digits, one in each word for the identity.
+pub(super) fn idlocs(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let rest = trim(call.text, call.rest.clone());
+    let value = value_of(asm, call.text, rest.clone(), 16) as u16;
+    let here = asm.out.here();
+    asm.out.go(ID);
+    for digit in (0..4).rev() {
+        asm.emit_words(&[value >> (4 * digit) & 0xF], rest.clone());
+    }
+    asm.out.go(here);
+}
+
+/// Two banks of registers, or four: where registers or RAM lie in the upper two.
+fn banks(chip: &Chip) -> u32 {
+    let upper = chip.regs.iter().any(|reg| reg.addr >= 0x100) || chip.ram_len > 0xC0;
+    if upper { 4 } else { 2 }
+}
+
+/// Selects the bank of an address.
+pub(super) fn banksel(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let Some(addr) = asm.number(call.text, call.rest.clone()) else { return };
+    asm.emit_words(&[bit(STATUS, RP0, addr & 0x80 != 0)], call.word.clone());
+    if banks(asm.chip) > 2 {
+        asm.emit_words(&[bit(STATUS, RP1, addr & 0x100 != 0)], call.word.clone());
+    }
+}
+
+/// Selects the two banks of an address that FSR will have.
+pub(super) fn bankisel(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let Some(addr) = asm.number(call.text, call.rest.clone()) else { return };
+    asm.emit_words(&[bit(STATUS, IRP, addr & 0x100 != 0)], call.word.clone());
+}
+
+/// Program words of the chip above one page; told where there are none.
+fn has_pages(asm: &mut Asm<'_>, call: &Call<'_>) -> bool {
+    let more = asm.chip.flash / asm.chip.word_bytes > 0x800;
+    if !more {
+        let cause = format!("the {} has one page, so nothing is written to select it", asm.chip.name);
+        asm.tell(Fault::new("ASM044", call.word.clone(), cause, "the line can go").note());
+    }
+    more
+}
+
+/// Selects the page of an address with single bits.
+pub(super) fn pagesel(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let Some(addr) = asm.number(call.text, call.rest.clone()) else { return };
+    if !has_pages(asm, call) {
+        return;
+    }
+    asm.emit_words(&[bit(PCLATH, 3, addr & 0x800 != 0)], call.word.clone());
+    if asm.chip.flash / asm.chip.word_bytes > 0x1000 {
+        asm.emit_words(&[bit(PCLATH, 4, addr & 0x1000 != 0)], call.word.clone());
+    }
+}
+
+/// Selects the page of an address by way of W.
+pub(super) fn pageselw(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let Some(addr) = asm.number(call.text, call.rest.clone()) else { return };
+    if has_pages(asm, call) {
+        // movlw high address; movwf PCLATH
+        asm.emit_words(&[0x3000 | (addr >> 8) as u16 & 0xFF, 0x0080 | PCLATH], call.word.clone());
+    }
+}
+
+/// `p16f873.inc` gives the names that the chip has anyway.
+pub(super) fn provides(chip: &Chip, include: &str) -> Provided {
+    let Some(named) = include.strip_prefix('p').and_then(|rest| rest.strip_suffix(".inc")) else { return Provided::No };
+    if named == bare(chip.name) {
+        return Provided::Chip;
+    }
+    if !named.starts_with(|c: char| c.is_ascii_digit()) {
+        return Provided::No;
+    }
+    let cause = format!("`{include}` is for another chip than the {}", chip.name);
+    Provided::Other(cause, format!("name that chip with --mcu pic{named}, or include p{}.inc", bare(chip.name)))
+}

@@ -1,0 +1,144 @@
+//! Words of program memory and EEPROM that a source gives by their values.
+
+use std::ops::Range;
+
+use crate::dialect::common::{value_of, wanted};
+use crate::engine::{Asm, Call};
+use crate::fault::Fault;
+use crate::number::string;
+use crate::text::{behind_name, byte, trim};
+
+/// Bits of a program word.
+const WORD: u32 = 14;
+/// Where the EEPROM begins, in words.
+const EEPROM: i64 = 0x2100;
+/// `retlw 0`.
+const RETLW: u16 = 0x3400;
+
+/// A text that is more than a character in single quotes, which is a number.
+fn text_in(call: &Call<'_>, part: &Range<usize>) -> Option<Vec<u8>> {
+    let text = string(call.text, part.start, part.end)?;
+    (byte(call.text, part.start) == b'"' || text.len() != 1).then_some(text)
+}
+
+/// Gives a word, cut to the bits that program memory has.
+fn give(asm: &mut Asm<'_>, word: u16, part: Range<usize>) {
+    if word >> WORD != 0 {
+        let cause = format!("0x{word:04X} has more than {WORD} bits: its upper bits are left out");
+        asm.tell(
+            Fault::new("ASM045", part.clone(), cause, "two characters of 8 bits do not fit: `da` has 7 for each")
+                .note(),
+        );
+    }
+    asm.emit_words(&[word & ((1 << WORD) - 1)], part);
+}
+
+/// Values one in a word, texts two characters in a word.
+pub(super) fn words(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for part in wanted(asm, call) {
+        match text_in(call, &part) {
+            Some(text) => pairs(asm, &text, 8, part),
+            None => {
+                let word = value_of(asm, call.text, part.clone(), 16) as u16;
+                give(asm, word, part);
+            }
+        }
+    }
+}
+
+/// Two characters in a word, the first above.
+fn pairs(asm: &mut Asm<'_>, text: &[u8], bits: u32, part: Range<usize>) {
+    for pair in text.chunks(2) {
+        let code = |i: usize| u16::from(pair.get(i).copied().unwrap_or(0)) & ((1 << bits) - 1);
+        give(asm, code(0) << bits | code(1), part.clone());
+    }
+}
+
+/// The bytes of all values and texts, with their places.
+fn all_bytes(asm: &mut Asm<'_>, call: &Call<'_>) -> Vec<(u8, Range<usize>)> {
+    let mut bytes = Vec::new();
+    for part in wanted(asm, call) {
+        match text_in(call, &part) {
+            Some(text) => bytes.extend(text.into_iter().map(|byte| (byte, part.clone()))),
+            None => bytes.push((value_of(asm, call.text, part.clone(), 8) as u8, part)),
+        }
+    }
+    bytes
+}
+
+/// Bytes two in a word, the first above; in the EEPROM one in a word.
+pub(super) fn bytes(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if asm.out.here() >= EEPROM {
+        return cells(asm, call);
+    }
+    for pair in all_bytes(asm, call).chunks(2) {
+        let byte = |i: usize| pair.get(i).map_or(0, |(byte, _)| u16::from(*byte));
+        let place = pair.first().map_or(0..0, |(_, place)| place.clone());
+        give(asm, byte(0) << 8 | byte(1), place);
+    }
+}
+
+/// Values one in a word, texts two characters of 7 bits in a word.
+pub(super) fn packed(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for part in wanted(asm, call) {
+        match text_in(call, &part) {
+            Some(text) => pairs(asm, &text, 7, part),
+            None => {
+                let word = value_of(asm, call.text, part.clone(), 16) as u16;
+                give(asm, word, part);
+            }
+        }
+    }
+}
+
+/// Bytes one in a word.
+pub(super) fn cells(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for (byte, part) in all_bytes(asm, call) {
+        give(asm, byte.into(), part);
+    }
+}
+
+/// A RETLW for each byte.
+pub(super) fn table(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for (byte, part) in all_bytes(asm, call) {
+        give(asm, RETLW | u16::from(byte), part);
+    }
+}
+
+/// `fill value, count`, and `fill (instruction), count`.
+pub(super) fn fill(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let parts = wanted(asm, call);
+    let [what, count] = parts.as_slice() else {
+        let hint = "write `fill value, count`, or an instruction in brackets for the value";
+        return asm.tell(Fault::new("ASM023", call.word.clone(), "a value and a count are wanted", hint));
+    };
+    let Some(n) = asm.number(call.text, count.clone()) else { return };
+    if !(0..=0x1_0000).contains(&n) {
+        let cause = format!("{n} words cannot be filled");
+        return asm.tell(Fault::new("ASM003", count.clone(), cause, "give a number from 0 to the size of the memory"));
+    }
+    match instruction_in(asm, call, what) {
+        Some((word, rest)) => {
+            let mnemonic = call.get(word.clone()).to_ascii_lowercase();
+            for _ in 0..n {
+                let Some(words) = asm.instruction(call.text, &mnemonic, word.clone(), rest.clone()) else { return };
+                asm.emit_words(&words, what.clone());
+            }
+        }
+        None => {
+            let word = value_of(asm, call.text, what.clone(), 16) as u16;
+            (0..n).for_each(|_| give(asm, word, what.clone()));
+        }
+    }
+}
+
+/// Mnemonic and operands of an instruction in brackets.
+fn instruction_in(asm: &Asm<'_>, call: &Call<'_>, part: &Range<usize>) -> Option<(Range<usize>, Range<usize>)> {
+    if byte(call.text, part.start) != b'(' || byte(call.text, part.end.checked_sub(1)?) != b')' {
+        return None;
+    }
+    let inner = trim(call.text, part.start + 1..part.end - 1);
+    let end = behind_name(call.text, inner.start, false).min(inner.end);
+    let known = !asm.table.forms(&call.get(inner.start..end).to_ascii_lowercase()).is_empty();
+    known.then_some((inner.start..end, end..inner.end))
+}

@@ -1,0 +1,66 @@
+//! The PIC16's dialect: small sources, what they give and what is told of them (pic16.txt). What gpasm makes of whole programs
+//! stands in tests/peers_asm.rs of the workspace.
+//!
+//! A source stands behind `== CHIP: what it shows`. Then come lines `-- ADDR: WORDS` (hexadecimal, both word addresses and words;
+//! all that the source gives), `-- told LINE CODE` for each warning and note, `-- error LINE CODE` for each error.
+
+use emu_asm::{Options, Source, assemble, named_chip};
+use emu_core::Chip;
+use emu_core::image::Image;
+use emu_pic16::chips;
+
+/// Word address of a byte of one of the memories.
+fn words(chip: &Chip, image: &Image) -> String {
+    let mut out = Vec::new();
+    for segment in &image.segments {
+        let start = chip.hex.iter().find(|s| s.name == segment.space).map_or(0, |s| s.start);
+        let words = segment.bytes.chunks(2).map(|w| format!(" {:04x}", u16::from_le_bytes([w[0], w[1]])));
+        out.push(format!("{:x}:{}", (start + segment.addr) / 2, words.collect::<String>()));
+    }
+    out.join("\n")
+}
+
+#[test]
+fn sources_give_these_words_and_these_complaints() {
+    let mut wrong = Vec::new();
+    let mut count = 0;
+    for part in include_str!("pic16.txt").split("\n== ").skip(1) {
+        let (title, rest) = part.split_once('\n').expect("a title line");
+        let name = title.split(':').next().unwrap_or_default();
+        let chip = chips::chip(name).unwrap_or_else(|| panic!("no chip {name}"));
+        let (source, wanted): (Vec<&str>, Vec<&str>) = rest.lines().partition(|line| !line.starts_with("-- "));
+        let text = source.join("\n");
+        let found = assemble(&Source { name: "", bytes: text.as_bytes() }, chip, &Options::default(), &mut ());
+        let tell = |list: &[diag::Diagnostic]| {
+            let line = |d: &diag::Diagnostic| {
+                format!("-- {} {} {}", if d.is_error() { "error" } else { "told" }, d.pos.line, d.code)
+            };
+            list.iter().map(line).collect::<Vec<_>>()
+        };
+        let found: Vec<String> = match &found {
+            Ok(done) => {
+                let lines = words(chip, &done.image);
+                lines.lines().map(|l| format!("-- {l}")).chain(tell(&done.warnings)).collect()
+            }
+            Err(refused) => tell(&refused.faults).into_iter().filter(|l| l.starts_with("-- error")).collect(),
+        };
+        count += 1;
+        if found != wanted {
+            wrong.push(format!("== {title}\nwanted\n{}\nfound\n{}", wanted.join("\n"), found.join("\n")));
+        }
+    }
+    assert!(count > 20, "only {count} sources");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
+}
+
+#[test]
+fn a_source_names_its_chip() {
+    #[rustfmt::skip]
+    let cases = [
+        ("  list p=16F873, r=dec\n", Some("pic16f873")), ("\tLIST r=hex, P = PIC16F84A ; x\n", Some("pic16f84a")),
+        ("; processor 16f88\n processor 16f877\n", Some("pic16f877")), (" list r=dec\n movlw 1\n", None), ("", None),
+    ];
+    for (source, name) in cases {
+        assert_eq!(named_chip(source.as_bytes()).as_deref(), name, "{source}");
+    }
+}

@@ -1,0 +1,198 @@
+//! The instructions of an image as a text that can be assembled again: what a line is stands in front, where it lies and what it means
+//! behind it as a comment.
+
+use std::collections::HashSet;
+
+use emu_core::chip::{Chip, Family};
+use emu_core::image::{Bits, Image};
+use emu_core::table::Line;
+use emu_debug::{Names, Source};
+
+use super::listing::Listing;
+use super::pieces::Piece;
+
+/// Column in which comments begin.
+const COMMENT: usize = 32;
+
+/// Bytes of other memories in a line.
+const BYTES: usize = 8;
+
+/// The text, line after line.
+pub(super) struct Text<'a> {
+    chip: &'static Chip,
+    source: &'a Source<'a>,
+    out: String,
+    /// Labels that are given, in lower case.
+    given: HashSet<String>,
+    /// The word at which the assembler would go on.
+    at: u32,
+}
+
+impl<'a> Text<'a> {
+    /// An empty text.
+    pub(super) fn new(source: &'a Source<'a>) -> Text<'a> {
+        let chip = source.names.chip;
+        Text { chip, source, out: String::new(), given: HashSet::new(), at: 0 }
+    }
+
+    /// The text as far as it goes.
+    pub(super) fn finish(self) -> String {
+        self.out
+    }
+
+    /// Program memory.
+    pub(super) fn program(&mut self, pieces: &[Piece], mut listing: Option<Listing<'_>>) {
+        for (i, piece) in pieces.iter().enumerate() {
+            match piece {
+                Piece::Gap(from, to) if i + 1 == pieces.len() => {
+                    let erased = self.erased(*from, *to);
+                    self.out.push_str(&format!("; {erased}\n"));
+                }
+                Piece::Gap(from, to) => {
+                    let erased = self.erased(*from, *to);
+                    self.org(*to, &erased);
+                }
+                Piece::Erased(from, to) => {
+                    self.reach(*from);
+                    let erased = self.erased(*from, *to);
+                    self.line(&format!(".rept 0x{:X}", to - from), &erased);
+                    let (word, digits) = (self.word(), self.digits());
+                    self.line(&format!("{word} 0x{:0digits$X}", self.chip.isa.erased), "");
+                    self.line(".endr", "");
+                    self.at = *to;
+                }
+                Piece::Instruction(at, words, line) => {
+                    self.reach(*at);
+                    self.labels(*at, words.len());
+                    let heading = listing.as_mut().and_then(|listing| listing.heading(*at, self.source));
+                    self.out.push_str(&heading.unwrap_or_default());
+                    self.instruction(*at, words, line);
+                    self.at = at + words.len() as u32;
+                }
+            }
+        }
+    }
+
+    /// What the image fills besides program memory: at their addresses in the HEX file, or in sections where it has no place for
+    /// them. Bytes of RAM, which an ELF file may have but no chip keeps, are only told.
+    pub(super) fn memories(&mut self, image: &Image) {
+        for segment in image.segments.iter().filter(|segment| segment.space != self.chip.code) {
+            let window = self.chip.hex.iter().find(|space| space.name == segment.space);
+            let ram = segment.space == self.chip.ram;
+            let unit = if window.is_some() { self.chip.width(self.chip.code) } else { 1 };
+            let at = (window.map_or(0, |space| space.start) + segment.addr) / unit;
+            if window.is_none() && !ram {
+                self.line(&format!(".section .{}", segment.space), "");
+            }
+            if !ram {
+                self.line(&format!(".org 0x{at:04X}{}", self.filler()), segment.space);
+            }
+            let mask = match window.map(|space| space.bits) {
+                Some(Bits::Low(bits)) => (1 << bits) - 1,
+                _ => u16::MAX,
+            };
+            for (i, bytes) in segment.bytes.chunks(BYTES).enumerate() {
+                let text = values(bytes, unit, mask);
+                let addr = at + (i * BYTES) as u32 / unit;
+                if ram {
+                    self.out.push_str(&format!("; {addr:04X}  {}  {text}\n", segment.space));
+                } else {
+                    self.line(&text, &format!("{addr:04X}  {}", segment.space));
+                }
+            }
+        }
+    }
+
+    /// What stands in front, and a comment behind it.
+    fn line(&mut self, text: &str, comment: &str) {
+        let width = COMMENT - 4;
+        let line = if comment.is_empty() { format!("    {text}") } else { format!("    {text:<width$}; {comment}") };
+        self.out.push_str(line.trim_end());
+        self.out.push('\n');
+    }
+
+    fn org(&mut self, word: u32, comment: &str) {
+        self.line(&format!(".org 0x{:04X}{}", self.chip.code_address(word), self.filler()), comment);
+        self.at = word;
+    }
+
+    /// What stands behind the address of an `.org`. On AVR it fills what it passes over, with zeros unless told otherwise; an
+    /// erased byte as filler leaves it as it is.
+    fn filler(&self) -> &'static str {
+        if self.chip.family == Family::Avr { ", 0xFF" } else { "" }
+    }
+
+    /// Goes on at a word.
+    fn reach(&mut self, word: u32) {
+        if self.at != word {
+            self.org(word, "");
+        }
+    }
+
+    /// The directive for a program word as it is.
+    fn word(&self) -> &'static str {
+        if self.chip.word_bytes == 1 { ".db" } else { ".word" }
+    }
+
+    fn digits(&self) -> usize {
+        self.chip.word_bytes as usize * 2
+    }
+
+    fn erased(&self, from: u32, to: u32) -> String {
+        let (from, to) = (self.chip.code_address(from), self.chip.code_address(to));
+        let unit = if self.chip.width(self.chip.code) == 1 { "bytes" } else { "words" };
+        format!("{from:04X} to {:04X} erased, {} {unit}", to - 1, to - from)
+    }
+
+    /// Labels of the words of an instruction. What the assembler would take for something else, and what lies within the
+    /// instruction, is only told.
+    fn labels(&mut self, word: u32, len: usize) {
+        let start = self.chip.code_address(word);
+        for (addr, name) in labels(&self.source.names, word, len) {
+            let line = match addr - word * self.chip.word_bytes {
+                0 if self.label(name) => format!("{name}:\n"),
+                0 => format!("; {name}:\n"),
+                within => format!("; {name} = {start:04X} + {within}\n"),
+            };
+            self.out.push_str(&line);
+        }
+    }
+
+    /// A name can be a label, and becomes one.
+    fn label(&mut self, name: &str) -> bool {
+        identifier(name) && !emu_asm::is_taken(self.chip, name) && self.given.insert(name.to_ascii_lowercase())
+    }
+
+    fn instruction(&mut self, at: u32, words: &[u16], Line { text, operands, .. }: &Line) {
+        let digits = self.digits();
+        let hex: Vec<String> = words.iter().map(|word| format!("{word:0digits$X}")).collect();
+        let (text, why) = text.split_once(';').unwrap_or((text, ""));
+        let mut meant = self.source.operands(operands);
+        meant.extend((!why.is_empty()).then(|| why.trim().to_owned()));
+        let comment = format!("{:04X}  {:<9}  {}", self.chip.code_address(at), hex.join(" "), meant.join(", "));
+        self.line(text.trim_end(), comment.trim_end());
+    }
+}
+
+/// The directive for some bytes, `unit` at an address, of which the memory keeps the bits under `mask`.
+fn values(bytes: &[u8], unit: u32, mask: u16) -> String {
+    let (directive, digits) = if unit == 2 { (".word", 4) } else { (".byte", 2) };
+    let words = bytes.chunks(unit.max(1) as usize);
+    let words = words.map(|word| word.iter().rev().fold(0, |high, &low| high << 8 | u16::from(low)));
+    let words: Vec<String> = words.map(|word| format!("0x{:0digits$X}", word & mask)).collect();
+    format!("{directive} {}", words.join(", "))
+}
+
+/// Names of the words of an instruction, with their byte addresses.
+pub(super) fn labels<'a>(names: &Names<'a>, word: u32, len: usize) -> impl Iterator<Item = (u32, &'a str)> + use<'a> {
+    let (code, size) = (names.chip.code, names.chip.word_bytes);
+    let (start, end) = (word * size, (word + len as u32) * size);
+    let here = names.symbols.iter().filter(move |s| s.space == code && (start..end).contains(&s.addr));
+    here.map(|s| (s.addr, s.name.as_str()))
+}
+
+/// What every dialect takes for a name.
+fn identifier(name: &str) -> bool {
+    let first = name.bytes().next().is_some_and(|byte| byte.is_ascii_alphabetic() || byte == b'_');
+    first && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+}

@@ -1,0 +1,54 @@
+//! Small sources that an assembler of others takes in a way of its own, or wrongly (faults.txt): what it makes of them, and what
+//! we make of them. The first is checked too, so that a line goes when that assembler is mended.
+
+use crate::corpus::Source;
+use crate::judges::{Cells, Judge};
+use crate::ours;
+use crate::tools::folder;
+
+const LINES: &str = include_str!("faults.txt");
+
+/// Bytes from address 0 on, as far as there are some; `-` for none.
+fn shown(cells: &Cells, code: &str) -> String {
+    let bytes: Vec<String> = (0..)
+        .map_while(|addr| cells.iter().find(|((s, a), _)| *s == code && *a == addr))
+        .map(|(_, b)| format!("{b:02x}"))
+        .collect();
+    if bytes.is_empty() { "-".to_owned() } else { bytes.concat() }
+}
+
+#[test]
+#[ignore = "needs as31, sdcc, gputils and binutils-avr: .ci/peers installs them"]
+fn faults_of_the_assemblers_are_as_listed() {
+    let mut wrong = Vec::new();
+    for line in LINES.lines().filter(|l| !l.starts_with('#') && !l.is_empty()) {
+        let escaped = line.replace("\\|", "\u{1}");
+        let columns: Vec<String> = escaped.split('|').map(|c| c.trim().replace('\u{1}', "|")).collect();
+        let [judge, chip, source, why, theirs, ours] = columns.as_slice() else { panic!("six columns: {line}") };
+        assert!(!why.is_empty(), "a reason is wanted: {line}");
+        let judge = Judge::ALL.into_iter().find(|j| j.name() == judge).unwrap_or_else(|| panic!("{line}"));
+        let chip = judge.chip(chip);
+        let head = match judge {
+            Judge::Sdas => "\t.area CSEG (ABS,CODE)\n".to_owned(),
+            Judge::Gpasm => format!("\tlist p={}\n", chip.name),
+            Judge::As31 | Judge::Avr => String::new(),
+        };
+        let tail = if judge == Judge::Gpasm { "\tend\n" } else { "" };
+        let body: String = source.split(" / ").map(|l| format!("\t{}\n", l.trim())).collect();
+        let source =
+            Source { judge, name: "fault.asm".into(), text: format!("{head}{body}{tail}"), chip, told: Vec::new() };
+        let dir = folder("asm-faults");
+        std::fs::write(dir.join(&source.name), &source.text).expect("a source");
+        let found = judge.assemble(&dir, &source.name, chip, &dir);
+        let found = found.cells.map_or("-".to_owned(), |cells| shown(&cells, chip.code));
+        if found != *theirs {
+            wrong.push(format!("{line}: {} now makes {found}", judge.name()));
+        }
+        match ours::cells(&source) {
+            Ok(cells) if shown(&cells, chip.code) == *ours => {}
+            Ok(cells) => wrong.push(format!("{line}: ours is {}", shown(&cells, chip.code))),
+            Err(faults) => wrong.push(format!("{line}: refused:\n{faults}")),
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

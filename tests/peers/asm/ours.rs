@@ -1,0 +1,32 @@
+//! Our assembler on the same sources.
+
+use std::io;
+use std::path::Path;
+
+use emu_asm::{Files, Options, assemble};
+
+use crate::corpus::Source;
+use crate::judges::{Cells, cells as cells_of, home};
+
+/// The files of a folder.
+struct Folder<'p>(&'p Path);
+
+impl Files for Folder<'_> {
+    fn open(&mut self, name: &str, _: &str) -> io::Result<(String, Vec<u8>)> {
+        Ok((name.to_owned(), std::fs::read(self.0.join(name))?))
+    }
+}
+
+/// What our assembler fills, or all its errors.
+pub fn cells(source: &Source) -> Result<Cells, String> {
+    let home = home(source.judge);
+    let text = emu_asm::Source { name: &source.name, bytes: source.text.as_bytes() };
+    match assemble(&text, source.chip, &Options::default(), &mut Folder(&home)) {
+        Ok(assembled) => Ok(cells_of(&assembled.image)),
+        Err(refused) => {
+            let shown = refused.faults.iter().filter(|f| f.is_error()).take(30);
+            let lines = shown.map(|f| format!("  {}:{}:{}: {}: {}", f.file, f.pos.line, f.pos.column, f.code, f.cause));
+            Err(lines.collect::<Vec<_>>().join("\n"))
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! Judges from outside for the assembler: as31 and sdas8051 for the 8051, gpasm for the PIC16, avr-as for the AVR.
+//!
+//! What needs them is ignored by a plain `cargo test`; `.ci/peers` installs them and runs it. Random tests take their seed
+//! from the variable EMU_SEED and print it.
+
+#[path = "peers/asm/corpus.rs"]
+mod corpus;
+#[path = "peers/asm/faults.rs"]
+mod faults;
+#[path = "peers/asm/judges.rs"]
+mod judges;
+#[path = "peers/asm/ours.rs"]
+mod ours;
+#[path = "peers/asm/random.rs"]
+mod random;
+#[path = "peers/tools.rs"]
+mod tools;
+
+fn seed() -> u64 {
+    let given = std::env::var("EMU_SEED").ok();
+    given.map_or(1, |text| {
+        let digits = text.strip_prefix("0x").map(|hex| u64::from_str_radix(hex, 16));
+        digits.unwrap_or_else(|| text.parse()).unwrap_or_else(|e| panic!("EMU_SEED {text}: {e}"))
+    })
+}
