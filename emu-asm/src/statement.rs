@@ -94,7 +94,7 @@ impl Asm<'_> {
         let text: &str = &line.text;
         let end = code_end(self.d, text);
         let (mut changed, mut done) = (Changed::default(), 0);
-        while let Some(at) = text.get(done..end).and_then(|rest| find_value(rest)).map(|at| done + at) {
+        while let Some(at) = text.get(done..end).and_then(find_value).map(|at| done + at) {
             let open = at + 2;
             let close = (open..end).scan(0, |depth, at| {
                 *depth += i32::from(byte(text, at) == b'(') - i32::from(byte(text, at) == b')');
@@ -206,7 +206,9 @@ impl Asm<'_> {
             _ => {
                 let place = self.image_address();
                 let words = self.instruction(call.text, &lower, call.word.clone(), call.rest.clone());
-                if place % u64::from(self.chip.word_bytes.max(1)) != 0 {
+                // Told of the first of a row of them.
+                let odd = !place.is_multiple_of(u64::from(self.chip.word_bytes.max(1)));
+                if !std::mem::replace(&mut self.odd, odd) & odd {
                     let hint = "put `.balign 2` before it, or another byte";
                     self.tell(Fault::new("ASM022", call.word.clone(), "an instruction stands at an odd address", hint));
                 }
@@ -246,7 +248,9 @@ impl Asm<'_> {
             return self.label(&name, at);
         }
         self.stretch += 1;
-        if self.is_register(name) && self.known.get(name).is_none() {
+        // C programs call variables x and y; where case matters they are no pointers.
+        let word = self.d.any_case && self.is_register(name);
+        if (word || self.chip_register(name)) && self.known.get(name).is_none() {
             let cause = format!("`{name}` is a register of the core and cannot be a label");
             return self.tell(Fault::new("ASM008", at, cause, "choose another name"));
         }
@@ -259,6 +263,10 @@ impl Asm<'_> {
             return None;
         }
         let lower = word.to_ascii_lowercase();
+        if let Some(control) = lower.strip_prefix('$').filter(|_| self.d.controls) {
+            let include = matches!(control, "include" | "inc" | "ic");
+            return self.d.directive(if include { "include" } else { "$" });
+        }
         let bare = match (lower.strip_prefix('.'), lower.strip_prefix('#')) {
             (Some(bare), _) => bare,
             (_, Some(bare)) => bare.trim_start(),
@@ -308,6 +316,10 @@ impl Asm<'_> {
             } else {
                 none
             };
+        }
+        if self.d.controls && byte(text, start) == b'$' && byte(text, start + 1).is_ascii_alphabetic() {
+            let word_end = behind_name(text, start + 1, false).min(end);
+            return Head { word: start..word_end, rest: word_end..end, ..none };
         }
         let name_end = behind_name(text, start, true).min(end);
         let (name_end, here) = match self.d.here.iter().find(|token| get(start..end).starts_with(**token)) {
@@ -388,6 +400,7 @@ impl Asm<'_> {
 
     /// Gives a name the value of `text[rest]`, or makes it another name of a register of the core.
     pub fn give_value(&mut self, name: &str, at: Range<usize>, text: &str, rest: Range<usize>, kind: Kind) {
+        let rest = trim(text, rest);
         let written = text.get(rest.clone()).unwrap_or_default();
         if self.symbols.get(written, self.d.any_case).is_none()
             && self.known.get(written).is_none()
