@@ -3,7 +3,7 @@
 use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::cpu::{Cpu, RamInit};
-use emu_core::image::{Image, Segment};
+use emu_core::image::Image;
 use emu_debug::stimulus::{drive, queue};
 use emu_debug::until::until;
 use emu_debug::{Clock, Names, Plan};
@@ -11,12 +11,8 @@ use emu_debug::{Clock, Names, Plan};
 const WORDS: &[&str] = &["until", "at", "limit", "expect", "fail", "trap", "host"];
 
 fn image(program: &str) -> Image {
-    let mut words: Vec<u16> = Vec::new();
-    for line in program.split(';') {
-        words.extend(emu_avr::isa::assemble(line.trim(), words.len() as u32).unwrap_or_else(|e| panic!("{line}: {e}")));
-    }
-    let bytes = words.iter().flat_map(|w| w.to_le_bytes()).collect();
-    Image { segments: vec![Segment { space: "flash", addr: 0, bytes }], ..Image::default() }
+    let text = program.replace(';', "\n ");
+    emu_asm::image(&ATMEGA328P, &text).unwrap_or_else(|e| panic!("{program}:\n{e}"))
 }
 
 /// Takes `until a b at c` apart: every word of [`WORDS`] begins a part.
