@@ -1,7 +1,7 @@
 //! Programs as text: run at one go, in random slices, from clones in the middle, with loops jumped over and without, and
 //! with every hook of a probe on. All of them must end in the same machine.
 
-use emu_avr::{Avr, chips, isa};
+use emu_avr::{Avr, chips};
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
 use emu_core::{Cpu, Probe, RamInit, Stop};
@@ -31,7 +31,8 @@ fn parse(text: &str) -> Vec<Program> {
             };
             let (line, times) = line.split_once('*').map_or((line, 1), |(l, n)| (l, n.parse().expect("a count")));
             for _ in 0..if line.is_empty() { 0 } else { times } {
-                let words = isa::assemble(line, at as u32 / 2).unwrap_or_else(|e| panic!("{name}: {line}: {e}"));
+                let words = emu_asm::line(&chips::ATMEGA328P, line, at as u32 / 2)
+                    .unwrap_or_else(|e| panic!("{name}: {line}: {e}"));
                 for word in words {
                     flash[at..at + 2].copy_from_slice(&word.to_le_bytes());
                     at += 2;
