@@ -2,22 +2,15 @@
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, RamInit};
-use emu_core::image::{Image, Segment, SymbolAt};
+use emu_core::image::{Image, SymbolAt};
 use emu_core::lint::Lint;
 use emu_debug::lints::describe;
 use emu_debug::until::until;
 use emu_debug::{Names, Plan};
 
-fn image(words: impl Fn(&str, u32) -> Vec<u8>, word_bytes: usize, code: &'static str, program: &str) -> Image {
-    let mut bytes = Vec::new();
-    for line in program.split(';') {
-        bytes.extend(words(line.trim(), (bytes.len() / word_bytes) as u32));
-    }
-    Image { segments: vec![Segment { space: code, addr: 0, bytes }], ..Image::default() }
-}
-
-fn pairs(words: Vec<u16>) -> Vec<u8> {
-    words.iter().flat_map(|word| word.to_le_bytes()).collect()
+fn image(chip: &'static Chip, program: &str) -> Image {
+    let text = format!(" {}", program.replace(';', "\n "));
+    emu_asm::image(chip, &text).unwrap_or_else(|e| panic!("{program}:\n{e}"))
 }
 
 /// What a run finds: program word, code, memory and address of RAM, how often, first cycle.
@@ -45,22 +38,17 @@ fn found<C: Cpu>(mut cpu: C, waits: &str) -> String {
 fn case(chip: &str, program: &str, waits: &str) -> String {
     match chip {
         "avr" => {
-            let words = |line: &str, pc| pairs(emu_avr::isa::assemble(line, pc).expect(line));
             let chip = &emu_avr::chips::ATMEGA328P;
-            found(emu_avr::Avr::new(chip, &image(words, 2, "flash", program), RamInit::Zero), waits)
+            found(emu_avr::Avr::new(chip, &image(chip, program), RamInit::Zero), waits)
         }
         "8051" => {
-            let bytes = |line: &str, pc| {
-                emu_8051::isa::assemble(line, pc).expect(line).iter().map(|&byte| byte as u8).collect::<Vec<u8>>()
-            };
             let chip = emu_8051::chips::chips().find(|chip| chip.name == "8051").expect("an 8051");
-            found(emu_8051::Mcs51::new(chip, &image(bytes, 1, "code", program), RamInit::Zero), waits)
+            found(emu_8051::Mcs51::new(chip, &image(chip, program), RamInit::Zero), waits)
         }
         "pic16" => {
-            let words = |line: &str, pc| pairs(emu_pic16::isa::assemble(line, pc).expect(line));
             let options = emu_pic16::Options { config: Some(0x3F31), start_up: false, ..Default::default() };
-            let (chip, image) = (&emu_pic16::chips::PIC16F873.chip, image(words, 2, "flash", program));
-            found(emu_pic16::Pic16::with(chip, &image, RamInit::Zero, options), waits)
+            let chip = &emu_pic16::chips::PIC16F873.chip;
+            found(emu_pic16::Pic16::with(chip, &image(chip, program), RamInit::Zero, options), waits)
         }
         other => panic!("no chip {other}"),
     }
@@ -85,9 +73,8 @@ fn what_is_found() {
 /// Without the wish nothing is collected.
 #[test]
 fn nothing_is_found_unasked() {
-    let words = |line: &str, pc| pairs(emu_pic16::isa::assemble(line, pc).expect(line));
-    let image = image(words, 2, "flash", "movf 0x20, W; movf 0x05, W; goto 0x002");
     let chip: &'static Chip = &emu_pic16::chips::PIC16F873.chip;
+    let image = image(chip, "movf 0x20, W; movf 0x05, W; goto 0x002");
     let mut cpu = emu_pic16::Pic16::new(chip, &image, RamInit::Zero);
     let plan = Plan { limit: 100_000, ..Plan::default() };
     let ended = emu_debug::run(&mut cpu, &plan, None, &mut |_| true).expect("no file is written");
