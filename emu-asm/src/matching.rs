@@ -222,10 +222,10 @@ impl Asm<'_> {
             _ => None,
         };
         let written = alias.as_deref().filter(|_| name == piece.len()).unwrap_or(piece);
-        if own.is_none() || alias.is_some() {
-            if let Some(value) = (kind.named)(written) {
-                return Operand::Value(value, true);
-            }
+        if (own.is_none() || alias.is_some())
+            && let Some(value) = (kind.named)(written)
+        {
+            return Operand::Value(value, true);
         }
         let d = self.d;
         if let Some(found) = self.zone(text, range.clone(), kind) {

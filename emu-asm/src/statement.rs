@@ -94,7 +94,7 @@ impl Asm<'_> {
         let text: &str = &line.text;
         let end = code_end(self.d, text);
         let (mut changed, mut done) = (Changed::default(), 0);
-        while let Some(at) = text.get(done..end).and_then(|rest| find_value(rest)).map(|at| done + at) {
+        while let Some(at) = text.get(done..end).and_then(find_value).map(|at| done + at) {
             let open = at + 2;
             let close = (open..end).scan(0, |depth, at| {
                 *depth += i32::from(byte(text, at) == b'(') - i32::from(byte(text, at) == b')');
@@ -207,8 +207,8 @@ impl Asm<'_> {
                 let place = self.image_address();
                 let words = self.instruction(call.text, &lower, call.word.clone(), call.rest.clone());
                 // Told of the first of a row of them.
-                let odd = place % u64::from(self.chip.word_bytes.max(1)) != 0;
-                if std::mem::replace(&mut self.odd, odd) < odd {
+                let odd = !place.is_multiple_of(u64::from(self.chip.word_bytes.max(1)));
+                if !std::mem::replace(&mut self.odd, odd) & odd {
                     let hint = "put `.balign 2` before it, or another byte";
                     self.tell(Fault::new("ASM022", call.word.clone(), "an instruction stands at an odd address", hint));
                 }

@@ -49,7 +49,6 @@ const WORDS: i64 = 2048;
 /// The dialect.
 #[rustfmt::skip]
 pub(super) const AP101: Dialect = Dialect {
-    name: "AP101",
     comments: &[";"],
     line_comments: &[],
     separators: b"",
@@ -72,7 +71,6 @@ pub(super) const AP101: Dialect = Dialect {
     any_case: true,
     plain_arguments: true,
     big_endian: false,
-    word_bytes: 0,
     org_fills: None,
     spaced_arguments: false,
     space_fills: false,

@@ -12,7 +12,6 @@ use crate::text::{cut, trim};
 /// The dialect.
 #[rustfmt::skip]
 pub(super) const AVR: Dialect = Dialect {
-    name: "AVR",
     comments: &[";", "//"],
     line_comments: &["#", "*"],
     separators: b"$",
@@ -51,7 +50,6 @@ pub(super) const AVR: Dialect = Dialect {
     any_case: false,
     plain_arguments: false,
     big_endian: false,
-    word_bytes: 2,
     org_fills: Some(0),
     spaced_arguments: true,
     space_fills: true,
@@ -63,9 +61,9 @@ pub(super) const AVR: Dialect = Dialect {
         Directive::run("zero", space),
         Directive::run("fill", fill),
         Directive::run("string", |asm, call| super::common::text(asm, call, true)),
-        Directive::run("2byte", |asm, call| super::common::words(asm, call)),
-        Directive::run("short", |asm, call| super::common::words(asm, call)),
-        Directive::run("hword", |asm, call| super::common::words(asm, call)),
+        Directive::run("2byte", super::common::words),
+        Directive::run("short", super::common::words),
+        Directive::run("hword", super::common::words),
         Directive::run("long", longs),
         Directive::run("4byte", longs),
         Directive::run("int", longs),

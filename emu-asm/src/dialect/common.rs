@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Directive, Do, Flow, Label, Provided, Turns};
+use super::{Directive, Flow, Provided, Turns};
 use crate::dialect::Holds;
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
@@ -16,8 +16,8 @@ pub(super) const DIRECTIVES: &[Directive] = &[
     Directive::run("org", org),
     Directive::named("equ", |asm, call| constant(asm, call, Kind::Equ)),
     Directive::named("set", |asm, call| constant(asm, call, Kind::Set)),
-    Directive::named("=", |asm, call| assign(asm, call)),
-    Directive::named("==", |asm, call| assign(asm, call)),
+    Directive::named("=", assign),
+    Directive::named("==", assign),
     Directive::run("db", bytes),
     Directive::run("byte", bytes),
     Directive::run("dw", words),
@@ -266,7 +266,10 @@ fn undefine(asm: &mut Asm<'_>, call: &Call<'_>) {
 
 fn message(asm: &mut Asm<'_>, call: &Call<'_>, error: bool) {
     let rest = trim(call.text, call.rest.clone());
-    let text = call.get(rest.clone()).trim_matches('"').to_owned();
+    let text = match call.get(rest.clone()).trim_matches('"') {
+        "" => "the line gives no reason".to_owned(),
+        text => text.to_owned(),
+    };
     let at = if rest.is_empty() { call.word.clone() } else { rest };
     let fault = Fault::new(if error { "ASM024" } else { "ASM025" }, at, text, "the program itself says so");
     asm.tell(if error { fault } else { fault.warning() });
@@ -317,9 +320,4 @@ fn each_character(asm: &mut Asm<'_>, call: &Call<'_>) -> Turns {
     let name = parts.next().map_or("", |part| call.get(part)).to_owned();
     let text = parts.next().map_or("", |part| call.get(part)).trim_matches('"');
     Turns { name: Some(name), texts: text.chars().map(String::from).collect(), count: 0 }
-}
-
-/// A directive with a name in front, under another name of its own.
-pub(super) const fn named_flow(name: &'static str, flow: Flow) -> Directive {
-    Directive { name, label: Label::Name, does: Do::Flow(flow) }
 }

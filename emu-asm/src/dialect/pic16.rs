@@ -34,7 +34,6 @@ pub(crate) struct State {
 /// The dialect.
 #[rustfmt::skip]
 pub(super) const PIC16: Dialect = Dialect {
-    name: "PIC16",
     comments: &[";"],
     line_comments: &[],
     separators: b"",
@@ -68,7 +67,6 @@ pub(super) const PIC16: Dialect = Dialect {
     any_case: false,
     plain_arguments: true,
     big_endian: false,
-    word_bytes: 0,
     org_fills: None,
     spaced_arguments: false,
     space_fills: false,
