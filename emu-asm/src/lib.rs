@@ -12,6 +12,8 @@
 //! The source is read again as a whole until no name moves; only what the last pass finds wrong is told. The language stands in
 //! docs/formats/asm.md.
 
+#![forbid(unsafe_code)]
+
 mod codes;
 mod dialect;
 mod engine;
