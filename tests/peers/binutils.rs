@@ -6,7 +6,7 @@ use std::path::Path;
 
 use emu_avr::isa::{KINDS, Kind, PC_MASK, ROWS, disassemble, encode, lacks};
 use emu_core::rng::Rng;
-use emu_core::table::{Pattern, Row, Site, number};
+use emu_core::table::{Pattern, Row, Site};
 
 use crate::seed;
 use crate::tools::{folder, run};
@@ -114,6 +114,11 @@ fn the_gnu_assembler_encodes_every_row_as_we_do() {
         }
     }
     println!("{all} instructions of {} rows", ROWS.len());
+}
+
+/// A number as both disassemblers write it.
+fn number(text: &str) -> Option<i32> {
+    emu_debug::place::number(text).and_then(|number| i32::try_from(number).ok())
 }
 
 /// Operands without spaces, numbers in decimal, targets relative to the next instruction: one spelling for both sides.

@@ -157,7 +157,7 @@ fn ours(kind: Kind, base: &Avr, before: &[u8], d: &Draw) -> Outcome {
     let differs = |&a: &usize| before[a] != after[a] && !CORE.contains(&a);
     Outcome {
         // A jump to itself may also be the end of the program.
-        runs_on: !asleep && (stop == Stop::Limit || stop == Stop::Halted && avr.pc() == d.pc.into()),
+        runs_on: !asleep && (stop == Stop::Limit || stop == Stop::Halted && avr.pc() == u32::from(d.pc)),
         sreg: after[0x5F],
         sp: u16::from_le_bytes([after[0x5D], after[0x5E]]),
         pc: avr.pc() * 2,

@@ -52,11 +52,6 @@ pub fn register(part: &Part, name: &str) -> Option<u16> {
     part.chip.regs.iter().find(|reg| reg.name == name).map(|reg| reg.addr)
 }
 
-/// A bit by its name: its number.
-fn bit(part: &Part, name: &str) -> Option<u8> {
-    part.bits.iter().find(|bit| bit.1 == name).map(|bit| bit.2)
-}
-
 /// `20`, `20.3`: cycle and clock.
 pub fn moment(text: &str) -> Option<Time> {
     let (cycle, phase) = text.split_once('.').unwrap_or((text, "0"));

@@ -5,7 +5,6 @@
 use emu_core::image::{Image, Segment, write_hex};
 use emu_core::{Cpu, Stop};
 use emu_pic16::chips;
-use emu_pic16::periph::map::Sfr;
 
 use crate::drive::{VIEW, View, gpsim, machine, there, view};
 use crate::folder;
@@ -46,7 +45,7 @@ fn lines() -> Vec<Line> {
 }
 
 /// `0030 nop; movwf FSR`, `nop*5` for five of them; decimal numbers.
-fn segment(part: &chips::Part, text: &str) -> Segment {
+fn segment(part: &'static chips::Part, text: &str) -> Segment {
     let (addr, lines) = text.split_once(' ').expect("an address and instructions");
     let addr = u32::from_str_radix(addr, 16).expect("an address in hexadecimal");
     let mut text = format!(" radix dec\n org {addr}\n");
