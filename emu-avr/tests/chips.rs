@@ -71,14 +71,14 @@ fn sizes_are_those_of_the_data_sheets() {
 fn rows_name_what_exists() {
     for part in PARTS {
         let name = part.chip.name;
-        let exists = |pin: u8| part.ports.get(usize::from(pin / 8)).is_some_and(|bits| bits >> (pin % 8) & 1 == 1);
+        let exists = |pin: u16| part.ports.get(usize::from(pin / 8)).is_some_and(|bits| bits >> (pin % 8) & 1 == 1);
         assert!(part.lines.iter().all(|&(number, _, pin)| number < unit::COUNT && exists(pin)), "{name}: lines");
         assert!(part.pin_changes.iter().all(|&(pin, _)| exists(pin)), "{name}: pin changes");
         assert!(part.analog.iter().chain(&part.ain).all(|&pin| exists(pin)), "{name}: analog pins");
         let reset = part.chip.pins.get(usize::from(part.reset)).map_or("", |pin| pin.note);
         assert_eq!(reset, "RESET", "{name}");
         for (i, pin) in part.chip.pins.iter().enumerate() {
-            assert_eq!(exists(i as u8), pin.name != "RESET" && pin.note != "absent", "{name}: {}", pin.name);
+            assert_eq!(exists(i as u16), pin.name != "RESET" && pin.note != "absent", "{name}: {}", pin.name);
             let letter = pin.name.chars().nth(1).unwrap_or_default() as usize;
             let first = if part.chip.pins[0].name == "PA0" { 'A' } else { 'B' } as usize;
             assert!(pin.name == "RESET" || pin.name == format!("P{}{}", pin.name.chars().nth(1).unwrap_or('?'), i % 8));
@@ -393,7 +393,7 @@ fn nothing_written_breaks_a_chip() {
                     soc.write_bits(0x20 + reg % 0x20, bit, value, now);
                 }
                 1 => {
-                    let pin = rng.below(part.chip.pins.len() as u64) as u8;
+                    let pin = rng.below(part.chip.pins.len() as u64) as u16;
                     soc.drive(now, now, pin, Level::of(value & 1 == 1));
                 }
                 2 => {

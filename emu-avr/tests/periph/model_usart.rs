@@ -7,8 +7,8 @@ use emu_core::parts::uart::frame_edges;
 use emu_core::rng::Rng;
 use emu_core::{Bus, Event, Level};
 
-const RXD: u8 = 16;
-const TXD: u8 = 17;
+const RXD: u16 = 16;
+const TXD: u16 = 17;
 const UCSR0A: u16 = 0xC0;
 const UCSR0B: u16 = 0xC1;
 const UBRR0L: u16 = 0xC4;

@@ -32,11 +32,11 @@ fn ports_agree(fresh: &Soc, seed: u64, cycles: u64) {
     let (mut ddr, mut port, mut pud) = ([0u8; 3], [0u8; 3], false);
     let mut wires = [Wire::default(); 24];
     let mut shown = [Level::Float; 24];
-    let mut queue: Vec<(u64, u8, Level)> = Vec::new();
+    let mut queue: Vec<(u64, u16, Level)> = Vec::new();
     let mut fought = [false; 24];
     for now in 0..cycles {
         if rng.one_in(6) {
-            let (at, pin, level) = (now + rng.below(9), rng.below(24) as u8, LEVELS[rng.below(3) as usize]);
+            let (at, pin, level) = (now + rng.below(9), rng.below(24) as u16, LEVELS[rng.below(3) as usize]);
             soc.drive(at, now, pin, level);
             queue.push((at, pin, level));
         }
@@ -59,12 +59,12 @@ fn ports_agree(fresh: &Soc, seed: u64, cycles: u64) {
             wire.charge = [high, if now == 0 { high } else { wire.charge[0] }];
             let fight = own != Level::Float && wire.outside != Level::Float && own != wire.outside;
             if fight && !fought[i] {
-                fights.push(i as u8);
+                fights.push(i as u16);
             }
             fought[i] = fight;
             if level != shown[i] {
                 shown[i] = level;
-                edges.push((i as u8, level));
+                edges.push((i as u16, level));
             }
         }
         if rng.one_in(3) {
@@ -77,7 +77,7 @@ fn ports_agree(fresh: &Soc, seed: u64, cycles: u64) {
         }
         soc.fire(now);
         for (pin, want) in shown.iter().enumerate() {
-            assert_eq!(soc.level(pin as u8), *want, "pin {pin}, seed {seed}, cycle {now}");
+            assert_eq!(soc.level(pin as u16), *want, "pin {pin}, seed {seed}, cycle {now}");
         }
         // Two drives of one pin in one cycle log two edges; the last one of each pin counts.
         let mut logged = [None; 24];

@@ -11,7 +11,7 @@ use crate::model::{Act, BODS, BODSE, CLKPCE, FUSES, Fuses, IVCE, Model};
 
 const REGS: [u16; 10] = [0x61, 0x55, 0x54, 0x53, 0x64, 0x43, 0x66, 0x3E, 0x45, 0x46];
 /// PC6.
-const RESET_PIN: u8 = 14;
+const RESET_PIN: u16 = 14;
 
 fn chip(fuses: &Fuses, start_up: bool, hz: u64) -> Soc {
     let options = Options { hz, fuses: Some(fuses.bytes), lock: None, start_up };
