@@ -4,13 +4,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use diag::Diagnostic;
+use diag::{Diagnostic, Severity};
 use emu_asm::{Assembled, Files, Options, Source};
 use emu_core::chip::Chip;
 use emu_core::image::{Image, write_hex};
 use serde_json::json;
 
 use crate::args::Mcu;
+use crate::codes::{NOT_IN_HEX, about_file};
 use crate::compile::default_name;
 use crate::fail::{Failure, exit};
 use crate::report::{Terminal, Texts, report};
@@ -22,6 +23,9 @@ Examples:
   emu asm blink.asm --mcu pic16f873 -o out.hex --listing out.lst
   emu asm app.s --mcu atmega328p -D F_CPU=8000000 -I include -o -
   emu run examples/and-or-not.asm --mcu ap101 --set I1=1 --for 1ms   (assembled on the fly)";
+
+/// The memory that `--eeprom` writes.
+const EEPROM: &str = "eeprom";
 
 /// Endings of the names of files that hold source.
 const SOURCES: &[&str] = &["asm", "s", "a51", "src"];
@@ -43,6 +47,10 @@ pub struct AsmArgs {
     /// Write addresses and words beside the source, and the symbols below it; - is standard output.
     #[arg(long, value_name = "FILE")]
     listing: Option<String>,
+    /// Write what the source gives for the EEPROM of an AVR, as Intel HEX from address 0 on, which `emu run --eeprom` reads where
+    /// the name ends in .eep or .hex.
+    #[arg(long, value_name = "FILE.eep")]
+    eeprom: Option<String>,
     /// Define a name before the first line: NAME (1) or NAME=VALUE. Repeatable.
     #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = define)]
     defines: Vec<(String, String)>,
@@ -67,19 +75,24 @@ fn define(text: &str) -> Result<(String, String), String> {
 /// Assembles a source. When anything fails no file is written.
 pub fn asm(args: &AsmArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let chip = args.mcu.chip;
+    if args.eeprom.is_some() && chip.eeprom == 0 {
+        return Err(Failure::Usage(format!("--eeprom is for chips with an EEPROM; {} has none", chip.name)));
+    }
     let hex = args.output.clone().unwrap_or_else(|| default_name(&args.file));
     let mut outputs = vec![("--output", hex.as_str())];
     outputs.extend(args.listing.as_deref().map(|file| ("--listing", file)));
+    outputs.extend(args.eeprom.as_deref().map(|file| ("--eeprom", file)));
     let printed = args.json.then_some(("--json", "-"));
     let all: Vec<_> = printed.into_iter().chain(outputs.iter().copied()).collect();
     output::owners(&all)?;
     output::spares(&args.file, &all)?;
-    let assembled = assemble(&args.file, chip, &args.defines, &args.folders)?;
-    let hex_text = hex_of(&assembled.image, chip);
-    let mut files = vec![(hex.as_str(), hex_text.as_bytes())];
-    let listing = args.listing.as_ref().map(|file| (file, assembled.listing.to_string()));
-    files.extend(listing.iter().map(|(file, text)| (file.as_str(), text.as_bytes())));
+    let mut assembled = assemble(&args.file, chip, &args.defines, &args.folders)?;
+    let mut texts = vec![(hex.as_str(), hex_of(&assembled.image, chip))];
+    texts.extend(args.listing.as_deref().map(|file| (file, assembled.listing.to_string())));
+    texts.extend(args.eeprom.as_deref().map(|file| (file, eeprom_of(&assembled.image))));
+    let files: Vec<(&str, &[u8])> = texts.iter().map(|(file, text)| (*file, text.as_bytes())).collect();
     output::files(&files)?;
+    left_out(&mut assembled, chip, args);
     if args.json {
         output::json(&document(&assembled, chip))?;
     } else {
@@ -152,6 +165,27 @@ fn hex_of(image: &Image, chip: &Chip) -> String {
         Some((window.start + segment.addr, segment.bytes.as_slice()))
     });
     write_hex(&placed.collect::<Vec<_>>())
+}
+
+/// What it holds for the EEPROM, as Intel HEX of its own.
+fn eeprom_of(image: &Image) -> String {
+    let held = image.segments.iter().filter(|segment| segment.space == EEPROM);
+    write_hex(&held.map(|segment| (segment.addr, segment.bytes.as_slice())).collect::<Vec<_>>())
+}
+
+/// Warns of memories that the source fills and that no file was written for: Intel HEX of an AVR is its flash alone.
+fn left_out(assembled: &mut Assembled, chip: &Chip, args: &AsmArgs) {
+    let written =
+        |space: &str| chip.hex.iter().any(|window| window.name == space) || space == EEPROM && args.eeprom.is_some();
+    let mut missing: Vec<&str> = assembled.image.segments.iter().map(|segment| segment.space).collect();
+    missing.dedup();
+    missing.retain(|space| !written(space));
+    assembled.warnings.extend(missing.into_iter().map(|space| {
+        let cause = format!("the HEX file does not hold what the source gives for the memory {space}");
+        let hint =
+            if space == EEPROM { "--eeprom FILE.eep writes it" } else { "`emu run` of the source itself takes it" };
+        Diagnostic { severity: Severity::Warning, ..about_file(NOT_IN_HEX, &args.file, cause, hint) }
+    }));
 }
 
 fn document(assembled: &Assembled, chip: &Chip) -> serde_json::Value {

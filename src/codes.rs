@@ -24,6 +24,9 @@ pub const SIZE: &str = "CLI008";
 /// Source lines are asked for where there are none.
 pub const NO_LINES: &str = "CLI009";
 
+/// A source gives bytes that its HEX file does not hold.
+pub const NOT_IN_HEX: &str = "CLI010";
+
 /// All of them.
 #[rustfmt::skip]
 pub const CODES: &[Code] = &[
@@ -67,6 +70,10 @@ pub const CODES: &[Code] = &[
                   was made of. A HEX file never does, an ELF file only when it was compiled with debugging information and \
                   not stripped. Mend: compile with -gdwarf-4 (or -g where that writes DWARF) and give the ELF file; for the \
                   8051 and PIC16 families give the files of symbols with --symbols." },
+    Code { code: NOT_IN_HEX, title: "bytes that are not in the HEX file",
+        explain: "The source gives bytes for a memory that programmers take from a file of its own: EEPROM, fuses or lock bits of an \
+                  AVR, whose HEX file is the flash alone. Mend: `emu asm --eeprom FILE.eep` writes the EEPROM; fuses and lock bits \
+                  are given to `emu run` by --fuse and --lock, or by the source itself." },
 ];
 
 /// An error about a whole file.

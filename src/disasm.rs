@@ -1,5 +1,6 @@
 //! `emu disasm`: the instructions of an image.
 
+mod config;
 mod listing;
 mod pieces;
 #[cfg(test)]

@@ -48,7 +48,9 @@ pub fn read(file: &str) -> io::Result<Vec<u8>> {
 /// The image in a HEX or ELF file, or made of a source, for `chip`; warnings are told.
 pub fn image(file: &str, chip: &'static Chip, terminal: &Terminal) -> Result<Image, Failure> {
     if asm::is_source(file) {
-        return asm::image(file, chip, terminal);
+        let image = asm::image(file, chip, terminal)?;
+        let faults = ap101::faults(file, &[], chip, &image);
+        return if faults.is_empty() { Ok(image) } else { Err(Failure::Refused(faults, Texts::default())) };
     }
     let bytes = bytes(file)?;
     match image::load(file, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)) {

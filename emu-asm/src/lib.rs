@@ -102,7 +102,7 @@ pub fn assemble(
         return Err(Box::new(Refused { faults, texts }));
     }
     let listing = Listing {
-        rows: asm.out.list.iter().map(|listed| listing::Row::of(listed, &asm.out.bytes)).collect(),
+        rows: asm.out.list.iter().map(|listed| listing::Row::of(listed, &asm.out.bytes, &texts)).collect(),
         symbols: asm
             .symbols
             .all()

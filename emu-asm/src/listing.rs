@@ -2,6 +2,7 @@
 
 use std::fmt::{self, Write};
 
+use crate::files::Texts;
 use crate::output::Listed;
 use crate::symbols::Kind;
 
@@ -26,8 +27,10 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// The row of a line and its bytes.
-    pub(crate) fn of(listed: &Listed, bytes: &[u8]) -> Row {
+    /// The row of a line and its bytes. A line of a file is listed as it stands there, one of a macro with its arguments put in.
+    pub(crate) fn of(listed: &Listed, bytes: &[u8], texts: &Texts) -> Row {
+        let line = &listed.line;
+        let written = if listed.depth == 0 { texts.line(line.file, line.number) } else { &line.text };
         let bytes = bytes.get(listed.bytes.clone()).unwrap_or_default();
         let size = listed.unit.clamp(1, 2) as usize;
         let words = bytes.chunks(size).map(|word| word.iter().rev().fold(0, |high, &low| high << 8 | u16::from(low)));
@@ -36,7 +39,7 @@ impl Row {
             words: words.collect(),
             value: listed.value,
             number: listed.line.number,
-            text: listed.line.text.to_string(),
+            text: written.to_owned(),
             depth: listed.depth,
             wide: size == 2,
         }
@@ -50,7 +53,12 @@ const BYTES: usize = 6;
 impl fmt::Display for Listing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = BYTES * 3;
-        for row in &self.rows {
+        // What stands behind the last line end is no line.
+        let rows = match self.rows.split_last() {
+            Some((last, rows)) if last.text.is_empty() && last.words.is_empty() => rows,
+            _ => &self.rows,
+        };
+        for row in rows {
             let (per, digits) = if row.wide { (WORDS, 4) } else { (BYTES, 2) };
             let mut chunks = row.words.chunks(per);
             let words = |chunk: &[u16]| {

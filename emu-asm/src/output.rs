@@ -151,6 +151,16 @@ impl Output {
         self.section().map_or(0, |section| section.pos.div_euclid(section.unit.max(1).into()))
     }
 
+    /// Lists the line of a run at the address of its bytes, where that is not the one before the line: a directive may put its
+    /// bytes elsewhere.
+    fn shift(&mut self, run: &Run) {
+        let section = self.sections.get(run.section).filter(|section| section.holds == Holds::Image);
+        let listed = self.list.get_mut(run.line as usize).filter(|listed| listed.bytes.start == run.bytes.start);
+        if let (Some(section), Some(listed)) = (section, listed) {
+            listed.addr = (run.addr / u64::from(section.unit.max(1))) as i64;
+        }
+    }
+
     /// The next address is `at`.
     pub fn go(&mut self, at: i64) {
         if let Some(section) = self.sections.get_mut(self.current) {
@@ -301,6 +311,7 @@ impl Asm<'_> {
         let behind = end(self.out.code).map_or(0, |end| end.next_multiple_of(self.chip.word_bytes.max(1).into()));
         let mut lines = Vec::new();
         for run in &runs {
+            self.out.shift(run);
             let copied = self.out.sections.get(run.section).is_some_and(|section| section.holds == Holds::Copied);
             let addr = if copied { behind + run.addr } else { run.addr };
             let len = run.bytes.len() as u64;

@@ -8,6 +8,7 @@ use emu_core::image::{Bits, Image};
 use emu_core::table::Line;
 use emu_debug::{Names, Source};
 
+use super::config::directives;
 use super::listing::Listing;
 use super::pieces::Piece;
 
@@ -77,6 +78,10 @@ impl<'a> Text<'a> {
     /// them. Bytes of RAM, which an ELF file may have but no chip keeps, are only told.
     pub(super) fn memories(&mut self, image: &Image) {
         for segment in image.segments.iter().filter(|segment| segment.space != self.chip.code) {
+            if let Some(lines) = directives(self.chip, segment) {
+                lines.iter().for_each(|line| self.line(line, ""));
+                continue;
+            }
             let window = self.chip.hex.iter().find(|space| space.name == segment.space);
             let ram = segment.space == self.chip.ram;
             let unit = if window.is_some() { self.chip.width(self.chip.code) } else { 1 };
