@@ -84,7 +84,7 @@ pub struct Naive {
     started: bool,
     pins: Vec<bool>,
     supply: bool,
-    clear: bool,
+    pub clear: bool,
     /// What happened to the supply and to CLEAR since the last boundary.
     failed: bool,
     cleared: bool,
@@ -166,6 +166,11 @@ impl Naive {
             self.fail();
             self.start(cold);
         }
+    }
+
+    /// Nothing more will come from outside.
+    pub fn is_left_alone(&self) -> bool {
+        self.drives.is_empty()
     }
 
     /// Word of program memory.
