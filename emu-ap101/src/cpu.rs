@@ -148,9 +148,12 @@ impl Cpu for Ap101 {
         CLOCKS as u32
     }
 
+    /// Without supply there is nothing to start.
     fn reset(&mut self, why: Reset) {
-        self.hot.time.force();
-        self.start(why == Reset::PowerOn);
+        if self.phase != Phase::Off {
+            self.hot.time.force();
+            self.start(why == Reset::PowerOn);
+        }
     }
 
     fn cycle(&self) -> u64 {
