@@ -9,7 +9,8 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use emu_ap101::{Ap101, isa};
+use emu_ap101::Ap101;
+use emu_ap101::chips::AP101;
 use emu_core::Cpu;
 use emu_core::image::{Image, Segment};
 
@@ -53,7 +54,7 @@ fn long() -> Vec<String> {
 }
 
 fn machine<'a>(lines: impl Iterator<Item = &'a str>, inputs: u16, outputs: u16) -> Ap101 {
-    let words = lines.map(|line| isa::assemble(line, 0).unwrap_or_else(|error| panic!("{line}: {error}")));
+    let words = lines.map(|line| emu_asm::line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {error}")));
     let code = words.flatten().flat_map(u16::to_le_bytes).collect();
     let segments = vec![
         Segment { space: "code", addr: 0, bytes: code },

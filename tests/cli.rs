@@ -17,6 +17,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use emu_core::chip::Chip;
 use emu_core::rng::Rng;
 
 fn root() -> PathBuf {
@@ -79,26 +80,21 @@ fn transcripts() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// One line at a program word address, to words.
-type Assemble = fn(&str, u32) -> Result<Vec<u16>, emu_core::table::AsmError>;
-
 /// The HEX files of the transcripts come from the sources beside them, through our own assembler and writer.
 #[test]
 fn images_are_what_their_sources_say() {
-    let families: [(&str, Assemble, usize); 3] =
-        [("s", emu_avr::isa::assemble, 2), ("a51", emu_8051::isa::assemble, 1), ("p16", emu_pic16::isa::assemble, 2)];
+    let families: [(&str, &'static Chip); 3] = [
+        ("s", &emu_avr::chips::ATMEGA328P),
+        ("a51", emu_8051::chips::chip("8052").expect("a chip")),
+        ("p16", &emu_pic16::chips::PIC16F873.chip),
+    ];
     let sources =
         families.iter().flat_map(|family| text_files("tests/cli/in", family.0).into_iter().map(move |s| (s, family)));
-    for (source, &(_, assemble, word_bytes)) in sources {
-        let mut words: Vec<u16> = Vec::new();
-        for line in fs::read_to_string(&source).expect("a source").lines() {
-            let code = line.split(';').next().unwrap_or_default().trim();
-            if !code.is_empty() {
-                words.extend(assemble(code, words.len() as u32).unwrap_or_else(|e| panic!("{code}: {e}")));
-            }
-        }
-        let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()[..word_bytes].to_vec()).collect();
-        let hex = emu_core::image::write_hex(&[(0, &bytes)]);
+    for (source, &(_, chip)) in sources {
+        let text = fs::read_to_string(&source).expect("a source");
+        let image = emu_asm::image(chip, &text).unwrap_or_else(|e| panic!("{}: {e}", source.display()));
+        let segments: Vec<(u32, &[u8])> = image.segments.iter().map(|s| (s.addr, s.bytes.as_slice())).collect();
+        let hex = emu_core::image::write_hex(&segments);
         let file = source.with_extension("hex");
         if std::env::var_os("EMU_BLESS").is_some() {
             fs::write(&file, &hex).expect("the image is written");

@@ -1,4 +1,4 @@
-//! The examples of the PIC16 do what their heads say, and their HEX files are what gpasm makes of their sources.
+//! The examples of the PIC16 do what their heads say, and their HEX files are what our assembler and gpasm make of their sources.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -62,6 +62,31 @@ fn they_do_what_their_heads_say() {
     for (i, edge) in (0u64..).zip(&blink.edges[1..]) {
         assert!((first + 16_384 * i).abs_diff(*edge) <= 1, "{:?}", blink.edges);
     }
+}
+
+/// The files of the examples and of the benches, which gpasm has written, hold what our assembler makes of their sources.
+#[test]
+fn the_hex_files_belong_to_their_sources() {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let mut count = 0;
+    for folder in ["examples/pic16", "benches/programs_pic"] {
+        for entry in std::fs::read_dir(root.join(folder)).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.extension().is_none_or(|e| e != "asm") {
+                continue;
+            }
+            let bytes = std::fs::read(&path).expect("a source");
+            let name = emu_asm::named_chip(&bytes).unwrap_or_else(|| panic!("{}: no list p=", path.display()));
+            let chip = chips::chip(&name).unwrap_or_else(|| panic!("{}: {name}", path.display()));
+            let made = emu_asm::image(chip, &String::from_utf8_lossy(&bytes));
+            let made = made.unwrap_or_else(|e| panic!("{}:\n{e}", path.display()));
+            let hex = path.with_extension("hex");
+            let there = load_hex("", &std::fs::read(&hex).expect("a HEX file"), chip.hex).expect("a good HEX file");
+            assert_eq!(made.segments, there.image.segments, "{}", hex.display());
+            count += 1;
+        }
+    }
+    assert_eq!(count, 8);
 }
 
 #[test]

@@ -3,6 +3,8 @@
 //! What needs them is ignored by a plain `cargo test`; `.ci/peers` installs them and runs it. Random tests take their seed
 //! from the variable EMU_SEED and print it.
 
+use std::path::{Path, PathBuf};
+
 #[path = "peers/asm/corpus.rs"]
 mod corpus;
 #[path = "peers/asm/faults.rs"]
@@ -13,8 +15,13 @@ mod judges;
 mod ours;
 #[path = "peers/asm/random.rs"]
 mod random;
-#[path = "peers/tools.rs"]
-mod tools;
+
+/// A folder of its own for files that a test makes.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    folder
+}
 
 fn seed() -> u64 {
     let given = std::env::var("EMU_SEED").ok();

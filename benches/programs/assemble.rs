@@ -1,7 +1,7 @@
-//! The programs in this folder: one instruction a line, `;` begins a comment, targets relative to the next instruction.
+//! The programs in this folder are sources for the ATmega328P.
 
-use emu_avr::isa::assemble;
-use emu_core::image::{Image, Segment};
+use emu_avr::chips::ATMEGA328P;
+use emu_core::image::Image;
 
 /// Names and sources.
 pub const PROGRAMS: &[(&str, &str)] = &[
@@ -14,18 +14,10 @@ pub const PROGRAMS: &[(&str, &str)] = &[
     ("poll", include_str!("poll.s")),
 ];
 
-/// Assembles a program from address 0.
+/// Assembles a program.
 ///
 /// # Errors
-/// The first line that is no instruction, with its number and the cause.
+/// All that is wrong with it, one a line.
 pub fn image(source: &str) -> Result<Image, String> {
-    let mut bytes = Vec::new();
-    for (number, line) in (1..).zip(source.lines()) {
-        let code = line.split(';').next().unwrap_or("").trim();
-        if !code.is_empty() {
-            let words = assemble(code, bytes.len() as u32 / 2).map_err(|e| format!("line {number}: {e}"))?;
-            bytes.extend(words.into_iter().flat_map(u16::to_le_bytes));
-        }
-    }
-    Ok(Image { segments: vec![Segment { space: "flash", addr: 0, bytes }], ..Image::default() })
+    emu_asm::image(&ATMEGA328P, source)
 }

@@ -4,10 +4,7 @@
 //! branching). Rows that reach bytes or bits by address name a second kind, for addresses in RAM.
 
 use emu_core::chip::Isa;
-use emu_core::table::{
-    Alias, AsmError, EncodeError, Line, Op, Row, Site, assemble as assemble_line, bits_of,
-    disassemble as disassemble_line, words_of,
-};
+use emu_core::table::{Alias, EncodeError, Line, Op, Row, Site, bits_of, disassemble as disassemble_line, words_of};
 
 use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, Rel, Ri, Rn};
 
@@ -326,14 +323,6 @@ pub fn encode(kind: Kind, operands: &[i32], pc: u32) -> Result<Vec<u8>, EncodeEr
 #[must_use]
 pub fn disassemble(words: &[u16], pc: u32) -> Line {
     disassemble_line(ROWS, WORD_BITS, words, &site(pc, 1))
-}
-
-/// Assembles one line that will stand at `pc`, to bytes.
-///
-/// # Errors
-/// As [`emu_core::table::assemble`].
-pub fn assemble(line: &str, pc: u32) -> Result<Vec<u16>, AsmError> {
-    assemble_line(ROWS, ALIASES, WORD_BITS, line, &site(pc, 1))
 }
 
 /// A predecoded instruction.

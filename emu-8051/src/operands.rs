@@ -4,7 +4,7 @@
 
 use std::fmt::Write;
 
-use emu_core::table::{InRam, Op, Operand, OperandKind, Site, number};
+use emu_core::table::{InRam, Op, Operand, OperandKind, Site};
 
 use crate::chips::{BITS, SFRS};
 
@@ -191,6 +191,11 @@ fn byte_text(value: i32, out: &mut String) {
 /// The address of a special function register that any chip of the family has.
 fn byte(text: &str) -> Option<i32> {
     SFRS.iter().find(|r| r.name.eq_ignore_ascii_case(text)).map(|r| i32::from(r.addr))
+}
+
+/// The address in front of the dot of a bit, as the disassembler writes it.
+fn number(text: &str) -> Option<i32> {
+    text.strip_prefix("0x").map_or_else(|| text.parse().ok(), |hex| i32::from_str_radix(hex, 16).ok())
 }
 
 /// `P1.0`, `PSW.7`, `0x20.3`.

@@ -5,9 +5,7 @@
 //! address that is a plain bit of memory has a kind of its own.
 
 use emu_core::chip::Isa;
-use emu_core::table::{
-    Alias, AsmError, EncodeError, Line, Op, Row, Site, assemble as assemble_line, disassemble as disassemble_line,
-};
+use emu_core::table::{Alias, EncodeError, Line, Op, Row, Site, disassemble as disassemble_line};
 
 use crate::operands::{A, D, Target, X};
 
@@ -144,14 +142,6 @@ pub fn disassemble(words: &[u16], pc: u32) -> Line {
         line.text.replace_range(first..end, &shouted);
     }
     line
-}
-
-/// Assembles one line that will stand at `pc`.
-///
-/// # Errors
-/// As [`emu_core::table::assemble`].
-pub fn assemble(line: &str, pc: u32) -> Result<Vec<u16>, AsmError> {
-    assemble_line(ROWS, ALIASES, WORD_BITS, line, &site(pc))
 }
 
 /// A predecoded instruction.

@@ -81,6 +81,8 @@ pub(crate) struct Asm<'a> {
     pub numbered: HashMap<String, u32>,
     /// Length of the instruction in the unit of addresses while its operands are read, where the dialect counts from its end.
     pub behind: i64,
+    /// The last instruction stood at an odd address.
+    pub odd: bool,
     /// The address of the line.
     pub line_at: i64,
     pub out: Output,
@@ -128,6 +130,7 @@ impl<'a> Asm<'a> {
             numbered: HashMap::new(),
             behind: 0,
             line_at: 0,
+            odd: false,
             out: Output::new(chip, d),
             faults: Vec::new(),
             more: 0,
@@ -174,7 +177,7 @@ impl<'a> Asm<'a> {
 
     fn begin_pass(&mut self) {
         self.undefined.clear();
-        (self.forward, self.moved, self.ended) = (false, false, false);
+        (self.forward, self.moved, self.ended, self.odd) = (false, false, false, false);
         (self.calls, self.stretch, self.radix, self.more) = (0, 0, self.d.radix, 0);
         self.line = None;
         self.frames.clear();

@@ -172,11 +172,11 @@ impl Parser<'_> {
             self.at += len;
             return Ok(Value::of(value));
         }
-        if c.is_ascii_digit() {
-            if let Some((len, name)) = self.local_label() {
-                self.at += len;
-                return self.names.name(&name, start..start + len);
-            }
+        if c.is_ascii_digit()
+            && let Some((len, name)) = self.local_label()
+        {
+            self.at += len;
+            return self.names.name(&name, start..start + len);
         }
         if let Some((len, value)) = number::read(self.d, self.names.radix(), self.text, start)? {
             self.at += len;

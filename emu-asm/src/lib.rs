@@ -12,6 +12,8 @@
 //! The source is read again as a whole until no name moves; only what the last pass finds wrong is told. The language stands in
 //! docs/formats/asm.md.
 
+#![forbid(unsafe_code)]
+
 mod codes;
 mod dialect;
 mod engine;
@@ -154,6 +156,15 @@ pub fn is_taken(chip: &'static Chip, name: &str) -> bool {
         || table.words.contains(&lower)
         || known::Known::of(chip).get(name).is_some()
         || slots.into_iter().any(|slot| (slot.kind.named)(name).is_some())
+}
+
+/// Names of the directives that a chip's dialect takes, without a dot.
+#[must_use]
+pub fn directives(chip: &Chip) -> Vec<&'static str> {
+    let mut names: Vec<&'static str> = dialect::Dialect::of(chip).names().collect();
+    names.sort_unstable();
+    names.dedup();
+    names
 }
 
 /// Assembles a text without includes, for tests.

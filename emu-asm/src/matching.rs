@@ -211,6 +211,10 @@ impl Asm<'_> {
 
     fn operand(&mut self, text: &str, range: Range<usize>, kind: &OperandKind, site: &Site) -> Operand {
         let piece = text.get(range.clone()).unwrap_or_default();
+        // Marks of other forms.
+        if piece.starts_with(['#', '@']) {
+            return Operand::Not;
+        }
         let name = behind_name(piece, 0, !self.d.dot_is_bit);
         let own = (name > 0).then(|| self.symbols.get(&piece[..name], self.d.any_case)).flatten();
         let alias = match own.map(|symbol| &symbol.kind) {
@@ -218,10 +222,10 @@ impl Asm<'_> {
             _ => None,
         };
         let written = alias.as_deref().filter(|_| name == piece.len()).unwrap_or(piece);
-        if own.is_none() || alias.is_some() {
-            if let Some(value) = (kind.named)(written) {
-                return Operand::Value(value, true);
-            }
+        if (own.is_none() || alias.is_some())
+            && let Some(value) = (kind.named)(written)
+        {
+            return Operand::Value(value, true);
         }
         let d = self.d;
         if let Some(found) = self.zone(text, range.clone(), kind) {
@@ -240,7 +244,7 @@ impl Asm<'_> {
         let meant = if value.register { (kind.register)(n) } else { (kind.number)(n, site) };
         match meant {
             Ok(value_here) => Operand::Value(value_here, !value.unknown),
-            Err(cause) => Operand::Wrong(1, Fault::new("ASM003", range, cause, format!("here stands a {}", kind.name))),
+            Err(cause) => Operand::Wrong(1, Fault::new("ASM003", range, cause, format!("wanted here: {}", kind.name))),
         }
     }
 

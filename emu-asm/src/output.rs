@@ -239,6 +239,9 @@ struct Cell {
 impl Asm<'_> {
     /// Gives bytes at the next address.
     pub fn emit(&mut self, bytes: &[u8], at: Range<usize>) {
+        if bytes.is_empty() {
+            return;
+        }
         if self.out.holds() == Holds::Addresses {
             let here = self.out.here();
             self.out.go(here + bytes.len() as i64);
@@ -394,10 +397,11 @@ impl Asm<'_> {
                 }
             }
             let value = u16::from_le_bytes([low.byte, high.byte]);
-            if let Bits::Only(bits) | Bits::Low(bits) = space.bits {
-                if from != 0 && u32::from(value) >> bits != 0 {
-                    wide.push((from - 1, value, bits));
-                }
+            if let Bits::Only(bits) | Bits::Low(bits) = space.bits
+                && from != 0
+                && u32::from(value) >> bits != 0
+            {
+                wide.push((from - 1, value, bits));
             }
         }
         for (line, value, bits) in wide {

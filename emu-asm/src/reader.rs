@@ -287,8 +287,18 @@ impl Asm<'_> {
                 cause,
                 "a macro that calls itself needs a condition that ends it",
             ));
+            self.unwind(1);
         }
         depth < MACROS
+    }
+
+    /// Goes back to the texts that were read first, so many of them.
+    fn unwind(&mut self, left: usize) {
+        while self.frames.len() > left {
+            if let Some(frame) = self.frames.pop() {
+                self.conds.truncate(frame.conds);
+            }
+        }
     }
 
     fn repeat(&mut self, turns: crate::dialect::Turns, body: Rc<[Line]>, call: &Call<'_>) {
@@ -335,7 +345,8 @@ impl Asm<'_> {
         if depth >= INCLUDES {
             let cause = format!("`{name}` is reached through {INCLUDES} includes within each other");
             let hint = "a file that includes itself needs a condition around it";
-            return self.tell(Fault::new("ASM016", call.rest.clone(), cause, hint));
+            self.tell(Fault::new("ASM016", call.rest.clone(), cause, hint));
+            return self.unwind(1);
         }
         let key = (name.to_owned(), from);
         let found = match self.opened.get(&key) {

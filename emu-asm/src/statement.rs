@@ -94,7 +94,7 @@ impl Asm<'_> {
         let text: &str = &line.text;
         let end = code_end(self.d, text);
         let (mut changed, mut done) = (Changed::default(), 0);
-        while let Some(at) = text.get(done..end).and_then(|rest| find_value(rest)).map(|at| done + at) {
+        while let Some(at) = text.get(done..end).and_then(find_value).map(|at| done + at) {
             let open = at + 2;
             let close = (open..end).scan(0, |depth, at| {
                 *depth += i32::from(byte(text, at) == b'(') - i32::from(byte(text, at) == b')');
@@ -206,7 +206,9 @@ impl Asm<'_> {
             _ => {
                 let place = self.image_address();
                 let words = self.instruction(call.text, &lower, call.word.clone(), call.rest.clone());
-                if place % u64::from(self.chip.word_bytes.max(1)) != 0 {
+                // Told of the first of a row of them.
+                let odd = !place.is_multiple_of(u64::from(self.chip.word_bytes.max(1)));
+                if !std::mem::replace(&mut self.odd, odd) & odd {
                     let hint = "put `.balign 2` before it, or another byte";
                     self.tell(Fault::new("ASM022", call.word.clone(), "an instruction stands at an odd address", hint));
                 }
@@ -246,7 +248,9 @@ impl Asm<'_> {
             return self.label(&name, at);
         }
         self.stretch += 1;
-        if self.is_register(name) && self.known.get(name).is_none() {
+        // C programs call variables x and y; where case matters they are no pointers.
+        let word = self.d.any_case && self.is_register(name);
+        if (word || self.chip_register(name)) && self.known.get(name).is_none() {
             let cause = format!("`{name}` is a register of the core and cannot be a label");
             return self.tell(Fault::new("ASM008", at, cause, "choose another name"));
         }
@@ -259,6 +263,10 @@ impl Asm<'_> {
             return None;
         }
         let lower = word.to_ascii_lowercase();
+        if let Some(control) = lower.strip_prefix('$').filter(|_| self.d.controls) {
+            let include = matches!(control, "include" | "inc" | "ic");
+            return self.d.directive(if include { "include" } else { "$" });
+        }
         let bare = match (lower.strip_prefix('.'), lower.strip_prefix('#')) {
             (Some(bare), _) => bare,
             (_, Some(bare)) => bare.trim_start(),
@@ -309,6 +317,10 @@ impl Asm<'_> {
                 none
             };
         }
+        if self.d.controls && byte(text, start) == b'$' && byte(text, start + 1).is_ascii_alphabetic() {
+            let word_end = behind_name(text, start + 1, false).min(end);
+            return Head { word: start..word_end, rest: word_end..end, ..none };
+        }
         let name_end = behind_name(text, start, true).min(end);
         let (name_end, here) = match self.d.here.iter().find(|token| get(start..end).starts_with(**token)) {
             Some(token) if name_end <= start + token.len() => (start + token.len(), true),
@@ -335,7 +347,10 @@ impl Asm<'_> {
         let second = after..second_end.max(after);
         let about = self.directive_of(get(second.clone())).is_some_and(|d| d.label == Label::Name);
         let column_one = start == 0 && from == 0;
-        let known = self.is_word(get(name.clone()));
+        // In column 1 a directive of other dialects may be a label: `byte xorwf sum, f`.
+        let mnemonic = |range: &Range<usize>| !self.table.forms(&get(range.clone()).to_ascii_lowercase()).is_empty();
+        let in_front = column_one && self.d.column_one && mnemonic(&second) && !mnemonic(&name);
+        let known = self.is_word(get(name.clone())) && !(in_front && self.directive_of(get(name.clone())).is_some());
         let first_names = self.directive_of(get(name.clone())).is_some_and(|d| d.label == Label::Name);
         if about && !first_names && (!known || column_one) {
             return Head { label: Some(name), address: false, rest: second.end..end, word: second };
@@ -385,6 +400,7 @@ impl Asm<'_> {
 
     /// Gives a name the value of `text[rest]`, or makes it another name of a register of the core.
     pub fn give_value(&mut self, name: &str, at: Range<usize>, text: &str, rest: Range<usize>, kind: Kind) {
+        let rest = trim(text, rest);
         let written = text.get(rest.clone()).unwrap_or_default();
         if self.symbols.get(written, self.d.any_case).is_none()
             && self.known.get(written).is_none()

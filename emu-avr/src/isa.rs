@@ -3,9 +3,7 @@
 //! Order of rows: the instruction set manual's groups (arithmetic and logic, branches, bits, data transfer, control).
 
 use emu_core::chip::Isa;
-use emu_core::table::{
-    Alias, AsmError, EncodeError, Line, Op, Row, Site, assemble as assemble_line, disassemble as disassemble_line, find,
-};
+use emu_core::table::{Alias, EncodeError, Line, Op, Row, Site, disassemble as disassemble_line, find};
 
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 
@@ -369,14 +367,6 @@ fn disassemble_in<const FLASH: u32>(words: &[u16], pc: u32) -> Line {
     let lacking = words.first().and_then(|&word| row_of(word, 0)).is_some_and(|(_, kind, _)| lacks(FLASH, kind));
     let rows = if lacking { &[] } else { ROWS };
     disassemble_line(rows, WORD_BITS, words, &Site { pc, len: 1, next_len: 1, pc_mask: FLASH / 2 - 1 })
-}
-
-/// Assembles one line that will stand at the word address `pc`.
-///
-/// # Errors
-/// As [`emu_core::table::assemble`].
-pub fn assemble(line: &str, pc: u32) -> Result<Vec<u16>, AsmError> {
-    assemble_line(ROWS, ALIASES, WORD_BITS, line, &Site { pc, len: 1, next_len: 1, pc_mask: PC_MASK })
 }
 
 /// The row of the word at the front of an instruction; `None` when there is none.

@@ -5,6 +5,7 @@ use std::fs;
 use emu_avr::chips::{PARTS, Part, unit};
 use emu_avr::periph::Line;
 use emu_core::chip::PinDef;
+use emu_core::pins::PinId;
 
 #[test]
 fn the_page_of_instructions_is_the_table() {
@@ -49,7 +50,7 @@ fn line(part: &Part, number: usize, line: Line) -> String {
 }
 
 /// What the units of a part have at a pin.
-fn uses(part: &Part, pin: u8) -> String {
+fn uses(part: &Part, pin: PinId) -> String {
     let lines = part.lines.iter().filter(|row| row.2 == pin).map(|&(number, of, _)| line(part, number, of));
     let analog = part.analog.iter().enumerate().filter(|row| *row.1 == pin).map(|(n, _)| format!("ADC{n}"));
     let compared = part.ain.iter().enumerate().filter(|row| *row.1 == pin).map(|(n, _)| format!("AIN{n}"));
@@ -104,7 +105,7 @@ fn table_of_pins() -> String {
     let mut kinds: Vec<(Vec<&str>, String)> = Vec::new();
     for part in PARTS.iter().filter(|part| part.chip.name != "atmega328p") {
         let mut table = String::from("| Pin | No. | Units | Pin | No. | Units |\n|---|---|---|---|---|---|\n");
-        let there = |(id, pin): &(u8, &PinDef)| part.ports[usize::from(*id / 8)] >> (id % 8) & 1 == 1 || pin.dip > 0;
+        let there = |(id, pin): &(PinId, &PinDef)| part.ports[usize::from(*id / 8)] >> (id % 8) & 1 == 1 || pin.dip > 0;
         let cells: Vec<String> = (0..)
             .zip(part.chip.pins)
             .filter(there)

@@ -6,9 +6,7 @@
 //! an instruction that writes PCL takes one cycle more.
 
 use emu_core::chip::Isa;
-use emu_core::table::{
-    Alias, AsmError, EncodeError, Line, Op, Row, Site, assemble as assemble_line, disassemble as disassemble_line,
-};
+use emu_core::table::{Alias, EncodeError, Line, Op, Row, Site, disassemble as disassemble_line};
 
 use crate::operands::{B, F, K, Target};
 
@@ -205,14 +203,6 @@ pub fn encode(kind: Kind, operands: &[i32]) -> Result<u16, EncodeError> {
 #[must_use]
 pub fn disassemble(words: &[u16], pc: u32) -> Line {
     disassemble_line(ROWS, WORD_BITS, words, &site(pc))
-}
-
-/// Assembles one line that will stand at `pc`.
-///
-/// # Errors
-/// As [`emu_core::table::assemble`].
-pub fn assemble(line: &str, pc: u32) -> Result<Vec<u16>, AsmError> {
-    assemble_line(ROWS, ALIASES, WORD_BITS, line, &site(pc))
 }
 
 /// A predecoded instruction.

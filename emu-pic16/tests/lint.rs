@@ -1,7 +1,7 @@
 //! The diagnostics of the core, case by case in `lint.txt`: a program, and every lint that it gives with its cycle.
 
 use emu_core::cpu::{Cpu, Probe, RamInit, Stop};
-use emu_core::image::{Image, Segment};
+use emu_core::image::Image;
 use emu_core::lint::{CODES, Lint};
 use emu_core::pins::{Level, Time};
 use emu_pic16::chips::PIC16F873;
@@ -29,22 +29,8 @@ impl Probe for Seen {
 }
 
 fn image(program: &str) -> Image {
-    let (mut segments, mut pc) = (Vec::new(), 0);
-    for item in program.split(';').map(str::trim) {
-        let line = match item.strip_prefix('@') {
-            Some(rest) => {
-                let (addr, line) = rest.split_once(' ').expect("an address and an instruction");
-                pc = u32::from_str_radix(addr, 16).expect("an address");
-                line
-            }
-            None => item,
-        };
-        let words = emu_pic16::isa::assemble(line, pc).unwrap_or_else(|e| panic!("{line}: {e}"));
-        let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-        segments.push(Segment { space: "flash", addr: 2 * pc, bytes });
-        pc += words.len() as u32;
-    }
-    Image { segments, ..Image::default() }
+    let lines = program.replace(';', "\n");
+    emu_asm::image(&PIC16F873.chip, &lines).unwrap_or_else(|e| panic!("{program}: {e}"))
 }
 
 /// The machine of a case, and how long it runs.

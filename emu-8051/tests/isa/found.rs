@@ -1,26 +1,15 @@
 //! Small programs that once ran otherwise than they should, each with what it showed.
 
 use emu_8051::chips::chip;
-use emu_8051::isa::assemble;
 use emu_8051::{Mcs51, Options, Readings};
-use emu_core::image::{Image, Segment};
 use emu_core::pins::Event;
 use emu_core::{Cpu, Probe, RamInit, Stop};
 
-/// Lines, or bytes behind `db`, from address 0.
+/// Lines from address 0.
 fn machine(name: &str, lines: &[&str], options: Options) -> Mcs51 {
-    let mut bytes = Vec::new();
-    for line in lines {
-        match line.strip_prefix("db ") {
-            Some(hex) => bytes.extend(hex.split(' ').map(|b| u8::from_str_radix(b, 16).expect("a byte"))),
-            None => {
-                let words = assemble(line, bytes.len() as u32).unwrap_or_else(|e| panic!("{line}: {e}"));
-                bytes.extend(words.iter().map(|&word| word as u8));
-            }
-        }
-    }
-    let image = Image { segments: vec![Segment { space: "code", addr: 0, bytes }], ..Image::default() };
-    Mcs51::with(chip(name).expect("a chip of this crate"), &image, RamInit::Zero, options)
+    let chip = chip(name).expect("a chip of this crate");
+    let image = emu_asm::image(chip, &lines.join("\n")).unwrap_or_else(|e| panic!("{lines:?}: {e}"));
+    Mcs51::with(chip, &image, RamInit::Zero, options)
 }
 
 #[derive(Default)]
@@ -51,7 +40,7 @@ fn a_clock_out_toggles_in_any_state() {
 /// CJNE jumps into its own operands, where INC R3 stands: to jump over turns of that loop lost its counts.
 #[test]
 fn a_loop_that_jumps_into_an_instruction_is_not_one_that_only_looks() {
-    let lines = ["mov A,#0x20", "mov R0,#0x20", "db B4 0B FE", "mov A,R0", "jnc 0x0004"];
+    let lines = ["mov A,#0x20", "mov R0,#0x20", "db 0xB4, 0x0B, 0xFE", "mov A,R0", "jnc 0x0004"];
     let mut cpu = machine("8051", &lines, Options::default());
     cpu.run(2 + 7 * 1000, &mut ());
     // CJNE, INC R3, MOV R6,A, MOV A,R0 and JNC are seven cycles.

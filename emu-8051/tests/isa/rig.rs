@@ -2,7 +2,6 @@
 
 use emu_8051::Mcs51;
 use emu_8051::chips::chip;
-use emu_8051::isa::assemble;
 use emu_core::image::Image;
 use emu_core::{Cpu, RamInit, Stop};
 
@@ -27,7 +26,7 @@ impl Rig {
     }
 
     pub fn put_line(&mut self, line: &str) {
-        let bytes = assemble(line, Self::PC).unwrap_or_else(|e| panic!("{line}: {e}"));
+        let bytes = emu_asm::line(self.cpu.chip(), line, Self::PC).unwrap_or_else(|e| panic!("{line}: {e}"));
         for (addr, &byte) in (Self::PC..).zip(&bytes) {
             assert!(self.cpu.poke("code", addr, byte as u8));
         }

@@ -1,8 +1,8 @@
 //! Random programs, and what happens to them from outside: chips, wirings, drives of pins, and a hand that stirs the machine
 //! between runs.
 
-use emu_8051::chips::PARTS;
-use emu_8051::isa::{assemble, row_of};
+use emu_8051::chips::{PARTS, chip};
+use emu_8051::isa::row_of;
 use emu_8051::{Mcs51, Options, Readings};
 use emu_core::image::{Image, Segment};
 use emu_core::pins::{Level, PinId, Time};
@@ -182,7 +182,8 @@ impl Text {
                         .replace(&format!(" L{n}"), &format!(" {}", labels[n]))
                         .replace(&format!("#L{n}"), &format!("#{}", labels[n]))
                 });
-                let words = assemble(&line, pc).unwrap_or_else(|e| panic!("{line}: {e}"));
+                let words =
+                    emu_asm::line(chip("8052").expect("a chip"), &line, pc).unwrap_or_else(|e| panic!("{line}: {e}"));
                 if round == 1 && line == "nop" {
                     self.nops.push(pc);
                 }

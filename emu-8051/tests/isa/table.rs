@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use emu_8051::Mcs51;
 use emu_8051::chips::chip;
-use emu_8051::isa::{SHAPES, assemble, row_of};
+use emu_8051::isa::{SHAPES, row_of};
 use emu_core::image::Image;
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
@@ -83,7 +83,8 @@ fn code(case: &Case, pc: u32) -> Vec<u8> {
     match case.asm.strip_prefix("db ") {
         Some(bytes) => bytes.split_whitespace().map(|b| u8::from_str_radix(b, 16).expect("a byte")).collect(),
         None => {
-            let words = assemble(case.asm, pc).unwrap_or_else(|e| panic!("line {}: {e}", case.number));
+            let words = emu_asm::line(chip("8052").expect("a chip"), case.asm, pc)
+                .unwrap_or_else(|e| panic!("line {}: {e}", case.number));
             words.iter().map(|&word| word as u8).collect()
         }
     }

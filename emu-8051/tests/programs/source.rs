@@ -10,10 +10,10 @@
 //! Every `-- {a|b} rest` is a case: `$1`, `$2` in the program and in the rest stand for a, b. Lines behind it that begin with
 //! three blanks go on with it. `#` begins a line of comment.
 
-use emu_8051::{Mcs51, Options, Readings, chips, isa};
+use emu_8051::{Mcs51, Options, Readings, chips};
 use emu_core::image::{Image, Segment};
 use emu_core::pins::{Level, PinId, Time};
-use emu_core::{Cpu, RamInit};
+use emu_core::{Chip, Cpu, RamInit};
 use std::collections::BTreeMap;
 
 /// One program on its chip.
@@ -130,54 +130,28 @@ pub fn program(name: &str, source: &str) -> (Program, BTreeMap<String, u32>) {
     }
     program.drives.sort_by_key(|drive| drive.0);
     let mut labels = BTreeMap::new();
-    let bytes = assemble(name, &lines, &mut labels);
+    let chip = chips::chip(&program.chip).unwrap_or_else(|| panic!("{name}: no chip {}", program.chip));
+    let bytes = assemble(name, chip, &lines, &mut labels);
     program.image.segments.push(Segment { space: "code", addr: 0, bytes });
     (program, labels)
 }
 
-/// Two passes: where the labels lie, and then the bytes. A target that is not known yet stands at the instruction itself.
-fn assemble(name: &str, lines: &[String], labels: &mut BTreeMap<String, u32>) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    for pass in 0..2 {
-        bytes.clear();
-        for line in lines {
-            let mut line = line.as_str();
-            while let Some((label, rest)) = line.split_once(':') {
-                if label.starts_with("0x") {
-                    let at = number(name, label) as usize;
-                    assert!(at >= bytes.len(), "{name}: {label} lies below what is there");
-                    bytes.resize(at, 0);
-                } else {
-                    labels.insert(label.trim().to_owned(), bytes.len() as u32);
-                }
-                line = rest.trim();
-            }
-            let (line, times) = line.split_once('*').map_or((line, 1), |(l, n)| (l.trim(), number(name, n.trim())));
-            for _ in 0..if line.is_empty() { 0 } else { times } {
-                let pc = bytes.len() as u32;
-                if let Some(data) = line.strip_prefix("db ") {
-                    bytes.extend(data.split(',').map(|d| number(name, d.trim()) as u8));
-                    continue;
-                }
-                let (mnemonic, operands) = line.split_once(' ').unwrap_or((line, ""));
-                let known = |operand: &str| {
-                    let (mark, word) = operand.strip_prefix('#').map_or(("", operand), |word| ("#", word));
-                    match labels.get(word) {
-                        Some(at) => format!("{mark}0x{at:04x}"),
-                        None if pass == 0 && is_label(lines, word) => format!("{mark}0x{pc:04x}"),
-                        None => operand.to_owned(),
-                    }
-                };
-                let operands: Vec<String> = operands.split(',').map(|word| known(word.trim())).collect();
-                let line = format!("{mnemonic} {}", operands.join(", "));
-                let words = isa::assemble(line.trim(), pc).unwrap_or_else(|e| panic!("{name}: {line}: {e}"));
-                bytes.extend(words.iter().map(|&word| word as u8));
-            }
+/// The program's bytes from address 0 on, with zeros where it has gaps, and its labels.
+fn assemble(name: &str, chip: &'static Chip, lines: &[String], labels: &mut BTreeMap<String, u32>) -> Vec<u8> {
+    let mut text = String::new();
+    for line in lines {
+        let mut line = line.as_str();
+        while let Some((label, rest)) = line.split_once(':') {
+            let place = if label.starts_with("0x") { format!(".org {label}\n") } else { format!("{label}:\n") };
+            text += &place;
+            line = rest.trim();
         }
+        let (line, times) = line.split_once('*').map_or((line, 1), |(l, n)| (l.trim(), number(name, n.trim())));
+        (0..times).for_each(|_| text += &format!(" {line}\n"));
     }
+    let image = emu_asm::image(chip, &text).unwrap_or_else(|e| panic!("{name}:\n{e}"));
+    labels.extend(image.symbols.iter().map(|symbol| (symbol.name.clone(), symbol.addr)));
+    let mut bytes = vec![0; image.end("code") as usize];
+    image.fill("code", &mut bytes);
     bytes
-}
-
-fn is_label(lines: &[String], word: &str) -> bool {
-    lines.iter().any(|line| line.split(':').rev().skip(1).any(|label| label.trim() == word))
 }

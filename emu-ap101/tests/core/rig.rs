@@ -1,7 +1,7 @@
 //! Images for the tests: programs as text, the block as what differs from an empty one.
 
+use emu_ap101::chips::AP101;
 use emu_ap101::config::{LENGTH, MODULES, PROGRAMS};
-use emu_ap101::isa;
 use emu_core::image::{Image, Segment};
 
 /// What a block says, by its fields.
@@ -69,5 +69,5 @@ pub fn image(words: &[u16], block: Option<&Block>) -> Image {
 /// The words of a program, an instruction between semicolons.
 pub fn words(text: &str) -> Vec<u16> {
     let lines = text.split(';').map(str::trim).filter(|line| !line.is_empty());
-    lines.flat_map(|line| isa::assemble(line, 0).unwrap_or_else(|error| panic!("{line}: {error}"))).collect()
+    lines.flat_map(|line| emu_asm::line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {error}"))).collect()
 }

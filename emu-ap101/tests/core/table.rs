@@ -1,5 +1,6 @@
 //! The table: text to word and back, and the words that are only words.
 
+use emu_ap101::chips::AP101;
 use emu_ap101::isa::{self, KINDS, ROWS};
 
 /// Word, and its text as it is printed.
@@ -50,7 +51,7 @@ fn words_and_their_texts() {
         let (word, text) = line.split_once(' ').expect("a word and a text");
         let word = u16::from_str_radix(word, 16).expect("hex");
         assert_eq!(isa::disassemble(&[word], 0).text, text, "{word:04X}");
-        assert_eq!(isa::assemble(text, 0), Ok(vec![word]), "{text}");
+        assert_eq!(emu_asm::line(&AP101, text, 0), Ok(vec![word]), "{text}");
     }
 }
 
@@ -58,7 +59,9 @@ fn words_and_their_texts() {
 fn every_word_comes_back_from_its_text() {
     for word in 0..=u16::MAX {
         let text = isa::disassemble(&[word], 0).text;
-        assert_eq!(isa::assemble(&text, 0), Ok(vec![word]), "{word:04X} {text}");
+        // STC and RTC of an input are words, but nothing that a source may say.
+        let said = !text.starts_with("STC   I") && !text.starts_with("RTC   I");
+        assert_eq!(emu_asm::line(&AP101, &text, 0).ok(), said.then(|| vec![word]), "{word:04X} {text}");
     }
 }
 
@@ -81,6 +84,6 @@ fn what_does_not_fit_is_refused() {
     for text in
         ["ld I512", "ld E512", "sto R512", "and M512", "ld Q1", "ld 2048", "jmp 2048", "jmp -1", "nop 5", "not I1"]
     {
-        assert!(isa::assemble(text, 0).is_err(), "{text}");
+        assert!(emu_asm::line(&AP101, text, 0).is_err(), "{text}");
     }
 }

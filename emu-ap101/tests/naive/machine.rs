@@ -161,11 +161,13 @@ impl Naive {
 
     /// The supply is off and on again at once; `cold`: with CLEAR.
     pub fn reset(&mut self, cold: bool) {
-        // Without a supply there is nothing to start.
-        if self.supply {
-            self.fail();
-            self.start(cold);
-        }
+        self.fail();
+        self.start(cold);
+    }
+
+    /// The supply is there, and was since the last boundary.
+    pub fn supplied(&self) -> bool {
+        self.supply && !self.failed
     }
 
     /// Nothing more will come from outside.

@@ -49,7 +49,6 @@ const WORDS: i64 = 2048;
 /// The dialect.
 #[rustfmt::skip]
 pub(super) const AP101: Dialect = Dialect {
-    name: "AP101",
     comments: &[";"],
     line_comments: &[],
     separators: b"",
@@ -66,12 +65,12 @@ pub(super) const AP101: Dialect = Dialect {
     operators: super::C_OPERATORS,
     unary: super::C_UNARY,
     truth: 1,
+    controls: false,
     numbered_labels: false,
     dollar_labels: false,
     any_case: true,
     plain_arguments: true,
     big_endian: false,
-    word_bytes: 0,
     org_fills: None,
     spaced_arguments: false,
     space_fills: false,

@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use super::{Directive, Do, Flow, Label, Provided, Turns};
+use super::{Directive, Flow, Provided, Turns};
 use crate::dialect::Holds;
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::number::string;
 use crate::symbols::Kind;
-use crate::text::{behind_name, byte, cut, trim};
+use crate::text::{behind_name, byte, cut, skip_space, trim};
 
 /// The directives by name, without a dot.
 #[rustfmt::skip]
@@ -16,8 +16,8 @@ pub(super) const DIRECTIVES: &[Directive] = &[
     Directive::run("org", org),
     Directive::named("equ", |asm, call| constant(asm, call, Kind::Equ)),
     Directive::named("set", |asm, call| constant(asm, call, Kind::Set)),
-    Directive::named("=", |asm, call| assign(asm, call)),
-    Directive::named("==", |asm, call| assign(asm, call)),
+    Directive::named("=", assign),
+    Directive::named("==", assign),
     Directive::run("db", bytes),
     Directive::run("byte", bytes),
     Directive::run("dw", words),
@@ -104,8 +104,12 @@ pub(super) fn constant(asm: &mut Asm<'_>, call: &Call<'_>, kind: Kind) {
     if call.label.is_some() {
         return asm.give(call, kind);
     }
-    let parts = cut(call.text, call.rest.clone());
-    let [name, _, ..] = parts.as_slice() else {
+    // `.equ name, value`; Atmel's assembler writes `.equ name = value`.
+    let rest = trim(call.text, call.rest.clone());
+    let end = behind_name(call.text, rest.start, true).min(rest.end);
+    let name = rest.start..end;
+    let mark = skip_space(call.text, end);
+    if mark >= rest.end || !matches!(byte(call.text, mark), b',' | b'=') {
         let cause = format!("`{}` needs a name and a value", call.get(call.word.clone()));
         return asm.tell(Fault::new(
             "ASM023",
@@ -113,8 +117,8 @@ pub(super) fn constant(asm: &mut Asm<'_>, call: &Call<'_>, kind: Kind) {
             cause,
             "write `name equ value` or `.equ name, value`",
         ));
-    };
-    let from = parts.get(1).map_or(call.rest.end, |part| part.start);
+    }
+    let from = mark + 1;
     let text = call.get(name.clone());
     if behind_name(text, 0, true) != text.len() || text.is_empty() {
         let cause = format!("`{text}` is no name");
@@ -237,7 +241,7 @@ pub(super) fn text(asm: &mut Asm<'_>, call: &Call<'_>, zero: bool) {
 pub(super) fn include(asm: &mut Asm<'_>, call: &Call<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone());
-    let inner = written.trim_matches(|c| matches!(c, '"' | '\'' | '<' | '>')).trim();
+    let inner = written.trim_matches(|c| matches!(c, '"' | '\'' | '<' | '>' | '(' | ')')).trim();
     if inner.is_empty() {
         let hint = "write `include \"file\"`";
         return asm.tell(Fault::new("ASM023", call.word.clone(), "the name of a file is missing", hint));
@@ -262,7 +266,10 @@ fn undefine(asm: &mut Asm<'_>, call: &Call<'_>) {
 
 fn message(asm: &mut Asm<'_>, call: &Call<'_>, error: bool) {
     let rest = trim(call.text, call.rest.clone());
-    let text = call.get(rest.clone()).trim_matches('"').to_owned();
+    let text = match call.get(rest.clone()).trim_matches('"') {
+        "" => "the line gives no reason".to_owned(),
+        text => text.to_owned(),
+    };
     let at = if rest.is_empty() { call.word.clone() } else { rest };
     let fault = Fault::new(if error { "ASM024" } else { "ASM025" }, at, text, "the program itself says so");
     asm.tell(if error { fault } else { fault.warning() });
@@ -313,9 +320,4 @@ fn each_character(asm: &mut Asm<'_>, call: &Call<'_>) -> Turns {
     let name = parts.next().map_or("", |part| call.get(part)).to_owned();
     let text = parts.next().map_or("", |part| call.get(part)).trim_matches('"');
     Turns { name: Some(name), texts: text.chars().map(String::from).collect(), count: 0 }
-}
-
-/// A directive with a name in front, under another name of its own.
-pub(super) const fn named_flow(name: &'static str, flow: Flow) -> Directive {
-    Directive { name, label: Label::Name, does: Do::Flow(flow) }
 }

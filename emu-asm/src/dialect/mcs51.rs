@@ -12,7 +12,6 @@ use crate::text::{cut, trim};
 /// The dialect.
 #[rustfmt::skip]
 pub(super) const MCS51: Dialect = Dialect {
-    name: "8051",
     comments: &[";"],
     line_comments: &[],
     separators: b"",
@@ -46,12 +45,12 @@ pub(super) const MCS51: Dialect = Dialect {
         ("<", 11, |n| n & 0xFF), (">", 11, |n| n >> 8 & 0xFF),
     ],
     truth: 1,
+    controls: true,
     numbered_labels: false,
     dollar_labels: true,
     any_case: true,
     plain_arguments: true,
     big_endian: true,
-    word_bytes: 2,
     org_fills: None,
     spaced_arguments: false,
     space_fills: false,
@@ -59,10 +58,10 @@ pub(super) const MCS51: Dialect = Dialect {
     literals: &[],
     hooks: Hooks::NONE,
     directives: &[
-        Directive::run("defb", |asm, call| super::common::bytes(asm, call)),
-        Directive::run("fcb", |asm, call| super::common::bytes(asm, call)),
-        Directive::run("defw", |asm, call| super::common::words(asm, call)),
-        Directive::run("fdb", |asm, call| super::common::words(asm, call)),
+        Directive::run("defb", super::common::bytes),
+        Directive::run("fcb", super::common::bytes),
+        Directive::run("defw", super::common::words),
+        Directive::run("fdb", super::common::words),
         Directive::run("defs", super::common::space),
         Directive::run("skip", super::common::space),
         Directive::run("rmb", super::common::space),
@@ -105,7 +104,8 @@ pub(super) const MCS51: Dialect = Dialect {
         Directive::run("public", nothing),
         Directive::run("extrn", nothing),
         Directive::run("using", nothing),
-        Directive::run("lall", no_effect),
+        // Controls, such as `$MOD52` and `$NOLIST`.
+        Directive::run("$", no_effect),
     ],
     provides,
     defines: |_| Vec::new(),
@@ -132,10 +132,10 @@ fn segment(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
     let _ = asm.out.switch(name);
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone());
-    if let Some(at) = written.get(..2).filter(|at| at.eq_ignore_ascii_case("at")) {
-        if let Some(n) = asm.number(call.text, rest.start + at.len()..rest.end) {
-            asm.out.go(n);
-        }
+    if let Some(at) = written.get(..2).filter(|at| at.eq_ignore_ascii_case("at"))
+        && let Some(n) = asm.number(call.text, rest.start + at.len()..rest.end)
+    {
+        asm.out.go(n);
     }
 }
 

@@ -18,10 +18,14 @@ use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::reader::Block;
 
+/// A unary operator or a function of one value: token, how strongly what follows must bind, what it does.
+pub(crate) type Unary = (&'static str, u8, fn(i64) -> i64);
+
+/// What a dialect tells of an instruction with the values of its operands and where they stand.
+pub(crate) type Check = fn(&Row, &[(i32, Range<usize>)]) -> Option<Fault>;
+
 /// A dialect.
 pub(crate) struct Dialect {
-    /// Name for messages.
-    pub name: &'static str,
     /// Characters that begin a comment anywhere outside quotes.
     pub comments: &'static [&'static str],
     /// Characters that begin a comment at the beginning of a line.
@@ -49,9 +53,11 @@ pub(crate) struct Dialect {
     /// Binary operators: token, how strongly it binds, meaning.
     pub operators: &'static [(&'static str, u8, Op)],
     /// Unary operators and functions of one value: token, how strongly what follows must bind, what it does.
-    pub unary: &'static [(&'static str, u8, fn(i64) -> i64)],
+    pub unary: &'static [Unary],
     /// What a comparison that holds gives.
     pub truth: i64,
+    /// Lines that begin with `$` and a word are controls of the assembler.
+    pub controls: bool,
     /// Labels are numbers, `1f` and `1b` mean the next and the last of them.
     pub numbered_labels: bool,
     /// Labels are numbers with a `$` behind, known between two labels with names.
@@ -62,8 +68,6 @@ pub(crate) struct Dialect {
     pub plain_arguments: bool,
     /// Words of several bytes begin with the high byte.
     pub big_endian: bool,
-    /// Bytes of `dw`: 1 where the unit is bytes and words have two, 0 where a word fills one address.
-    pub word_bytes: u32,
     /// A value that `org` puts into what it leaps over within the program.
     pub org_fills: Option<u8>,
     /// Macro arguments may stand with spaces between them.
@@ -94,7 +98,7 @@ pub(crate) struct Dialect {
 #[derive(Clone, Copy)]
 pub(crate) struct Hooks {
     /// Looks at an instruction that fits: its row, and the operands that stand in its pattern with their places.
-    pub check: fn(&Row, &[(i32, Range<usize>)]) -> Option<Fault>,
+    pub check: Check,
     /// `#v(expression)` within a name stands for its value.
     pub value_names: bool,
 }
@@ -116,7 +120,7 @@ const C_OPERATORS: &[(&str, u8, Op)] = &[
 
 /// The signs of C, and the bytes of a number.
 #[rustfmt::skip]
-const C_UNARY: &[(&str, u8, fn(i64) -> i64)] = &[
+const C_UNARY: &[Unary] = &[
     ("-", 11, |n| n.wrapping_neg()), ("+", 11, |n| n), ("~", 11, |n| !n), ("!", 11, |n| if n == 0 { 1 } else { 0 }),
     ("low", 11, |n| n & 0xFF), ("high", 11, |n| n >> 8 & 0xFF),
 ];

@@ -34,7 +34,6 @@ pub(crate) struct State {
 /// The dialect.
 #[rustfmt::skip]
 pub(super) const PIC16: Dialect = Dialect {
-    name: "PIC16",
     comments: &[";"],
     line_comments: &[],
     separators: b"",
@@ -62,12 +61,12 @@ pub(super) const PIC16: Dialect = Dialect {
         ("low", 11, |n| n & 0xFF), ("high", 11, |n| n >> 8 & 0xFF), ("upper", 11, |n| n >> 16 & 0xFF),
     ],
     truth: 1,
+    controls: false,
     numbered_labels: false,
     dollar_labels: false,
     any_case: false,
     plain_arguments: true,
     big_endian: false,
-    word_bytes: 0,
     org_fills: None,
     spaced_arguments: false,
     space_fills: false,

@@ -25,7 +25,7 @@ mod text;
 
 pub use docs::markdown;
 pub use pattern::{Cycles, Pattern};
-pub use text::{Alias, AsmError, CODES, Line, assemble, disassemble, number};
+pub use text::{Alias, AsmError, Line, disassemble};
 
 /// A predecoded instruction: four bytes. `kind` names the row; the other bytes hold the operands in row order, a wide
 /// operand taking two (little endian).

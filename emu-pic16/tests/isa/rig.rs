@@ -3,7 +3,6 @@
 use emu_core::image::{Image, Segment};
 use emu_core::{Cpu, RamInit, Stop};
 use emu_pic16::chips::chip;
-use emu_pic16::isa::assemble;
 use emu_pic16::{Options, Pic16};
 
 /// Configuration word 2007h: RC oscillator, and neither watchdog, brown-out reset, power-up timer nor low-voltage programming
@@ -38,9 +37,12 @@ pub fn put_word(cpu: &mut Pic16, addr: u32, word: u16) {
     }
 }
 
-/// The word of a line of assembly.
+/// The word of a line of assembly, with decimal numbers unless they say otherwise.
 pub fn word(line: &str) -> u16 {
-    assemble(line, 0).unwrap_or_else(|e| panic!("{line}: {e}"))[0]
+    let chip = &emu_pic16::chips::PIC16F873.chip;
+    let image = emu_asm::image(chip, &format!(" radix dec\n {line}")).unwrap_or_else(|e| panic!("{line}: {e}"));
+    let bytes = &image.segments[0].bytes;
+    u16::from_le_bytes([bytes[0], bytes[1]])
 }
 
 /// A 16F877 with one instruction at [`Rig::PC`].

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use emu_core::rng::Rng;
 use emu_core::{Cpu, Stop};
 use emu_pic16::Pic16;
-use emu_pic16::isa::{ROWS, SHAPES, assemble, row_of};
+use emu_pic16::isa::{ROWS, SHAPES, row_of};
 
-use super::rig::{FSR, INDF, PCL, PCLATH, QUIET, STATUS, machine, put_word};
+use super::rig::{FSR, INDF, PCL, PCLATH, QUIET, STATUS, machine, put_word, word};
 
 const CASES: &str = include_str!("pic16.txt");
 
@@ -120,7 +120,7 @@ fn bracketed(name: &str) -> Option<u16> {
 fn code(case: &Case) -> u16 {
     match case.asm.strip_prefix("word ") {
         Some(word) => u16::from_str_radix(word, 16).unwrap_or_else(|e| panic!("line {}: {e}", case.number)),
-        None => assemble(case.asm, 0).unwrap_or_else(|e| panic!("line {}: {e}", case.number))[0],
+        None => word(case.asm),
     }
 }
 

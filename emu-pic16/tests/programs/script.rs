@@ -19,7 +19,7 @@ use emu_core::image::{Image, Segment};
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::{Cpu, RamInit};
 use emu_pic16::chips::{self, Part};
-use emu_pic16::{Corner, Options, Pic16, isa};
+use emu_pic16::{Corner, Options, Pic16};
 
 /// A program, the chip that it runs on, and what comes from outside.
 pub struct Program {
@@ -124,8 +124,7 @@ impl Program {
                 lines.push(line.to_owned());
             }
         }
-        let words = assemble(name, program.part, &lines, &mut program.labels);
-        let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        let bytes = assemble(name, program.part, &lines, &mut program.labels);
         program.image.segments.push(Segment { space: "flash", addr: 0, bytes });
         program
     }
@@ -185,45 +184,22 @@ fn number(name: &str, text: &str) -> u64 {
     hex.unwrap_or_else(|| text.parse()).unwrap_or_else(|_| panic!("{name}: {text} is no number"))
 }
 
-/// Two passes: where the labels lie, and then the words. A target that is not known yet is 0.
-fn assemble(name: &str, part: &Part, lines: &[String], labels: &mut BTreeMap<String, u32>) -> Vec<u16> {
-    let mut words = Vec::new();
-    for pass in 0..2 {
-        words.clear();
-        for line in lines {
-            let mut line = line.as_str();
-            while let Some((label, rest)) = line.split_once(':') {
-                if label.starts_with("0x") {
-                    let at = number(name, label) as usize;
-                    assert!(at >= words.len(), "{name}: {label} lies below what is there");
-                    words.resize(at, 0);
-                } else {
-                    labels.insert(label.trim().to_owned(), words.len() as u32);
-                }
-                line = rest.trim();
-            }
-            let (line, times) = line.split_once('*').map_or((line, 1), |(l, n)| (l.trim(), number(name, n.trim())));
-            for _ in 0..if line.is_empty() { 0 } else { times } {
-                let (mnemonic, operands) = line.split_once(' ').unwrap_or((line, ""));
-                let known = |word: &str| {
-                    let named = register(part, word).map(u32::from).or_else(|| bit(part, word).map(u32::from));
-                    match labels.get(word).copied().or(named) {
-                        Some(value) => format!("0x{value:X}"),
-                        None if pass == 0 && is_label(lines, word) => "0".to_owned(),
-                        None => word.to_owned(),
-                    }
-                };
-                let operands: Vec<String> = operands.split(',').map(|word| known(word.trim())).collect();
-                let line = format!("{mnemonic} {}", operands.join(", "));
-                let pc = words.len() as u32;
-                let found = isa::assemble(line.trim(), pc).unwrap_or_else(|e| panic!("{name}: {line}: {e}"));
-                words.extend(found);
-            }
+/// The program's bytes from address 0 on, with zeros where it has gaps, and its labels by word address.
+fn assemble(name: &str, part: &'static Part, lines: &[String], labels: &mut BTreeMap<String, u32>) -> Vec<u8> {
+    let mut text = String::from(" radix dec\n");
+    for line in lines {
+        let mut line = line.as_str();
+        while let Some((label, rest)) = line.split_once(':') {
+            let place = if label.starts_with("0x") { format!(" org {label}\n") } else { format!("{label}:\n") };
+            text += &place;
+            line = rest.trim();
         }
+        let (line, times) = line.split_once('*').map_or((line, 1), |(l, n)| (l.trim(), number(name, n.trim())));
+        (0..times).for_each(|_| text += &format!(" {line}\n"));
     }
-    words
-}
-
-fn is_label(lines: &[String], word: &str) -> bool {
-    lines.iter().any(|line| line.split(':').rev().skip(1).any(|label| label.trim() == word))
+    let image = emu_asm::image(&part.chip, &text).unwrap_or_else(|e| panic!("{name}:\n{e}"));
+    labels.extend(image.symbols.iter().map(|symbol| (symbol.name.clone(), symbol.addr / 2)));
+    let mut bytes = vec![0; image.end("flash") as usize];
+    image.fill("flash", &mut bytes);
+    bytes
 }

@@ -12,9 +12,9 @@ use std::path::PathBuf;
 use emu_core::Chip;
 use emu_core::table::find;
 
+use crate::folder;
 use crate::judges::{Cells, Judge, home};
 use crate::ours;
-use crate::tools::folder;
 
 /// A source.
 pub struct Source {

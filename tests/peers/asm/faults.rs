@@ -2,9 +2,9 @@
 //! we make of them. The first is checked too, so that a line goes when that assembler is mended.
 
 use crate::corpus::Source;
+use crate::folder;
 use crate::judges::{Cells, Judge};
 use crate::ours;
-use crate::tools::folder;
 
 const LINES: &str = include_str!("faults.txt");
 

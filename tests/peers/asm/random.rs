@@ -9,8 +9,8 @@ use emu_core::rng::Rng;
 use emu_core::table::{Row, Slot};
 
 use crate::corpus::{Source, differences};
+use crate::folder;
 use crate::judges::Judge;
-use crate::tools::folder;
 use crate::{ours, seed};
 
 /// Writes a number that is not negative.

@@ -5,7 +5,6 @@
 use emu_core::image::{Image, Segment, write_hex};
 use emu_core::{Cpu, Stop};
 use emu_pic16::chips;
-use emu_pic16::isa::assemble;
 use emu_pic16::periph::map::Sfr;
 
 use crate::drive::{VIEW, View, gpsim, machine, there, view};
@@ -46,29 +45,18 @@ fn lines() -> Vec<Line> {
         .collect()
 }
 
-/// The lowest address of a register, by its name.
-fn address(part: &chips::Part, name: &str) -> Option<u16> {
-    Sfr::ALL.iter().find(|sfr| sfr.name() == name).and_then(|&sfr| part.addr(sfr))
-}
-
-/// `0030 nop; movwf FSR`: names of registers stand for their addresses, `nop*5` for five of them.
+/// `0030 nop; movwf FSR`, `nop*5` for five of them; decimal numbers.
 fn segment(part: &chips::Part, text: &str) -> Segment {
     let (addr, lines) = text.split_once(' ').expect("an address and instructions");
     let addr = u32::from_str_radix(addr, 16).expect("an address in hexadecimal");
-    let mut bytes: Vec<u8> = Vec::new();
+    let mut text = format!(" radix dec\n org {addr}\n");
     for line in lines.split(';') {
-        let (line, times) = line.split_once('*').unwrap_or((line, "1"));
-        let words = line.trim().split_inclusive([' ', ',']).map(|word| {
-            let name = word.trim_end_matches([' ', ',']);
-            address(part, name).map_or(word.to_owned(), |a| format!("0x{a:03X}{}", &word[name.len()..]))
-        });
-        let line = words.collect::<String>();
-        for _ in 0..times.trim().parse().expect("a number of times") {
-            let word = assemble(&line, addr + bytes.len() as u32 / 2).unwrap_or_else(|e| panic!("{line}: {e}"));
-            bytes.extend(word.iter().flat_map(|w| w.to_le_bytes()));
+        match line.split_once('*') {
+            Some((line, times)) => text.push_str(&format!(" rept {times}\n {line}\n endr\n")),
+            None => text.push_str(&format!(" {line}\n")),
         }
     }
-    Segment { space: "flash", addr: addr * 2, bytes }
+    emu_asm::image(&part.chip, &text).unwrap_or_else(|e| panic!("{text}: {e}")).segments.swap_remove(0)
 }
 
 /// What of a view `wanted` names, in the form of `wanted`: `W=07 PC=0012 20=01`, addresses of data memory in hexadecimal.

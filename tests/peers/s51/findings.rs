@@ -1,7 +1,6 @@
 //! Where s51 and our machine differ, a line each in findings.txt: what our machine must give, and what s51 gives. The second
 //! half is checked too, so that a line goes when s51 is repaired.
 
-use emu_8051::isa::assemble;
 use emu_8051::{Mcs51, chips};
 use emu_core::image::{Image, Segment};
 use emu_core::{Cpu, RamInit};
@@ -39,12 +38,9 @@ fn findings() -> Vec<Finding> {
 fn segment(text: &str) -> Segment {
     let (addr, lines) = text.split_once(' ').expect("an address and instructions");
     let addr = u32::from_str_radix(addr, 16).expect("an address in hexadecimal");
-    let mut bytes = Vec::new();
-    for line in lines.split(';') {
-        let words = assemble(line.trim(), addr + bytes.len() as u32).unwrap_or_else(|e| panic!("{line}: {e}"));
-        bytes.extend(words.iter().map(|&w| w as u8));
-    }
-    Segment { space: "code", addr, bytes }
+    let text = format!(".org {addr}\n{}", lines.replace(';', "\n"));
+    let chip = chips::chip("8052").expect("a chip");
+    emu_asm::image(chip, &text).unwrap_or_else(|e| panic!("{text}: {e}")).segments.swap_remove(0)
 }
 
 /// The values of the registers that `wanted` names, in the form of `wanted`: `R7=01 PSW=00`.

@@ -8,8 +8,6 @@
 //! All 256 bytes of idata are under test, so the program keeps its own things in registers that no instruction under test
 //! names: RCAP2 points to the record, timer 2 to the result, timer 1 holds what has to wait, timer 0 counts the cycles.
 
-use emu_8051::isa::assemble;
-
 /// The byte that the sea is made of.
 pub const SEA: u8 = 0x11;
 /// Where all landings end up. Its address consists of sea as well, so that the jumps to it can be landed on.
@@ -198,32 +196,10 @@ pub struct Program {
 
 /// Assembles the program for records at `records`.
 pub fn program(records: u16) -> Program {
-    let text = text(records);
-    let lines: Vec<&str> = text.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
-    let mut labels: Vec<(&str, u16)> = Vec::new();
-    let mut bytes = Vec::new();
-    // The first time round, a label that is not known yet is taken to be near; lengths do not depend on it.
-    for round in 0..2 {
-        bytes.clear();
-        for line in &lines {
-            let pc = COLLECT + bytes.len() as u16;
-            if let Some(label) = line.strip_suffix(':') {
-                if round == 0 {
-                    labels.push((label, pc));
-                }
-                continue;
-            }
-            let last = line.rsplit([' ', ',']).next().unwrap_or("");
-            let target = labels.iter().find(|(label, _)| *label == last).map(|(_, pc)| *pc);
-            let forward = matches!(last, "next" | "stop");
-            let line = match target.or(forward.then_some(pc)) {
-                Some(to) => format!("{}0x{to:04X}", line.strip_suffix(last).unwrap_or(line)),
-                None => (*line).to_owned(),
-            };
-            let words = assemble(&line, u32::from(pc)).unwrap_or_else(|e| panic!("{line}: {e}"));
-            bytes.extend(words.iter().map(|&w| w as u8));
-        }
-    }
-    let of = |name: &str| labels.iter().find(|(label, _)| *label == name).map_or(0, |(_, pc)| *pc);
+    let text = format!(".org {COLLECT}\n{}", text(records));
+    let chip = chip("8052").expect("a chip");
+    let image = emu_asm::image(chip, &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let of = |name: &str| image.symbols.iter().find(|s| s.name == name).map_or(0, |s| s.addr as u16);
+    let bytes = image.segments.iter().flat_map(|s| s.bytes.iter().copied()).collect();
     Program { start: of("start"), stop: of("stop"), bytes }
 }

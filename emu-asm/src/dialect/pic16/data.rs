@@ -39,8 +39,9 @@ pub(super) fn words(asm: &mut Asm<'_>, call: &Call<'_>) {
         match text_in(call, &part) {
             Some(text) => pairs(asm, &text, 8, part),
             None => {
+                // A value with more bits than a word is told where it is put.
                 let word = value_of(asm, call.text, part.clone(), 16) as u16;
-                give(asm, word, part);
+                asm.emit_words(&[word], part);
             }
         }
     }
@@ -84,8 +85,9 @@ pub(super) fn packed(asm: &mut Asm<'_>, call: &Call<'_>) {
         match text_in(call, &part) {
             Some(text) => pairs(asm, &text, 7, part),
             None => {
+                // A value with more bits than a word is told where it is put.
                 let word = value_of(asm, call.text, part.clone(), 16) as u16;
-                give(asm, word, part);
+                asm.emit_words(&[word], part);
             }
         }
     }
@@ -127,7 +129,7 @@ pub(super) fn fill(asm: &mut Asm<'_>, call: &Call<'_>) {
         }
         None => {
             let word = value_of(asm, call.text, what.clone(), 16) as u16;
-            (0..n).for_each(|_| give(asm, word, what.clone()));
+            (0..n).for_each(|_| asm.emit_words(&[word], what.clone()));
         }
     }
 }

@@ -1,0 +1,105 @@
+//! Small sources of all families with what they come to, as text. A case begins with `--- chip name`; behind its source stand
+//! the bytes of its memories (`= code 0000: ..`), its warnings and its errors (`! line:column code: cause (hint)`).
+//! EMU_BLESS=1 writes what is found.
+
+mod common;
+
+use std::fmt::Write;
+
+use common::chip;
+use emu_asm::{Files, Options, Source, assemble};
+
+/// Files for includes.
+struct Memory;
+
+impl Files for Memory {
+    fn open(&mut self, name: &str, _: &str) -> std::io::Result<(String, Vec<u8>)> {
+        let text = match name {
+            "seven.inc" => "seven equ 7\n",
+            "seven.h" => "#define SEVEN 7\n.set eight, SEVEN+1\n",
+            "wrong.inc" => " nothing here\n",
+            "self.inc" => " include \"self.inc\"\n",
+            _ => return Err(std::io::Error::new(std::io::ErrorKind::NotFound, "No such file")),
+        };
+        Ok((name.to_owned(), text.into()))
+    }
+}
+
+/// What a source comes to.
+fn found(chip_name: &str, text: &str) -> String {
+    let source = Source { name: "main.asm", bytes: text.as_bytes() };
+    let options = Options { defines: vec![("GIVEN".into(), "3".into())] };
+    let mut out = String::new();
+    let faults = match assemble(&source, chip(chip_name), &options, &mut Memory) {
+        Ok(assembled) => {
+            for segment in &assembled.image.segments {
+                let bytes: Vec<String> = segment.bytes.iter().map(|byte| format!("{byte:02X}")).collect();
+                let _ = writeln!(out, "= {} {:04X}: {}", segment.space, segment.addr, bytes.join(" "));
+            }
+            assembled.warnings
+        }
+        Err(refused) => refused.faults,
+    };
+    for fault in faults {
+        let file = if fault.file == "main.asm" { String::new() } else { format!("{}:", fault.file) };
+        let _ = writeln!(
+            out,
+            "! {file}{}:{} {}: {} ({})",
+            fault.pos.line, fault.pos.column, fault.code, fault.cause, fault.hint
+        );
+    }
+    out
+}
+
+fn check(path: &str) {
+    let path = format!("{}/tests/cases/{path}", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(&path).expect("cases");
+    let (mut now, mut wrong) = (String::new(), Vec::new());
+    let mut parts = text.split("\n--- ");
+    now.push_str(parts.next().unwrap_or_default());
+    let mut cases = 0;
+    for part in parts {
+        cases += 1;
+        let (head, body) = part.split_once('\n').expect("a case has a source");
+        let is_result = |line: &&str| line.starts_with("= ") || line.starts_with("! ");
+        let source: Vec<&str> = body.lines().take_while(|line| !is_result(line)).collect();
+        let wanted: Vec<&str> = body.lines().filter(is_result).collect();
+        let chip = head.split(' ').next().unwrap_or_default();
+        let found = found(chip, &source.join("\n"));
+        if found.lines().collect::<Vec<_>>() != wanted {
+            wrong.push(format!("--- {head}\nwanted\n{}\nfound\n{found}", wanted.join("\n")));
+        }
+        let _ = write!(now, "\n--- {head}\n{}\n{found}", source.join("\n"));
+    }
+    assert!(cases > 0, "{path} has no cases");
+    if std::env::var_os("EMU_BLESS").is_some() {
+        std::fs::write(&path, now).expect("writing the cases");
+    } else {
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    }
+}
+
+#[test]
+fn instructions_and_names() {
+    check("names.txt");
+}
+
+#[test]
+fn data_and_places() {
+    check("data.txt");
+}
+
+#[test]
+fn macros_repetitions_and_conditions() {
+    check("macros.txt");
+}
+
+#[test]
+fn controllers() {
+    check("ap101.txt");
+}
+
+#[test]
+fn what_is_wrong() {
+    check("wrong.txt");
+}

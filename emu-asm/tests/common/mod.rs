@@ -1,0 +1,15 @@
+//! What the tests share.
+
+use emu_core::chip::Chip;
+
+/// The chip of any family with this name.
+#[allow(dead_code)]
+pub fn chip(name: &str) -> &'static Chip {
+    chips().find(|chip| chip.name == name).unwrap_or_else(|| panic!("no chip {name}"))
+}
+
+/// All chips.
+pub fn chips() -> impl Iterator<Item = &'static Chip> {
+    let avr = emu_avr::chips::CHIPS.iter().copied();
+    avr.chain(emu_8051::chips::chips()).chain(emu_pic16::chips::chips()).chain(emu_ap101::chips::chips())
+}
