@@ -95,12 +95,20 @@ impl Soc {
     }
 
     /// The clock of the next drive, [`NEVER`](emu_core::cpu::NEVER) where there is none.
+    #[inline(always)]
     pub fn next(&self) -> u64 {
         self.drives.next()
     }
 
     /// Drives pins up to the clock `now`; true when there was something to drive. `supplied`: the machine has its supply.
+    #[inline(always)]
     pub fn fire(&mut self, now: u64, supplied: bool) -> bool {
+        self.drives.next() <= now && self.drive_up_to(now, supplied)
+    }
+
+    /// The same where there is something.
+    #[cold]
+    fn drive_up_to(&mut self, now: u64, supplied: bool) -> bool {
         let mut fired = false;
         while self.drives.next() <= now {
             let clock = self.drives.next();

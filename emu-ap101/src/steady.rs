@@ -77,7 +77,11 @@ impl Ap101 {
     /// Called as a program cycle is about to begin: what repeats itself from now on, if the machine has settled.
     #[inline]
     pub(crate) fn settled(&mut self, now: u64) -> Option<Round> {
-        if now < self.looks.at { None } else { self.look(now) }
+        match self.looks.known {
+            Known::Repeats(round) => Some(round),
+            _ if now < self.looks.at => None,
+            _ => self.look(now),
+        }
     }
 
     #[cold]
