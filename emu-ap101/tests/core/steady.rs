@@ -13,8 +13,10 @@ fn machine(text: &str, block: &Block) -> Ap101 {
     Ap101::new(&image(&words(text), Some(block)))
 }
 
-/// Program, period, first module, and how a run of three million cycles ends, where it is not at its limit.
-const ENDS: &[(&str, u32, (u8, u8, u16), Option<u64>)] = &[
+/// Program, period, first module, and in which cycle a run of three million halts, if it does.
+type Ends = (&'static str, u32, (u8, u8, u16), Option<u64>);
+
+const ENDS: &[Ends] = &[
     // Rounds of 7 cycles from 4 on: the first look is at 1026, and the next round is like that one.
     ("ldc M0; nop; sto E1", 0, (0, 0, 0), Some(1033)),
     // A reload of 4 and 5 cycles between: one begins every 100.
@@ -67,7 +69,8 @@ fn a_drive_to_come_keeps_it_running_up_to_there() {
     assert_eq!(machine.run(FAR, &mut ()), Stop::Limit);
     // Program cycles of 7 from 4 on, 3 instructions each.
     let rounds = (FAR - 4) / 7;
-    let rest = ((FAR - 4) % 7).min(3);
+    let rest = (FAR - 4) % 7;
+    assert!(rest <= 3, "not in a reload");
     assert_eq!((machine.cycle(), machine.instructions()), (FAR, 3 * rounds + rest));
     assert_eq!(machine.run(4 * FAR, &mut ()), Stop::Halted);
     assert_eq!(machine.peek("e", 1), Some(1));
