@@ -12,7 +12,9 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use emu_ap101::Ap101;
 use emu_ap101::chips::AP101;
 use emu_core::Cpu;
+use emu_core::cpu::END_OF_TIME;
 use emu_core::image::{Image, Segment};
+use emu_core::pins::{Level, Time};
 
 /// Cycles of one measurement.
 const CYCLES: u64 = 1_000_000;
@@ -60,7 +62,11 @@ fn machine<'a>(lines: impl Iterator<Item = &'a str>, inputs: u16, outputs: u16) 
         Segment { space: "code", addr: 0, bytes: code },
         Segment { space: "config", addr: 0, bytes: block(inputs, outputs) },
     ];
-    Ap101::new(&Image { segments, ..Image::default() })
+    let mut machine = Ap101::new(&Image { segments, ..Image::default() });
+    // With something to come it does not halt, and every cycle is run.
+    machine.set_skip(false);
+    machine.drive(Time::at(END_OF_TIME), 0, Level::Low);
+    machine
 }
 
 fn run(c: &mut Criterion) {

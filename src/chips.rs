@@ -41,13 +41,13 @@ fn document(chip: &Chip) -> Value {
         "title": chip.title,
         "source": chip.source,
         "flash": chip.on_chip,
-        "ram": { "start": chip.ram_start, "bytes": chip.ram_len },
+        "ram": { "start": chip.ram_start, unit(chip, chip.ram): chip.ram_len },
         "eeprom": chip.eeprom,
         "max_hz": chip.max_hz,
         "default_hz": chip.default_hz,
         "pins": pins.map(pin).collect::<Vec<_>>(),
         "vectors": chip.vectors,
-        "spaces": chip.spaces.iter().map(space).collect::<Vec<_>>(),
+        "spaces": chip.spaces.iter().map(|row| space(chip, row)).collect::<Vec<_>>(),
     })
 }
 
@@ -59,8 +59,13 @@ fn pin(pin: &PinDef) -> Value {
     }
 }
 
-fn space(&(name, addresses, width): &(&str, u32, u32)) -> Value {
-    let mut space = json!({ "name": name, "bytes": addresses * width });
+/// In what a memory is measured.
+fn unit(chip: &Chip, space: &str) -> &'static str {
+    if family::is_of_bits(chip, space) { "bits" } else { "bytes" }
+}
+
+fn space(chip: &Chip, &(name, addresses, width): &(&str, u32, u32)) -> Value {
+    let mut space = json!({ "name": name, unit(chip, name): addresses * width });
     if width > 1 {
         space["bytes_per_address"] = json!(width);
     }

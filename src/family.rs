@@ -56,6 +56,11 @@ pub fn has_uart(chip: &Chip) -> bool {
     chip.family != Family::Ap101 && emu_pic16::chips::part(chip.name).is_none_or(|part| part.usart)
 }
 
+/// A memory of the chip whose addresses hold a bit each, and no byte.
+pub fn is_of_bits(chip: &Chip, space: &str) -> bool {
+    chip.family == Family::Ap101 && emu_ap101::chips::BIT_SPACES.contains(&space)
+}
+
 /// The pin at which the chip's first serial port receives.
 pub fn receive_pin(chip: &Chip) -> Option<PinId> {
     match chip.family {

@@ -360,7 +360,10 @@ fn recorded<C: Cpu>(args: &RunArgs, (cpu, board): (&mut C, &mut Board), job: &Pl
         (Some(_), Some(file)) => Some(file.writer()?),
         (Some(_), None) => Some(Box::new(std::io::BufWriter::new(std::io::stdout())) as Box<dyn Write>),
     };
-    let wave = wave.map(|out| Wave::new(out, chip, job.clock, &shown(cpu, chip))).transpose().map_err(vcd_error)?;
+    let wave = wave
+        .map(|out| Wave::new(out, chip, job.clock, &shown(cpu, chip), family::has_uart(chip)))
+        .transpose()
+        .map_err(vcd_error)?;
 
     let raw = args.uart.as_deref().is_some_and(output::is_stdout);
     let (start, mut printed, mut broken) = (Instant::now(), 0, None);

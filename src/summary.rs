@@ -6,7 +6,7 @@ use emu_debug::text::escape;
 use emu_debug::{Clock, Ended, Plan, Range, Reason, Source};
 use serde_json::{Map, Value, json};
 
-use crate::output;
+use crate::{family, output};
 
 /// Pins of a chip of which all are shown.
 const FEW: usize = 100;
@@ -201,9 +201,11 @@ pub fn document<C: Cpu>(story: &Story<'_, C>) -> Value {
         "stop": stop,
         "registers": Value::Object(registers.collect::<Map<_, _>>()),
         "pins": Value::Object(pins.collect::<Map<_, _>>()),
-        "uart": story.ended.uart.iter().map(|&byte| char::from(byte)).collect::<String>(),
-        "peek": Value::Object(peek.collect::<Map<_, _>>()),
     });
+    if family::has_uart(story.source.names.chip) {
+        document["uart"] = json!(story.ended.uart.iter().map(|&byte| char::from(byte)).collect::<String>());
+    }
+    document["peek"] = Value::Object(peek.collect::<Map<_, _>>());
     if !story.peek.is_empty() {
         let width = |(text, range): &(String, Range)| (text.clone(), json!(story.source.names.chip.width(range.space)));
         document["peek_width"] = Value::Object(story.peek.iter().map(width).collect());

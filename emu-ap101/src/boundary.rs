@@ -34,18 +34,22 @@ pub enum Phase {
     Run { begun: u64 },
 }
 
+/// The probe looks closer than the hot loop shows.
+const fn careful<P: Probe>() -> bool {
+    P::INSN || P::DATA || P::LINT || P::SUBCYCLE
+}
+
 impl Ap101 {
-    /// Runs to a machine cycle, or until something stops the run.
-    pub(crate) fn run_to<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
+    /// Runs to a machine cycle, or until something stops the run. `HALTS`: what has settled does.
+    pub(crate) fn run_to<P: Probe, const HALTS: bool>(&mut self, until: u64, probe: &mut P) -> Stop {
         let until = until.min(END_OF_TIME);
         let now = self.hot.time.now();
         self.soc.log.switch(P::EVENTS, now, std::iter::empty());
-        let careful = P::INSN || P::DATA || P::LINT || P::SUBCYCLE;
         loop {
-            if let Some(stop) = self.boundary(until, probe) {
+            if let Some(stop) = self.boundary::<P, HALTS>(until, probe) {
                 return stop;
             }
-            if !careful && self.fetched.is_none() {
+            if !careful::<P>() && self.fetched.is_none() {
                 self.burst(probe);
                 if !self.hot.time.goes_on() || self.at_end() {
                     continue;
@@ -61,13 +65,15 @@ impl Ap101 {
 
     /// Does what is due between two instructions, and lets time pass in which there are none. Returns why to stop, if so; else an
     /// instruction is next, and the deadline is set.
-    fn boundary<P: Probe>(&mut self, until: u64, probe: &mut P) -> Option<Stop> {
+    fn boundary<P: Probe, const HALTS: bool>(&mut self, until: u64, probe: &mut P) -> Option<Stop> {
         loop {
             self.hot.time.force();
             let now = self.hot.time.now();
             let between = self.fetched.is_none();
             if between {
-                self.soc.fire(CLOCKS * now, self.phase != Phase::Off);
+                if self.soc.fire(CLOCKS * now, self.phase != Phase::Off) {
+                    self.stir();
+                }
                 self.supply(now);
                 self.end(now);
             }
@@ -79,13 +85,29 @@ impl Ap101 {
                 return Some(Stop::Limit);
             }
             if between {
-                self.begin(now);
+                self.reloaded(now);
+                if let Some(which) = self.next_program(now) {
+                    if let Some(round) = self.settled(now).filter(|_| HALTS) {
+                        let due = self.soc.next();
+                        if due == NEVER && self.rests(round) {
+                            return Some(Stop::Halted);
+                        }
+                        let jumps = self.looks.skip && !careful::<P>() && !self.code.has_traps();
+                        if jumps && self.jump_over(round, until.min(due / CLOCKS)) {
+                            continue;
+                        }
+                    }
+                    self.begin(now, which);
+                }
                 if matches!(self.phase, Phase::Run { begun } if now >= begun + WATCHDOG) {
                     return Some(Stop::Fault { pc: self.hot.na, fault: Fault::NoEnd });
                 }
             }
             // Inputs were latched at the first clock of the cycle; what is driven in the second is there for a live look.
             let fired = self.soc.fire(CLOCKS * now + CLOCKS - 1, self.phase != Phase::Off);
+            if fired {
+                self.stir();
+            }
             let next = if fired { now + 1 } else { self.soc.next() / CLOCKS };
             let idle = !fired && self.soc.next() == NEVER;
             let end = match self.phase {
@@ -150,6 +172,7 @@ impl Ap101 {
             self.soc.clear(&self.config);
         }
         (self.overruns, self.current, self.passing) = (0, None, None);
+        self.stir();
         self.which = self.choose().unwrap_or(0);
         self.hot.na = self.code.programs.get(self.which).map_or(0, |ops| ops.program.start.into());
         self.phase = Phase::Reload { from: now, due: None };
@@ -176,8 +199,8 @@ impl Ap101 {
         }
     }
 
-    /// A reload that is over has shown whether the period is; the next program cycle begins, if it is time and a program may run.
-    fn begin(&mut self, now: u64) {
+    /// A reload that is over has shown whether the period is.
+    fn reloaded(&mut self, now: u64) {
         if let Phase::Reload { from, due } = self.phase
             && now >= from + self.soc.channels()
         {
@@ -186,14 +209,22 @@ impl Ap101 {
             }
             self.phase = Phase::Ready { at: due.unwrap_or(now).max(now) };
         }
-        if let (Phase::Ready { at }, Some(which)) = (self.phase, self.choose())
-            && now >= at
-        {
-            (self.which, self.current) = (which, Some(which));
-            self.hot.na = self.code.programs.get(which).map_or(0, |ops| ops.program.start.into());
-            self.soc.begin(now);
-            self.phase = Phase::Run { begun: now };
+    }
+
+    /// The program of which a program cycle begins now, if it is time and one may run.
+    fn next_program(&self, now: u64) -> Option<usize> {
+        match self.phase {
+            Phase::Ready { at } if now >= at => self.choose(),
+            _ => None,
         }
+    }
+
+    /// A program cycle begins.
+    fn begin(&mut self, now: u64, which: usize) {
+        (self.which, self.current) = (which, Some(which));
+        self.hot.na = self.code.programs.get(which).map_or(0, |ops| ops.program.start.into());
+        self.soc.begin(now);
+        self.phase = Phase::Run { begun: now };
     }
 
     /// The program that runs next: the one behind the current one, in the order of the table, that may run.

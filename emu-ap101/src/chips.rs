@@ -67,8 +67,8 @@ const IMAGE: &[Space] = &[
     Space { name: "config", start: BLOCK, len: LENGTH, word: 1, bits: Bits::All },
 ];
 
-/// Positions of the memories with single bits in [`Chip::spaces`].
-pub const SPACES: [u8; 4] = [1, 2, 4, 3];
+/// The memories whose addresses hold a bit each.
+pub const BIT_SPACES: [&str; 4] = ["i", "e", "m", "r"];
 
 /// AP101.
 pub static AP101: Chip = Chip {

@@ -14,6 +14,7 @@ use crate::isa::{NOP, SPAN};
 use crate::operands::M;
 use crate::predecode::{Code, Wiring};
 use crate::soc::{CLOCKS, Soc};
+use crate::steady::Looks;
 use crate::turn::Hot;
 
 /// What overrides the configuration of an image.
@@ -46,6 +47,7 @@ pub struct Ap101 {
     pub(crate) overruns: u16,
     /// The trap that stopped the last run, to be stepped over by the next.
     pub(crate) passing: Option<u32>,
+    pub(crate) looks: Looks,
 }
 
 impl Ap101 {
@@ -84,6 +86,7 @@ impl Ap101 {
             current: None,
             overruns: 0,
             passing: None,
+            looks: Looks::START,
         };
         machine.start(true);
         machine
@@ -99,6 +102,11 @@ impl Ap101 {
     #[must_use]
     pub const fn hz(&self) -> u64 {
         self.hz
+    }
+
+    /// Turns jumping over program cycles of which one is like the other on or off; it is on at first, and changes nothing but speed.
+    pub fn set_skip(&mut self, on: bool) {
+        self.looks.skip = on;
     }
 
     /// No instruction is next: outputs are reloaded, a period is not over, no program is enabled, or there is no supply.
@@ -122,7 +130,7 @@ impl Ap101 {
                 true
             }
         }
-        self.run_to(self.hot.time.now() + 1, &mut (probe, Once))
+        self.run_to::<_, false>(self.hot.time.now() + 1, &mut (probe, Once))
     }
 
     /// The program that runs, or would.
@@ -140,9 +148,12 @@ impl Cpu for Ap101 {
         CLOCKS as u32
     }
 
+    /// Without supply there is nothing to start.
     fn reset(&mut self, why: Reset) {
-        self.hot.time.force();
-        self.start(why == Reset::PowerOn);
+        if self.phase != Phase::Off {
+            self.hot.time.force();
+            self.start(why == Reset::PowerOn);
+        }
     }
 
     fn cycle(&self) -> u64 {
@@ -161,6 +172,7 @@ impl Cpu for Ap101 {
         self.hot.na = pc % SPAN as u32;
         (self.fetched, self.passing) = (None, None);
         self.hot.time.force();
+        self.stir();
     }
 
     fn reg(&self, name: &str) -> Option<u32> {
@@ -184,6 +196,7 @@ impl Cpu for Ap101 {
             // The program table alone says what they are.
             _ => return false,
         }
+        self.stir();
         true
     }
 
@@ -228,6 +241,7 @@ impl Cpu for Ap101 {
             }
             _ => return false,
         }
+        self.stir();
         true
     }
 
@@ -259,9 +273,10 @@ impl Cpu for Ap101 {
     }
 
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
-        self.run_to(until, probe)
+        self.run_to::<P, true>(until, probe)
     }
 
+    /// Goes on also where nothing changes any more, and [`Cpu::run`] halts.
     fn step<P: Probe>(&mut self, probe: &mut P) -> Stop {
         let now = self.cycle();
         // Where no instruction is next, on to where one is, or to what is due before.
@@ -272,6 +287,6 @@ impl Cpu for Ap101 {
             Phase::Off | Phase::Run { .. } => now,
         };
         let due = self.soc.next().div_ceil(CLOCKS);
-        self.run_to(until.min(due).max(now + 1), probe)
+        self.run_to::<P, false>(until.min(due).max(now + 1), probe)
     }
 }

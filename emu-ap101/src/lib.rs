@@ -18,6 +18,7 @@ mod cpu;
 mod exec;
 mod predecode;
 mod soc;
+mod steady;
 mod turn;
 
 pub use config::{Config, Inputs};

@@ -204,6 +204,21 @@ impl Module {
         u16::try_from(clocks / unit.max(1)).unwrap_or(u16::MAX)
     }
 
+    /// From the machine cycle `now` on it does what `before`, itself as it was then, did from the earlier cycle `then` on, if presets
+    /// stay and it is written alike: it began to measure anew on the way, or has no more to wait for.
+    pub(crate) fn goes_on_as(&self, now: u64, before: &Module, then: u64) -> bool {
+        let since = |since| Module { since, advanced: self.advanced, ..before.clone() };
+        let waits = self.timed() && !before.reached(then) && self.elapsed(now) != before.elapsed(then);
+        *self == since(before.since + (now - then)) || !waits && *self == since(before.since)
+    }
+
+    /// It has done for `cycles` more, round by round, what it did in a round that began at the cycle `then`.
+    pub(crate) const fn repeat(&mut self, then: u64, cycles: u64) {
+        if self.since > then {
+            self.since += cycles;
+        }
+    }
+
     /// It is written; the new level holds from the machine cycle `cycle` on, in the program cycle that began at `begun`.
     pub fn write(&mut self, level: bool, cycle: u64, begun: u64) {
         let (rises, falls) = (level && !self.level, !level && self.level);

@@ -123,6 +123,11 @@ impl Code {
         self.predecode(pc);
     }
 
+    /// Traps are set.
+    pub fn has_traps(&self) -> bool {
+        !self.traps.is_empty()
+    }
+
     /// A trap stands there.
     pub fn has_trap(&self, pc: u32) -> bool {
         self.traps.contains(&pc)

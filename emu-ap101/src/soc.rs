@@ -34,6 +34,8 @@ pub struct Soc {
     live: bool,
     /// The first machine cycle of the running program cycle.
     begun: u64,
+    /// An output has moved, or the program has changed a preset: what the state of the machine at a later moment need not show.
+    pub moved: bool,
     /// Since the last boundary the supply was gone.
     dipped: bool,
     /// Since the last boundary a cold start was asked for.
@@ -60,6 +62,7 @@ impl Soc {
             output_channels: config.output_channels,
             live: inputs == Inputs::Live,
             begun: 0,
+            moved: false,
             dipped: false,
             rose: false,
         }
@@ -92,12 +95,20 @@ impl Soc {
     }
 
     /// The clock of the next drive, [`NEVER`](emu_core::cpu::NEVER) where there is none.
+    #[inline(always)]
     pub fn next(&self) -> u64 {
         self.drives.next()
     }
 
     /// Drives pins up to the clock `now`; true when there was something to drive. `supplied`: the machine has its supply.
+    #[inline(always)]
     pub fn fire(&mut self, now: u64, supplied: bool) -> bool {
+        self.drives.next() <= now && self.drive_up_to(now, supplied)
+    }
+
+    /// The same where there is something.
+    #[cold]
+    fn drive_up_to(&mut self, now: u64, supplied: bool) -> bool {
         let mut fired = false;
         while self.drives.next() <= now {
             let clock = self.drives.next();
@@ -170,8 +181,11 @@ impl Soc {
     #[inline(always)]
     pub fn set_output(&mut self, n: u16, bit: bool, at: Time) -> bool {
         let changed = std::mem::replace(&mut self.outputs[usize::from(n % OUTPUTS)], bit) != bit;
-        if changed && self.log.is_on() {
-            self.log.note(Event::Edge { at, pin: FIRST_OUTPUT + n % OUTPUTS, level: Level::of(bit) });
+        if changed {
+            self.moved = true;
+            if self.log.is_on() {
+                self.log.note(Event::Edge { at, pin: FIRST_OUTPUT + n % OUTPUTS, level: Level::of(bit) });
+            }
         }
         changed
     }
@@ -192,6 +206,17 @@ impl Soc {
     /// The same to change it.
     pub fn module_mut(&mut self, n: u16) -> &mut Module {
         &mut self.modules[usize::from(n) % MODULES]
+    }
+
+    /// The program gives a module a preset.
+    pub fn set_preset(&mut self, n: u16, preset: u16) {
+        self.moved |= self.module(n).preset() != preset;
+        self.module_mut(n).set_preset(preset);
+    }
+
+    /// The modules that there are.
+    pub fn fitted(&self) -> impl Iterator<Item = &Module> {
+        self.modules.iter().filter(|module| module.exists())
     }
 
     /// The first machine cycle of the running program cycle.

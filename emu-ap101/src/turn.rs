@@ -173,7 +173,7 @@ fn get(soc: &Soc, place: Place, now: u64) -> bool {
 fn preset(soc: &mut Soc, n: u16, word: u16) -> bool {
     let given = word >> 11 == 0b1_1110;
     if given {
-        soc.module_mut(n).set_preset(word % SPAN as u16);
+        soc.set_preset(n, word % SPAN as u16);
     }
     given
 }

@@ -59,7 +59,7 @@ pub struct Chip {
     pub ram: &'static str,
     /// First address of RAM in it.
     pub ram_start: u16,
-    /// RAM in bytes.
+    /// Addresses of RAM: bytes, or bits on a controller that has only those.
     pub ram_len: u16,
     /// EEPROM in bytes.
     pub eeprom: u16,

@@ -12,8 +12,8 @@ use crate::time::Clock;
 pub struct Wave {
     out: Writer<Box<dyn Write>>,
     pins: Vec<Option<IdCode>>,
-    byte: IdCode,
-    sent: IdCode,
+    /// The byte last sent, and the event that one was; on chips with a serial port.
+    uart: Option<(IdCode, IdCode)>,
     scale: Scale,
     /// Last time written.
     last: u64,
@@ -22,11 +22,18 @@ pub struct Wave {
 }
 
 impl Wave {
-    /// Writes the head and the levels at the start, one for each of the chip's pins, none for those that are left out.
+    /// Writes the head and the levels at the start, one for each of the chip's pins, none for those that are left out. `uart`: the
+    /// chip has a serial port.
     ///
     /// # Errors
     /// What `out` says.
-    pub fn new(out: Box<dyn Write>, chip: &Chip, clock: Clock, levels: &[Option<Level>]) -> io::Result<Wave> {
+    pub fn new(
+        out: Box<dyn Write>,
+        chip: &Chip,
+        clock: Clock,
+        levels: &[Option<Level>],
+        uart: bool,
+    ) -> io::Result<Wave> {
         let mut out = Writer::new(out);
         let scale = Scale::of(clock);
         out.version(concat!("emu ", env!("CARGO_PKG_VERSION")))?;
@@ -35,8 +42,13 @@ impl Wave {
         out.add_module(chip.name)?;
         let wire = |(pin, there): (&PinDef, &Option<Level>)| there.map(|_| out.add_wire(1, pin.name)).transpose();
         let pins = chip.pins.iter().zip(levels).map(wire).collect::<io::Result<Vec<_>>>()?;
-        let byte = out.add_var(VarType::Reg, 8, "uart0_byte", None)?;
-        let sent = out.add_var(VarType::Event, 1, "uart0_sent", None)?;
+        let uart = match uart {
+            true => {
+                let byte = out.add_var(VarType::Reg, 8, "uart0_byte", None)?;
+                Some((byte, out.add_var(VarType::Event, 1, "uart0_sent", None)?))
+            }
+            false => None,
+        };
         out.upscope()?;
         out.enddefinitions()?;
         out.timestamp(0)?;
@@ -44,9 +56,11 @@ impl Wave {
         for (wire, level) in pins.iter().zip(levels).filter_map(|(wire, level)| Some(((*wire)?, (*level)?))) {
             out.change_scalar(wire, value(level))?;
         }
-        out.change_vector(byte, [Value::X; 8])?;
+        if let Some((byte, _)) = uart {
+            out.change_vector(byte, [Value::X; 8])?;
+        }
         out.end()?;
-        Ok(Wave { out, pins, byte, sent, scale, last: 0, failed: None })
+        Ok(Wave { out, pins, uart, scale, last: 0, failed: None })
     }
 
     /// Notes an event.
@@ -84,10 +98,11 @@ impl Wave {
                 Some(&Some(wire)) => self.out.change_scalar(wire, value(level)),
                 _ => Ok(()),
             },
-            Event::Sent { uart: 0, byte, .. } => {
-                let bits = (0..8).rev().map(|bit| Value::from(byte >> bit & 1 == 1));
-                self.out.change_vector(self.byte, bits)?;
-                self.out.change_scalar(self.sent, Value::V1)
+            Event::Sent { uart: 0, byte: sent, .. } => {
+                let Some((byte, event)) = self.uart else { return Ok(()) };
+                let bits = (0..8).rev().map(|bit| Value::from(sent >> bit & 1 == 1));
+                self.out.change_vector(byte, bits)?;
+                self.out.change_scalar(event, Value::V1)
             }
             Event::Sent { .. } | Event::Contention { .. } => Ok(()),
         }

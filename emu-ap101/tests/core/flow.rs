@@ -128,3 +128,15 @@ fn na_wraps_behind_the_end_of_memory() {
     machine.run(6, &mut ());
     assert_eq!((machine.reg("PROG"), machine.instructions()), (Some(1), 6));
 }
+
+#[test]
+fn a_reset_without_supply_is_nothing() {
+    let mut machine = machine("ldc M0; sto M1; nop", &Block::EMPTY);
+    machine.drive(Time::at(6), POWER, Level::Low);
+    assert_eq!(machine.run(100, &mut ()), Stop::Halted);
+    let before = (machine.cycle(), machine.pc(), machine.peek("m", 1));
+    assert_eq!(before, (6, 2, Some(1)));
+    machine.reset(Reset::PowerOn);
+    assert_eq!(machine.run(100, &mut ()), Stop::Halted);
+    assert_eq!((machine.cycle(), machine.pc(), machine.peek("m", 1)), before);
+}

@@ -43,7 +43,7 @@ const CASES: &[(bool, &str, &[&str])] = &[
     (true, "sto I1; ldc M0; stoc I1", &["0 LINT017: the input I1 is written", "2 LINT017: the input I1 is written"]),
     (
         false,
-        "stc I1; ldc M0; stc I1; rtc I1",
+        ".word 0x4001; ldc M0; .word 0x4001; .word 0x5001",
         &["2 LINT017: the input I1 is written", "3 LINT017: the input I1 is written"],
     ),
     (false, "sto R257; .word 0xF005", &[]),

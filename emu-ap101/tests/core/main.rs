@@ -5,5 +5,6 @@ mod flow;
 mod lints;
 mod rig;
 mod slices;
+mod steady;
 mod subcycles;
 mod table;

@@ -81,7 +81,8 @@ fn every_row_is_in_the_table_of_texts() {
 
 #[test]
 fn what_does_not_fit_is_refused() {
-    for text in ["ld I512", "ld E512", "sto R512", "and M512", "ld Q1", "ld 5", "jmp 2048", "jmp -1", "nop 5", "not I1"]
+    for text in
+        ["ld I512", "ld E512", "sto R512", "and M512", "ld Q1", "ld 2048", "jmp 2048", "jmp -1", "nop 5", "not I1"]
     {
         assert!(emu_asm::line(&AP101, text, 0).is_err(), "{text}");
     }

@@ -104,4 +104,7 @@ impl Subject for Core {
     fn edges(&self) -> Vec<(When, usize, bool)> {
         self.edges.clone()
     }
+    fn clear(&self) -> bool {
+        self.machine.level(CLEAR) == Level::High
+    }
 }

@@ -84,7 +84,7 @@ pub struct Naive {
     started: bool,
     pins: Vec<bool>,
     supply: bool,
-    clear: bool,
+    pub clear: bool,
     /// What happened to the supply and to CLEAR since the last boundary.
     failed: bool,
     cleared: bool,
@@ -168,6 +168,11 @@ impl Naive {
     /// The supply is there, and was since the last boundary.
     pub fn supplied(&self) -> bool {
         self.supply && !self.failed
+    }
+
+    /// Nothing more will come from outside.
+    pub fn is_left_alone(&self) -> bool {
+        self.drives.is_empty()
     }
 
     /// Word of program memory.

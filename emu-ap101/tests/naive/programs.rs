@@ -53,6 +53,9 @@ impl Subject for Naive {
     fn edges(&self) -> Vec<(When, usize, bool)> {
         self.edges.clone()
     }
+    fn clear(&self) -> bool {
+        self.clear
+    }
 }
 
 /// All cases of all files.

@@ -29,6 +29,21 @@ pub trait Subject: Sized {
     /// Writes a bit of M from outside.
     fn poke_ram(&mut self, at: usize, bit: bool);
     fn edges(&self) -> Vec<(When, usize, bool)>;
+
+    /// Runs on to a machine cycle, also where the machine halts because nothing changes any more: a drive that changes nothing keeps
+    /// it from that.
+    fn run_on(&mut self, until: u64) -> End {
+        match self.run(until) {
+            End::Halted => {
+                let clear = self.clear();
+                self.drive((until, 0), Line::Clear, clear);
+                self.run(until)
+            }
+            end => end,
+        }
+    }
+    /// CLEAR is high.
+    fn clear(&self) -> bool;
 }
 
 /// One case of one program.
@@ -160,7 +175,7 @@ impl Case {
                 at => {
                     let until = at.strip_prefix('@').unwrap_or_else(|| panic!("{}: {item}", self.name));
                     let until = until.parse().expect("a cycle");
-                    end = machine.run(until);
+                    end = machine.run_on(until);
                     for pair in &words[1..] {
                         let (name, wanted) = pair.split_once('=').expect("name=value");
                         let got = value(&machine, name);

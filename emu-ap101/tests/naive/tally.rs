@@ -4,7 +4,7 @@ use super::asm::{KINDS, UNITS};
 use super::decode::{OPS, Place, Word};
 
 const PLACES: [&str; 8] = ["I", "E", "R", "R running", "R port", "M", "image", "unmapped"];
-const EVENTS: [&str; 11] = [
+const EVENTS: [&str; 12] = [
     "jump taken",
     "program cycle",
     "refresh changed an output",
@@ -16,6 +16,7 @@ const EVENTS: [&str; 11] = [
     "preset by software",
     "idle",
     "another program",
+    "settled",
 ];
 
 /// Counts, by the numbers of what is counted.

@@ -1,0 +1,106 @@
+//! Machines that have settled: which halt, and that jumping over their rounds is the same as running them.
+
+use emu_ap101::Ap101;
+use emu_core::cpu::{Cpu, Stop};
+use emu_core::pins::{Level, Time};
+
+use crate::rig::{Block, image, words};
+
+/// Far off: no machine gets there one cycle after the other while a test waits.
+const FAR: u64 = 1 << 50;
+
+fn machine(text: &str, block: &Block) -> Ap101 {
+    Ap101::new(&image(&words(text), Some(block)))
+}
+
+/// Program, period, first module, and in which cycle a run of three million halts, if it does.
+type Ends = (&'static str, u32, (u8, u8, u16), Option<u64>);
+
+const ENDS: &[Ends] = &[
+    // Rounds of 7 cycles from 4 on: the first look is at 1026, and the next round is like that one.
+    ("ldc M0; nop; sto E1", 0, (0, 0, 0), Some(1033)),
+    // A reload of 4 and 5 cycles between: one begins every 100.
+    ("ldc M0; nop; sto E1", 100, (0, 0, 0), Some(1204)),
+    // A bit of M that goes to and fro and is nowhere seen: two program cycles are a round.
+    ("ldc M0; sto M0; nop", 0, (0, 0, 0), Some(1040)),
+    // The same at an output blinks, also where it is back in time.
+    ("ldc M0; sto M0; sto E1", 0, (0, 0, 0), None),
+    ("clr; stoc E1; sto E1", 0, (0, 0, 0), None),
+    // A counter of what goes to and fro, and of what does not.
+    ("ldc M0; sto M0; sto R0", 0, (5, 0, 9), None),
+    ("clr; stoc M0; sto R0", 0, (5, 0, 9), Some(1033)),
+    // 3 times 100 ms are 150,000 cycles, and the look behind that comes a while later. A time that is never over, or begins anew in each program cycle, or is over at once.
+    ("clr; not; sto R0; nop", 0, (1, 3, 3), Some(197_644)),
+    ("clr; not; sto R0; nop", 0, (1, 3, 65_535), None),
+    ("clr; sto R0; not; sto R0", 0, (1, 3, 3), Some(1036)),
+    ("clr; not; sto R0; nop", 0, (1, 3, 0), Some(1036)),
+    // A preset to and fro.
+    ("sto R256; .word 0xF003; sto R256; .word 0xF004", 0, (1, 3, 0), None),
+    ("sto R256; .word 0xF003; sto R256; .word 0xF003", 0, (1, 3, 0), Some(1036)),
+    // Each program cycle is too long by two cycles, which OVR counts up to 65,535: 4 + 7 * 65,535 is the one behind the last.
+    ("ldc M0; nop; sto M1", 5, (0, 0, 0), Some(4 + 7 * 65_535)),
+];
+
+#[test]
+fn what_has_settled_halts() {
+    for &(text, period, module, end) in ENDS {
+        let mut block = Block { period, ..Block::EMPTY };
+        block.modules[0] = module;
+        for skip in [true, false] {
+            let mut machine = machine(text, &block);
+            machine.set_skip(skip);
+            let stop = machine.run(3_000_000, &mut ());
+            assert_eq!((stop == Stop::Halted).then(|| machine.cycle()), end, "{text}, skip {skip}");
+            if end.is_some() {
+                let seen = (machine.cycle(), machine.instructions());
+                assert_eq!(machine.run(FAR, &mut ()), Stop::Halted, "{text}: again");
+                assert_eq!((machine.cycle(), machine.instructions()), seen, "{text}: again");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_drive_to_come_keeps_it_running_up_to_there() {
+    let mut machine = machine("ld I1; nop; sto E1", &Block::EMPTY);
+    // The same level again, and then another.
+    machine.drive(Time::at(FAR), 1, Level::Low);
+    machine.drive(Time::at(2 * FAR), 1, Level::High);
+    assert_eq!(machine.run(FAR, &mut ()), Stop::Limit);
+    // Program cycles of 7 from 4 on, 3 instructions each.
+    let rounds = (FAR - 4) / 7;
+    let rest = (FAR - 4) % 7;
+    assert!(rest <= 3, "not in a reload");
+    assert_eq!((machine.cycle(), machine.instructions()), (FAR, 3 * rounds + rest));
+    assert_eq!(machine.run(4 * FAR, &mut ()), Stop::Halted);
+    assert_eq!(machine.peek("e", 1), Some(1));
+    assert!((2 * FAR..2 * FAR + 2000).contains(&machine.cycle()), "{}", machine.cycle());
+    // Something comes after all.
+    machine.drive(Time::at(0), 1, Level::Low);
+    assert_eq!(machine.run(4 * FAR, &mut ()), Stop::Halted);
+    assert_eq!(machine.peek("e", 1), Some(0));
+}
+
+#[test]
+fn a_step_goes_on_where_a_run_halts() {
+    let mut machine = machine("ldc M0; nop; sto E1", &Block::EMPTY);
+    assert_eq!(machine.run(3000, &mut ()), Stop::Halted);
+    let before = machine.instructions();
+    assert_eq!(machine.step(&mut ()), Stop::Limit);
+    assert_eq!(machine.instructions(), before + 1);
+    assert_eq!(machine.run(3000, &mut ()), Stop::Halted);
+    assert_eq!(machine.instructions(), before + 3);
+}
+
+#[test]
+fn a_breakpoint_is_met_in_every_round() {
+    let mut machine = machine("ldc M0; nop; sto E1", &Block::EMPTY);
+    machine.drive(Time::at(10_004), 1, Level::Low);
+    assert_eq!(machine.run(3000, &mut ()), Stop::Limit);
+    machine.trap(1, true);
+    let mut met = 0;
+    while machine.run(10_000, &mut ()) == (Stop::Trap { pc: 1 }) {
+        met += 1;
+    }
+    assert_eq!(met, 1000);
+}
