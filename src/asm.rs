@@ -87,6 +87,9 @@ pub fn asm(args: &AsmArgs, terminal: &Terminal) -> Result<u8, Failure> {
     output::owners(&all)?;
     output::spares(&args.file, &all)?;
     let mut assembled = assemble(&args.file, chip, &args.defines, &args.folders)?;
+    for (included, _) in assembled.texts.all() {
+        output::spares(included, &all)?;
+    }
     let mut texts = vec![(hex.as_str(), hex_of(&assembled.image, chip))];
     texts.extend(args.listing.as_deref().map(|file| (file, assembled.listing.to_string())));
     texts.extend(args.eeprom.as_deref().map(|file| (file, eeprom_of(&assembled.image))));

@@ -27,6 +27,9 @@ pub const NO_LINES: &str = "CLI009";
 /// A source gives bytes that its HEX file does not hold.
 pub const NOT_IN_HEX: &str = "CLI010";
 
+/// A source where an image is wanted.
+pub const A_SOURCE: &str = "CLI011";
+
 /// All of them.
 #[rustfmt::skip]
 pub const CODES: &[Code] = &[
@@ -74,6 +77,9 @@ pub const CODES: &[Code] = &[
         explain: "The source gives bytes for a memory that programmers take from a file of its own: EEPROM, fuses or lock bits of an \
                   AVR, whose HEX file is the flash alone. Mend: `emu asm --eeprom FILE.eep` writes the EEPROM; fuses and lock bits \
                   are given to `emu run` by --fuse and --lock, or by the source itself." },
+    Code { code: A_SOURCE, title: "a source where an image is wanted",
+        explain: "A note beside the faults of a file that is no Intel HEX: it looks like assembly source. Sources are assembled on the \
+                  fly only where the name ends in .asm, .s, .a51 or .src. Mend: rename the file, or assemble it with `emu asm`." },
 ];
 
 /// An error about a whole file.

@@ -10,7 +10,7 @@ use emu_core::image::{self, CONSTANT, ElfMachine, Image, Lines, SymbolAt, Symbol
 use ladder::{Dialect, Program};
 
 use crate::ap101;
-use crate::codes::{OTHER_PROCESSOR, OTHER_PROGRAM, UNREADABLE, about_file, reason};
+use crate::codes::{A_SOURCE, OTHER_PROCESSOR, OTHER_PROGRAM, UNREADABLE, about_file, reason};
 use crate::fail::Failure;
 use crate::guess::guess;
 use crate::report::{Terminal, Texts, report};
@@ -71,9 +71,21 @@ pub fn image(file: &str, chip: &'static Chip, terminal: &Terminal) -> Result<Ima
         }
         Err(mut faults) => {
             faults.extend(guess(file, &bytes, chip, true));
+            faults.extend(source(file, &bytes));
             Err(Failure::Refused(faults, Texts::one(file, bytes)))
         }
     }
+}
+
+/// A note for what looks like a text and not like an image.
+fn source(file: &str, bytes: &[u8]) -> Option<Diagnostic> {
+    let text = std::str::from_utf8(bytes).ok().filter(|text| !text.contains('\0'))?;
+    let is_source = text.lines().any(|line| line.trim_start().starts_with([';', '.', '#'])) && !text.contains("\n:");
+    is_source.then(|| {
+        let cause = "this looks like a source, which is assembled where its name ends in .asm, .s, .a51 or .src".to_owned();
+        let note = about_file(A_SOURCE, file, cause, "rename it, or give it to `emu asm`");
+        Diagnostic { severity: Severity::Note, ..note }
+    })
 }
 
 /// The image as [`image`] reads it, and with its symbols those of symbol files; warnings are told.
