@@ -86,7 +86,7 @@ pub fn asm(args: &AsmArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let all: Vec<_> = printed.into_iter().chain(outputs.iter().copied()).collect();
     output::owners(&all)?;
     output::spares(&args.file, &all)?;
-    let mut assembled = assemble(&args.file, chip, &args.defines, &args.folders)?;
+    let mut assembled = assemble(&args.file, &input::bytes(&args.file)?, chip, &args.defines, &args.folders)?;
     for (included, _) in assembled.texts.all() {
         output::spares(included, &all)?;
     }
@@ -111,8 +111,8 @@ pub fn is_source(file: &str) -> bool {
 }
 
 /// The image of a source, with its symbols and lines; warnings are told.
-pub fn image(file: &str, chip: &'static Chip, terminal: &Terminal) -> Result<Image, Failure> {
-    let mut assembled = assemble(file, chip, &[], &[])?;
+pub fn image(file: &str, bytes: &[u8], chip: &'static Chip, terminal: &Terminal) -> Result<Image, Failure> {
+    let mut assembled = assemble(file, bytes, chip, &[], &[])?;
     let image = std::mem::take(&mut assembled.image);
     tell(terminal, assembled);
     Ok(image)
@@ -124,13 +124,13 @@ fn tell(terminal: &Terminal, assembled: Assembled) {
 
 fn assemble(
     file: &str,
+    bytes: &[u8],
     chip: &'static Chip,
     defines: &[(String, String)],
     folders: &[PathBuf],
 ) -> Result<Assembled, Failure> {
-    let bytes = input::bytes(file)?;
     let options = Options { defines: defines.to_vec() };
-    emu_asm::assemble(&Source { name: file, bytes: &bytes }, chip, &options, &mut Disk { folders })
+    emu_asm::assemble(&Source { name: file, bytes }, chip, &options, &mut Disk { folders })
         .map_err(|refused| Failure::Refused(refused.faults, texts(&refused.texts)))
 }
 

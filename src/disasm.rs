@@ -33,7 +33,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct DisasmArgs {
-    /// A HEX or ELF file; - is standard input.
+    /// A HEX or ELF file, or an assembly source by its name (.asm, .s, .a51, .src); - is standard input.
     #[arg(value_name = "IMAGE")]
     image: String,
     /// The chip, which decides what the words mean and how far they reach.

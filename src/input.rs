@@ -47,12 +47,12 @@ pub fn read(file: &str) -> io::Result<Vec<u8>> {
 
 /// The image in a HEX or ELF file, or made of a source, for `chip`; warnings are told.
 pub fn image(file: &str, chip: &'static Chip, terminal: &Terminal) -> Result<Image, Failure> {
-    if asm::is_source(file) {
-        let image = asm::image(file, chip, terminal)?;
+    let bytes = bytes(file)?;
+    if asm::is_source(file) || file == "-" && is_text(&bytes) {
+        let image = asm::image(file, &bytes, chip, terminal)?;
         let faults = ap101::faults(file, &[], chip, &image);
         return if faults.is_empty() { Ok(image) } else { Err(Failure::Refused(faults, Texts::default())) };
     }
-    let bytes = bytes(file)?;
     match image::load(file, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)) {
         Ok(mut loaded) => {
             let faults = ap101::faults(file, &bytes, chip, &loaded.image);
@@ -77,12 +77,19 @@ pub fn image(file: &str, chip: &'static Chip, terminal: &Terminal) -> Result<Ima
     }
 }
 
+/// Neither Intel HEX nor ELF, and a text.
+fn is_text(bytes: &[u8]) -> bool {
+    let text = std::str::from_utf8(bytes).map(str::trim_start).ok();
+    text.is_some_and(|text| !text.is_empty() && !text.starts_with([':', '\x7F']) && !text.contains('\0'))
+}
+
 /// A note for what looks like a text and not like an image.
 fn source(file: &str, bytes: &[u8]) -> Option<Diagnostic> {
-    let text = std::str::from_utf8(bytes).ok().filter(|text| !text.contains('\0'))?;
-    let is_source = text.lines().any(|line| line.trim_start().starts_with([';', '.', '#'])) && !text.contains("\n:");
+    let text = std::str::from_utf8(bytes).ok().filter(|_| is_text(bytes))?;
+    let is_source = text.lines().any(|line| line.trim_start().starts_with([';', '.', '#']));
     is_source.then(|| {
-        let cause = "this looks like a source, which is assembled where its name ends in .asm, .s, .a51 or .src".to_owned();
+        let cause =
+            "this looks like a source, which is assembled where its name ends in .asm, .s, .a51 or .src".to_owned();
         let note = about_file(A_SOURCE, file, cause, "rename it, or give it to `emu asm`");
         Diagnostic { severity: Severity::Note, ..note }
     })
@@ -102,7 +109,7 @@ pub fn image_with_symbols(
         return match symbols.first() {
             None => image(file, chip, terminal),
             Some(_) => Err(Failure::Usage(format!(
-                "--symbols reads what SDCC writes for the 8051; a program for {} has its symbols in its ELF file",
+                "--symbols reads what SDCC and gputils write for the 8051 and PIC16 families; a program for {} has its symbols in its ELF file or source",
                 chip.name
             ))),
         };

@@ -12,6 +12,7 @@ use emu_debug::cod::{Limits, Script};
 use emu_debug::run::{run_on, shown};
 use emu_debug::stimulus::{Put, drive, put, queue};
 use emu_debug::text::unescape;
+use emu_debug::until::Until;
 use emu_debug::{Board, Clock, Drive, Ended, Names, Plan, Range, Reason, Sender, Source, Wave, time};
 
 use crate::args::Mcu;
@@ -46,7 +47,8 @@ const DEFAULT_LIMIT: &str = "60s";
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RunArgs {
-    /// A HEX or ELF file; - is standard input.
+    /// A HEX or ELF file, or an assembly source by its name (.asm, .s, .a51, .src), which is assembled on the fly; - is standard
+    /// input.
     #[arg(value_name = "IMAGE")]
     image: String,
     #[command(flatten)]
@@ -84,7 +86,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "RATE", default_value = "9600", requires = "uart_in", value_parser = baud)]
     baud: u64,
     /// End when this comes true: pc=0x1a2 (byte address, on PIC16 a word address), pc=main or pc=main+0x4 (symbol), pc=main.c:12
-    /// (source line), 'pin PB5=1' (or 0, or z), 'write data:0x100', 'read xdata:0x7654', 'write buf' (all bytes of a variable),
+    /// (source line), fetch=2 (AP101: fetched and not yet executed), 'pin PB5=1' (or 0, or z), 'write data:0x100', 'read xdata:0x7654', 'write buf' (all bytes of a variable),
     /// 'uart "text"'. Repeatable; any of them ends the run.
     #[arg(long, value_name = "COND")]
     until: Vec<String>,
@@ -279,6 +281,7 @@ impl Job for Headless<'_> {
         report(self.terminal, self.image.lines.warnings(), Texts::NONE);
         let told = self.image.lines.warnings().len();
         let job = job?;
+        there(&job, &cpu)?;
         let mut board = self.bench.board(cpu.chip(), clock, &job.drives)?;
         let out = self.whole((&mut cpu, &mut board), job);
         report(self.terminal, self.image.lines.warnings().get(told..).unwrap_or_default(), Texts::NONE);
@@ -401,12 +404,13 @@ fn planned(args: &RunArgs, source: &Source<'_>, clock: Clock) -> Result<Planned,
     };
     let mut drives = Vec::new();
     for text in &args.set {
-        let put =
-            put(chip, &avr::own_name(chip, text)).map_err(|why| Failure::value("--set <PIN=LEVEL>", text, &why))?;
+        let put = put(chip, &avr::own_name(chip, &names.with_channel(text)))
+            .map_err(|why| Failure::value("--set <PIN=LEVEL>", text, &why))?;
         drives.push(Drive { at: Time::default(), put });
     }
     for text in &args.at {
-        let own = text.split_once(':').map(|(time, put)| format!("{time}:{}", avr::own_name(chip, put)));
+        let own =
+            text.split_once(':').map(|(time, put)| format!("{time}:{}", avr::own_name(chip, &names.with_channel(put))));
         let own = own.as_deref().unwrap_or(text);
         drives.push(drive(chip, clock, own).map_err(|why| Failure::value("--at <TIME:PIN=LEVEL>", text, &why))?);
     }
@@ -428,6 +432,27 @@ fn planned(args: &RunArgs, source: &Source<'_>, clock: Clock) -> Result<Planned,
         lint: args.lint.is_some(),
     };
     Ok(Planned { clock, plan, drives, peek: peek.collect::<Result<_, _>>()? })
+}
+
+/// Refuses pins that the machine does not have because its image says so.
+fn there<C: Cpu>(job: &Planned, cpu: &C) -> Result<(), Failure> {
+    let driven = job.drives.iter().filter_map(|drive| match drive.put {
+        Put::Level(pin, _) | Put::Volts(pin, _) | Put::Counts(pin, _) => Some(pin),
+        Put::Supply(_) => None,
+    });
+    let awaited = job.plan.until.iter().filter_map(|until| match until {
+        Until::Pin(pin, _) => Some(*pin),
+        _ => None,
+    });
+    match driven.chain(awaited).find(|pin| !cpu.has_pin(*pin)) {
+        None => Ok(()),
+        Some(pin) => {
+            let name = cpu.chip().pins.get(usize::from(pin)).map_or("?", |def| def.name);
+            Err(Failure::Usage(format!(
+                "{name} is no channel of this machine: the configuration in its image has fewer"
+            )))
+        }
+    }
 }
 
 /// What `--uart-in` does at the receive pin, which none of the `others` drives.

@@ -34,7 +34,7 @@ mod table;
 mod text;
 
 use diag::{Diagnostic, Severity};
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, Family};
 use emu_core::image::{CONSTANT, Image, Lines, SymbolAt};
 use emu_core::table::AsmError;
 
@@ -126,7 +126,7 @@ fn image_of(asm: &mut Asm<'_>) -> Image {
             let (space, addr) = match symbol.kind {
                 Kind::Label { space, addr } => (space, addr),
                 Kind::Equ | Kind::Set => (CONSTANT, symbol.value.n as u32),
-                Kind::Alias(_) => return None,
+                Kind::Alias(ref register) => bit_of(asm.chip, register)?,
             };
             Some(SymbolAt { name: name.to_string(), space, addr, size: 0 })
         })
@@ -139,6 +139,16 @@ fn image_of(asm: &mut Asm<'_>) -> Image {
         lines: Lines::new(std::mem::take(&mut asm.out.lines)),
         entry: None,
     }
+}
+
+/// Memory and address of a bit of AP101 by its name, as `M1`; other families' registers are none of a memory.
+fn bit_of(chip: &Chip, register: &str) -> Option<(&'static str, u32)> {
+    let zone = register.chars().next()?.to_ascii_lowercase();
+    let zone =
+        [('t', "r"), ('o', "e")].iter().find(|row| row.0 == zone).map_or(zone.to_string(), |row| row.1.to_owned());
+    let number = register.get(1..)?.trim_start_matches('_').parse().ok()?;
+    let &(space, size, _) = chip.spaces.iter().find(|(name, ..)| chip.family == Family::Ap101 && *name == zone)?;
+    (number < size).then_some((space, number))
 }
 
 /// Whether a name means something already on this chip, case aside: an instruction, a directive, a function, a register, a bit or a

@@ -85,6 +85,15 @@ impl Names<'_> {
         Ok(Range { space, start, end })
     }
 
+    /// `motor=1` as `E1=1`, where the program has given a channel of AP101 a name; else the text as it is.
+    #[must_use]
+    pub fn with_channel(&self, text: &str) -> String {
+        let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));
+        let named = self.symbols.iter().find(|s| s.name == name.trim() && matches!(s.space, "i" | "e"));
+        let own = |s: &SymbolAt| format!("{}{}{rest}", s.space.to_ascii_uppercase(), s.addr);
+        named.filter(|_| self.chip.family == Family::Ap101).map_or_else(|| text.to_owned(), own)
+    }
+
     /// The memories that have the name with which a text without a memory begins; the program's names go before the chip's.
     fn memories_of(&self, text: &str) -> Vec<&'static str> {
         let first = text.split("..").next().unwrap_or_default().trim();

@@ -181,7 +181,7 @@ pub fn supply_name(chip: &Chip) -> &'static str {
 pub fn pin(chip: &Chip, name: &str) -> Result<PinId, String> {
     let pin = chip.pin(name).filter(|&pin| present(chip, pin));
     // Its note says what else a pin is.
-    let is = |note: &str| note.split(", ").any(|function| function.eq_ignore_ascii_case(name));
+    let is = |note: &str| !name.is_empty() && note.split(", ").any(|function| function.eq_ignore_ascii_case(name));
     let shared = || chip.pins.iter().position(|p| p.dip != 0 && is(p.note)).map(|pin| pin as PinId);
     pin.or_else(shared).ok_or_else(|| {
         let names: Vec<&str> = chip.pins.iter().filter(|p| p.dip != 0).map(|p| p.name).collect();

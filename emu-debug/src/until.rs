@@ -43,7 +43,7 @@ pub fn until(names: &Names<'_>, text: &str) -> Result<Until, String> {
             "`{text}` is for chips that fetch and execute one after the other, as ap101; {} is none",
             names.chip.name
         )),
-        "pin" => pin_level(names.chip, rest).map(|(pin, level)| Until::Pin(pin, level)),
+        "pin" => pin_level(names.chip, &names.with_channel(rest)).map(|(pin, level)| Until::Pin(pin, level)),
         "read" => Ok(Until::Read(data(names, rest)?)),
         "write" => Ok(Until::Write(data(names, rest)?)),
         "uart" => {
@@ -108,7 +108,9 @@ fn has_bare_quote(text: &str) -> bool {
 
 fn data(names: &Names<'_>, text: &str) -> Result<Range, String> {
     let range = names.range(text)?;
-    let watched = |space: &str| space != names.chip.code && !matches!(space, "eeprom" | "config" | "fuse" | "lock");
+    let watched = |space: &str| {
+        space != names.chip.code && !matches!(space, "eeprom" | "config" | "fuse" | "lock" | "preset" | "value")
+    };
     if !watched(range.space) {
         let memories: Vec<&str> =
             names.chip.spaces.iter().map(|(name, ..)| *name).filter(|name| watched(name)).collect();
