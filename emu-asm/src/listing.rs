@@ -53,11 +53,14 @@ const BYTES: usize = 6;
 impl fmt::Display for Listing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = BYTES * 3;
-        // What stands behind the last line end is no line.
-        let rows = match self.rows.split_last() {
-            Some((last, rows)) if last.text.is_empty() && last.words.is_empty() => rows,
-            _ => &self.rows,
-        };
+        // What stands behind the last line end is no line, and what a dialect adds at the end bears the number of a line above.
+        let mut rows = &self.rows[..];
+        while let [above @ .., before, last] = rows
+            && last.words.is_empty()
+            && (last.text.is_empty() || last.number < before.number)
+        {
+            rows = &rows[..=above.len()];
+        }
         for row in rows {
             let (per, digits) = if row.wide { (WORDS, 4) } else { (BYTES, 2) };
             let mut chunks = row.words.chunks(per);

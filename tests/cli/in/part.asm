@@ -1,0 +1,1 @@
+value   equ     55h

@@ -1,0 +1,3 @@
+        include "part.asm"
+        mov     P1, #value
+        sjmp    $
