@@ -216,6 +216,11 @@ impl<'a> Asm<'a> {
         ));
     }
 
+    /// Errors told so far in this pass.
+    pub fn errors(&self) -> usize {
+        self.faults.iter().filter(|(fault, _)| fault.is_error()).count() + self.more
+    }
+
     /// `, in macro a called at main.asm:3`.
     fn chain(&self) -> String {
         let calls = self.frames.iter().rev().filter_map(|frame| frame.called.as_ref());

@@ -2,11 +2,12 @@
 //!
 //! ```text
 //!   pic16.rs  the dialect as data, and the names that a program gives    chip.rs  the chip: list, banks, pages, configuration
-//!   data.rs   words of all kinds: dw, db, da, de, dt, fill
+//!   data.rs   words of all kinds: dw, db, da, de, dt, fill      special.rs  mnemonics that stand for other instructions
 //! ```
 
 mod chip;
 mod data;
+mod special;
 
 use std::ops::Range;
 
@@ -95,6 +96,11 @@ pub(super) const PIC16: Dialect = Dialect {
         Directive::run("bankisel", chip::bankisel),
         Directive::run("pagesel", chip::pagesel),
         Directive::run("pageselw", chip::pageselw),
+        special::named("skpc"), special::named("skpnc"), special::named("skpz"), special::named("skpnz"), special::named("skpdc"), special::named("skpndc"),
+        special::named("setc"), special::named("clrc"), special::named("setz"), special::named("clrz"), special::named("setdc"), special::named("clrdc"),
+        special::named("movfw"), special::named("tstf"), special::named("negf"), special::named("addcf"), special::named("subcf"), special::named("adddcf"), special::named("subdcf"),
+        special::named("b"), special::named("bc"), special::named("bnc"), special::named("bz"), special::named("bnz"), special::named("bdc"), special::named("bndc"),
+        special::named("lcall"), special::named("lgoto"),
         Directive::flow("cblock", Flow::Block(constants)),
         Directive::flow("endc", Flow::EndBlock),
         Directive::flow("while", Flow::While),
