@@ -327,6 +327,9 @@ impl Names for Asm<'_> {
         if let Some(value) = self.known.get(name) {
             return Ok(value);
         }
+        if let Some(n) = (self.d.hooks.names)(&self.own, name) {
+            return Ok(Value::of(n));
+        }
         if self.is_register(name) {
             return Err(register(name, at));
         }

@@ -73,7 +73,7 @@ pub(super) const PIC16: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[("W", 0), ("F", 1)],
-    hooks: Hooks { check, value_names: true },
+    hooks: Hooks { check, value_names: true, ..Hooks::NONE },
     directives: &[
         Directive::named("org", org),
         Directive::run("dw", data::words),
