@@ -16,12 +16,15 @@ use crate::known::Known;
 use crate::nearest::nearest;
 use crate::output::Output;
 use crate::reader::{Cond, Frame, Macro};
+use crate::statement::code_end;
 use crate::symbols::{Defined, Kind, Symbols};
 use crate::table::Table;
-use crate::text::Line;
+use crate::text::{Line, trim};
 
-/// Passes until names that still move are an error.
-const PASSES: u32 = 20;
+/// Passes until names that still move are an error: so many and one for each name, as each of a chain of names may wait for the next.
+const PASSES: usize = 20;
+/// Passes at most, however many names there are.
+const MOST_PASSES: usize = 1000;
 /// Errors that are told.
 pub(crate) const LIMIT: usize = 100;
 
@@ -153,17 +156,34 @@ impl<'a> Asm<'a> {
             if !again || self.stopped() {
                 break;
             }
-            if self.pass == PASSES {
+            let most = (PASSES + self.symbols.names().count()).min(MOST_PASSES);
+            if self.pass as usize >= most || self.tired() {
                 let names: Vec<String> = moving.iter().take(5).map(|name| format!("`{name}`")).collect();
-                let cause = format!("after {PASSES} passes {} still changes with every pass", names.join(", "));
+                let cause = format!("after {} passes {} still changes with every pass", self.pass, names.join(", "));
                 let hint = "the place of something hangs on a name whose value hangs on that place";
-                self.line = None;
-                self.tell(Fault::new("ASM018", 0..0, cause, hint));
+                self.tell_of(moving.first(), cause, hint);
                 break;
             }
             self.pass += 1;
         }
+        let unknown =
+            self.symbols.all().into_iter().find(|(_, symbol)| symbol.value.unknown).map(|(name, _)| name.clone());
+        if let Some(name) = unknown.filter(|_| self.errors() == 0) {
+            let cause = format!("the value of `{}` hangs on itself", name.split('\u{1}').next().unwrap_or_default());
+            self.tell_of(Some(&name), cause, "give one of the names that hang on each other a plain number");
+        }
         self.place();
+    }
+
+    /// Tells of values that do not settle, where a name is given.
+    fn tell_of(&mut self, name: Option<&Rc<str>>, cause: String, hint: &str) {
+        let place = name.and_then(|name| self.symbols.get(name, false)).map(|symbol| symbol.place);
+        self.line =
+            place.and_then(|(file, number)| self.texts.lines(file).get((number as usize).checked_sub(1)?).cloned());
+        let text = self.line.as_ref().map_or("", |line| &line.text);
+        let whole = trim(text, 0..code_end(self.d, text));
+        self.tell(Fault::new("ASM018", whole, cause, hint));
+        self.line = None;
     }
 
     /// Reads the text number 0 once, from the program word `pc` on, as a pass that knows all names that there are.

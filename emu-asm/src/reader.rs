@@ -119,6 +119,11 @@ impl Asm<'_> {
         false
     }
 
+    /// So many lines were read in all passes that another pass may be too much.
+    pub fn tired(&self) -> bool {
+        self.lines_read > 3 * LINES
+    }
+
     fn end_of_text(&mut self) {
         let Some(frame) = self.frames.last_mut() else { return };
         let open = frame.conds;
