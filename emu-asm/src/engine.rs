@@ -88,6 +88,8 @@ pub(crate) struct Asm<'a> {
     pub odd: bool,
     /// The address of the line.
     pub line_at: i64,
+    /// An address that decides where something lies could not be read in this pass.
+    pub astray: bool,
     pub out: Output,
     faults: Vec<(Diagnostic, Option<String>)>,
     /// Errors beyond [`LIMIT`].
@@ -134,6 +136,7 @@ impl<'a> Asm<'a> {
             behind: 0,
             line_at: 0,
             odd: false,
+            astray: false,
             out: Output::new(chip, d),
             faults: Vec::new(),
             more: 0,
@@ -172,7 +175,16 @@ impl<'a> Asm<'a> {
             let cause = format!("the value of `{}` hangs on itself", name.split('\u{1}').next().unwrap_or_default());
             self.tell_of(Some(&name), cause, "give one of the names that hang on each other a plain number");
         }
+        let told = self.faults.len();
         self.place();
+        if self.astray {
+            // Where things lie is not known, so what does not fit there is not told.
+            let mut index = 0;
+            self.faults.retain(|(fault, _)| {
+                index += 1;
+                index <= told || !matches!(fault.code, "ASM019" | "ASM020")
+            });
+        }
     }
 
     /// Tells of values that do not settle, where a name is given.
@@ -197,7 +209,7 @@ impl<'a> Asm<'a> {
 
     fn begin_pass(&mut self) {
         self.undefined.clear();
-        (self.forward, self.moved, self.ended, self.odd) = (false, false, false, false);
+        (self.forward, self.moved, self.ended, self.odd, self.astray) = Default::default();
         (self.calls, self.stretch, self.radix, self.more) = (0, 0, self.d.radix, 0);
         self.line = None;
         self.frames.clear();
@@ -303,6 +315,13 @@ impl<'a> Asm<'a> {
     /// The value of `text[range]` where it decides about addresses or lines: 0 while it is not known.
     pub fn number(&mut self, text: &str, range: Range<usize>) -> Option<i64> {
         self.value(text, range).map(|value| if value.unknown { 0 } else { value.n })
+    }
+
+    /// The address of `text[range]`, at which the program goes on; none, and nothing that lies wrong is told, where it cannot be read.
+    pub fn place_of(&mut self, text: &str, range: Range<usize>) -> Option<i64> {
+        let found = self.value(text, range).filter(|value| !value.unknown);
+        self.astray |= found.is_none();
+        found.map(|value| value.n)
     }
 
     /// Gives a name a value; `at` is where the name stands.

@@ -140,7 +140,7 @@ fn segment(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone());
     if let Some(at) = written.get(..2).filter(|at| at.eq_ignore_ascii_case("at"))
-        && let Some(n) = asm.number(call.text, rest.start + at.len()..rest.end)
+        && let Some(n) = asm.place_of(call.text, rest.start + at.len()..rest.end)
     {
         asm.out.go(n);
     }
