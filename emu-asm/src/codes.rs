@@ -56,7 +56,7 @@ pub const CODES: &[Code] = &[
     Code { code: "ASM016", title: "includes are nested too deep",
         explain: "A file includes itself, or others that do; 32 includes within each other are taken." },
     Code { code: "ASM017", title: "the program grows too large",
-        explain: "Macros, repetitions and includes come to more than 1,000,000 lines, or the bytes to more than 16 MB. Mend: look for a \
+        explain: "Macros, repetitions and includes come to more than 1,000,000 lines, a `while` to more than 65,536 turns, or the bytes to more than 16 MB. Mend: look for a \
                   repetition with a wrong count or a macro that goes on for ever." },
     Code { code: "ASM018", title: "values do not settle",
         explain: "The source is read again until no name moves. Here the place of something hangs on a name whose value hangs on that \
@@ -83,7 +83,7 @@ pub const CODES: &[Code] = &[
     Code { code: "ASM027", title: "a directive without effect",
         explain: "A note: the directive is for a linker or a listing of another assembler, and nothing follows from it here." },
     Code { code: "ASM029", title: "more errors",
-        explain: "At most 100 complaints are shown; this note counts the others." },
+        explain: "At most 100 errors are shown, and 100 warnings and notes; this note counts the others." },
     Code { code: "ASM030", title: "a value is cut off",
         explain: "A warning: a value of db or dw has more bits than the place for it, and only the lower ones are kept. Mend: write the part \
                   that is meant with low() or &." },

@@ -25,7 +25,7 @@ use crate::text::{Line, trim};
 const PASSES: usize = 20;
 /// Passes at most, however many names there are.
 const MOST_PASSES: usize = 1000;
-/// Errors that are told.
+/// Errors that are told, and as many warnings and notes.
 pub(crate) const LIMIT: usize = 100;
 
 /// What a directive is given: the line without its comment, and where its parts stand.
@@ -92,6 +92,8 @@ pub(crate) struct Asm<'a> {
     pub astray: bool,
     pub out: Output,
     faults: Vec<(Diagnostic, Option<String>)>,
+    /// Errors among them.
+    errors: usize,
     /// Errors beyond [`LIMIT`].
     more: usize,
     /// Remarks about the instruction that is being matched.
@@ -139,6 +141,7 @@ impl<'a> Asm<'a> {
             astray: false,
             out: Output::new(chip, d),
             faults: Vec::new(),
+            errors: 0,
             more: 0,
             notes: Vec::new(),
             quiet: BTreeSet::new(),
@@ -217,6 +220,7 @@ impl<'a> Asm<'a> {
         self.macros.clear();
         self.numbered.clear();
         self.faults.clear();
+        self.errors = 0;
         (self.notes, self.quiet, self.least) = Default::default();
         self.own = crate::dialect::Own::default();
         self.out.restart();
@@ -233,10 +237,14 @@ impl<'a> Asm<'a> {
         if unwanted {
             return;
         }
-        if self.faults.len() >= LIMIT {
-            self.more += usize::from(fault.severity == Severity::Error);
+        let is_error = fault.severity == Severity::Error;
+        let stored = if is_error { self.errors } else { self.faults.len() - self.errors };
+        // What stops everything is told in any case.
+        if stored >= LIMIT && fault.code != "ASM017" {
+            self.more += usize::from(is_error);
             return;
         }
+        self.errors += usize::from(is_error);
         let (file, pos) = match &self.line {
             Some(line) => self.texts.pos(line, &fault.at),
             None => (self.texts.name(0).to_owned(), Pos::default()),
@@ -250,7 +258,7 @@ impl<'a> Asm<'a> {
 
     /// Errors told so far in this pass.
     pub fn errors(&self) -> usize {
-        self.faults.iter().filter(|(fault, _)| fault.is_error()).count() + self.more
+        self.errors + self.more
     }
 
     /// `, in macro a called at main.asm:3`.

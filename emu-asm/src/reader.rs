@@ -6,12 +6,14 @@ use crate::dialect::Flow;
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::macros::Param;
-use crate::text::Line;
+use crate::text::{Line, trim};
 
 /// Includes within each other.
 const INCLUDES: usize = 32;
 /// Macros and repetitions within each other.
 const MACROS: usize = 64;
+/// Turns of a `while`.
+const TURNS: u32 = 65_536;
 /// Lines that a program may come to in one pass, and in all.
 const LINES: u64 = 1_000_000;
 
@@ -39,8 +41,8 @@ enum Turn {
     Again(u64),
     /// It is read again for each of these texts, the last first.
     Texts(String, Vec<String>, Rc<[Line]>),
-    /// It is read again while the condition of this line holds, from this byte on.
-    While(Line, usize),
+    /// It is read again while the condition of this line holds, from this byte on; the turns so far.
+    While(Line, usize, u32),
 }
 
 /// An open condition.
@@ -150,10 +152,18 @@ impl Asm<'_> {
                 let values = [(name.clone(), text)];
                 Some(body.iter().map(|line| crate::macros::put_in(self.d, line, &values, 0)).collect())
             }),
-            Turn::While(line, from) => {
+            Turn::While(line, from, turns) => {
+                *turns += 1;
                 let (now, text) = (self.line.replace(line.clone()), line.text.clone());
                 let holds =
                     self.number(&text, *from..crate::statement::code_end(self.d, &text)).is_some_and(|n| n != 0);
+                if holds && *turns >= TURNS {
+                    let cause = format!("the repetition comes to more than {TURNS} turns");
+                    let hint = "its lines must change what the condition asks for";
+                    self.tell(Fault::new("ASM017", trim(&text, 0..text.len()), cause, hint));
+                    self.ended = true;
+                    return;
+                }
                 self.line = now;
                 holds.then_some(None)
             }
@@ -207,7 +217,7 @@ impl Asm<'_> {
                 let Some(body) = self.collect(call, flow) else { return };
                 let Some(line) = self.line.clone() else { return };
                 if self.number(call.text, call.rest.clone()).is_some_and(|n| n != 0) && self.room(call) {
-                    self.push(body, Turn::While(line, call.rest.start), None);
+                    self.push(body, Turn::While(line, call.rest.start, 0), None);
                 }
             }
             Flow::Block(run) => {
