@@ -87,6 +87,9 @@ pub const CODES: &[Code] = &[
     Code { code: "ASM030", title: "a value is cut off",
         explain: "A warning: a value of db or dw has more bits than the place for it, and only the lower ones are kept. Mend: write the part \
                   that is meant with low() or &." },
+    Code { code: "ASM035", title: "a file in an encoding that is not read",
+        explain: "Sources are UTF-8, of which ASCII is a part. The first bytes of this file say that it is UTF-16, as some editors \
+                  save texts. Mend: save it as UTF-8." },
     Code { code: "ASM040", title: "instruction in column 1",
         explain: "Words in column 1 are labels, unless an instruction has that name; then it is taken as one, and told. \
                   gpasm and MPASM call this warning 203." },

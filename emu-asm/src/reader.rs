@@ -1,5 +1,6 @@
 //! Which line comes next: files, macros and repetitions within each other, and conditions.
 
+use std::ops::Range;
 use std::rc::Rc;
 
 use crate::dialect::Flow;
@@ -77,6 +78,9 @@ pub(crate) struct Macro {
 impl Asm<'_> {
     /// Reads the text `file` to its end, with all that it includes.
     pub fn read(&mut self, file: u32) {
+        if !self.is_text(file, 0..0) {
+            return;
+        }
         let lines = self.texts.lines(file);
         self.push(lines, Turn::File, None);
         while let Some(line) = self.next_line() {
@@ -87,6 +91,14 @@ impl Asm<'_> {
             }
         }
         self.line = None;
+    }
+
+    /// Tells of a text in an encoding that is not read.
+    fn is_text(&mut self, file: u32, at: Range<usize>) -> bool {
+        let Some(encoding) = self.texts.encoding(file) else { return true };
+        let cause = format!("`{}` is written in {encoding}", self.texts.name(file));
+        self.tell(Fault::new("ASM035", at, cause, "save it as UTF-8"));
+        false
     }
 
     fn push(&mut self, lines: Rc<[Line]>, kind: Turn, called: Option<(String, u32, u32)>) {
@@ -378,6 +390,9 @@ impl Asm<'_> {
         };
         match found {
             Ok(file) => {
+                if !self.is_text(file, call.rest.clone()) {
+                    return;
+                }
                 let lines = self.texts.lines(file);
                 self.push(lines, Turn::File, None);
             }
