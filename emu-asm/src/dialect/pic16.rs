@@ -30,6 +30,8 @@ pub use chip::named_chip;
 pub(crate) struct State {
     /// What the next name of a block of constants gets.
     block: i64,
+    /// The configuration words by `config`.
+    settings: Option<[u16; 2]>,
 }
 
 /// The dialect.
@@ -91,6 +93,7 @@ pub(super) const PIC16: Dialect = Dialect {
         Directive::run("radix", chip::radix),
         Directive::run("errorlevel", chip::errorlevel),
         Directive::run("__config", chip::config),
+        Directive::run("config", chip::settings),
         Directive::run("__idlocs", chip::idlocs),
         Directive::run("banksel", chip::banksel),
         Directive::run("bankisel", chip::bankisel),
@@ -139,7 +142,7 @@ pub(super) const PIC16: Dialect = Dialect {
     provides: chip::provides,
     defines: |_| Vec::new(),
     refuses: |_, _| None,
-    finish: |_| (),
+    finish: chip::give_settings,
     sections: &[SectionRow { name: "code", space: "", holds: Holds::Image, behind: false }],
 };
 
