@@ -56,11 +56,11 @@ pub const CODES: &[Code] = &[
     Code { code: "ASM016", title: "includes are nested too deep",
         explain: "A file includes itself, or others that do; 32 includes within each other are taken." },
     Code { code: "ASM017", title: "the program grows too large",
-        explain: "Macros, repetitions and includes come to more than 1,000,000 lines, or the bytes to more than 16 MB. Mend: look for a \
+        explain: "Macros, repetitions and includes come to more than 1,000,000 lines, a `while` to more than 65,536 turns, or the bytes to more than 16 MB. Mend: look for a \
                   repetition with a wrong count or a macro that goes on for ever." },
     Code { code: "ASM018", title: "values do not settle",
         explain: "The source is read again until no name moves. Here the place of something hangs on a name whose value hangs on that \
-                  place, as in `org x` with `x: equ $+1`, and 20 passes were not enough. Mend: give one of them a plain number." },
+                  place, as in `org x` with `x: equ $+1`, and a pass for each name and 20 more (1000 at most) were not enough; or names hang on each other in a circle. Mend: give one of them a plain number." },
     Code { code: "ASM019", title: "two parts of the program overlap",
         explain: "Something was put at an address before. The message says by which line. Mend: move one of them with org." },
     Code { code: "ASM020", title: "there is no memory here",
@@ -83,10 +83,13 @@ pub const CODES: &[Code] = &[
     Code { code: "ASM027", title: "a directive without effect",
         explain: "A note: the directive is for a linker or a listing of another assembler, and nothing follows from it here." },
     Code { code: "ASM029", title: "more errors",
-        explain: "At most 100 complaints are shown; this note counts the others." },
+        explain: "At most 100 errors are shown, and 100 warnings and notes; this note counts the others." },
     Code { code: "ASM030", title: "a value is cut off",
         explain: "A warning: a value of db or dw has more bits than the place for it, and only the lower ones are kept. Mend: write the part \
                   that is meant with low() or &." },
+    Code { code: "ASM035", title: "a file in an encoding that is not read",
+        explain: "Sources are UTF-8, of which ASCII is a part. The first bytes of this file say that it is UTF-16, as some editors \
+                  save texts. Mend: save it as UTF-8." },
     Code { code: "ASM040", title: "instruction in column 1",
         explain: "Words in column 1 are labels, unless an instruction has that name; then it is taken as one, and told. \
                   gpasm and MPASM call this warning 203." },

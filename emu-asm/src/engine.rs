@@ -16,13 +16,16 @@ use crate::known::Known;
 use crate::nearest::nearest;
 use crate::output::Output;
 use crate::reader::{Cond, Frame, Macro};
+use crate::statement::code_end;
 use crate::symbols::{Defined, Kind, Symbols};
 use crate::table::Table;
-use crate::text::Line;
+use crate::text::{Line, trim};
 
-/// Passes until names that still move are an error.
-const PASSES: u32 = 20;
-/// Errors that are told.
+/// Passes until names that still move are an error: so many and one for each name, as each of a chain of names may wait for the next.
+const PASSES: usize = 20;
+/// Passes at most, however many names there are.
+const MOST_PASSES: usize = 1000;
+/// Errors that are told, and as many warnings and notes.
 pub(crate) const LIMIT: usize = 100;
 
 /// What a directive is given: the line without its comment, and where its parts stand.
@@ -85,8 +88,12 @@ pub(crate) struct Asm<'a> {
     pub odd: bool,
     /// The address of the line.
     pub line_at: i64,
+    /// An address that decides where something lies could not be read in this pass.
+    pub astray: bool,
     pub out: Output,
     faults: Vec<(Diagnostic, Option<String>)>,
+    /// Errors among them.
+    errors: usize,
     /// Errors beyond [`LIMIT`].
     more: usize,
     /// Remarks about the instruction that is being matched.
@@ -131,8 +138,10 @@ impl<'a> Asm<'a> {
             behind: 0,
             line_at: 0,
             odd: false,
+            astray: false,
             out: Output::new(chip, d),
             faults: Vec::new(),
+            errors: 0,
             more: 0,
             notes: Vec::new(),
             quiet: BTreeSet::new(),
@@ -153,17 +162,43 @@ impl<'a> Asm<'a> {
             if !again || self.stopped() {
                 break;
             }
-            if self.pass == PASSES {
+            let most = (PASSES + self.symbols.names().count()).min(MOST_PASSES);
+            if self.pass as usize >= most || self.tired() {
                 let names: Vec<String> = moving.iter().take(5).map(|name| format!("`{name}`")).collect();
-                let cause = format!("after {PASSES} passes {} still changes with every pass", names.join(", "));
+                let cause = format!("after {} passes {} still changes with every pass", self.pass, names.join(", "));
                 let hint = "the place of something hangs on a name whose value hangs on that place";
-                self.line = None;
-                self.tell(Fault::new("ASM018", 0..0, cause, hint));
+                self.tell_of(moving.first(), cause, hint);
                 break;
             }
             self.pass += 1;
         }
+        let unknown =
+            self.symbols.all().into_iter().find(|(_, symbol)| symbol.value.unknown).map(|(name, _)| name.clone());
+        if let Some(name) = unknown.filter(|_| self.errors() == 0) {
+            let cause = format!("the value of `{}` hangs on itself", name.split('\u{1}').next().unwrap_or_default());
+            self.tell_of(Some(&name), cause, "give one of the names that hang on each other a plain number");
+        }
+        let told = self.faults.len();
         self.place();
+        if self.astray {
+            // Where things lie is not known, so what does not fit there is not told.
+            let mut index = 0;
+            self.faults.retain(|(fault, _)| {
+                index += 1;
+                index <= told || !matches!(fault.code, "ASM019" | "ASM020")
+            });
+        }
+    }
+
+    /// Tells of values that do not settle, where a name is given.
+    fn tell_of(&mut self, name: Option<&Rc<str>>, cause: String, hint: &str) {
+        let place = name.and_then(|name| self.symbols.get(name, false)).map(|symbol| symbol.place);
+        self.line =
+            place.and_then(|(file, number)| self.texts.lines(file).get((number as usize).checked_sub(1)?).cloned());
+        let text = self.line.as_ref().map_or("", |line| &line.text);
+        let whole = trim(text, 0..code_end(self.d, text));
+        self.tell(Fault::new("ASM018", whole, cause, hint));
+        self.line = None;
     }
 
     /// Reads the text number 0 once, from the program word `pc` on, as a pass that knows all names that there are.
@@ -177,7 +212,7 @@ impl<'a> Asm<'a> {
 
     fn begin_pass(&mut self) {
         self.undefined.clear();
-        (self.forward, self.moved, self.ended, self.odd) = (false, false, false, false);
+        (self.forward, self.moved, self.ended, self.odd, self.astray) = Default::default();
         (self.calls, self.stretch, self.radix, self.more) = (0, 0, self.d.radix, 0);
         self.line = None;
         self.frames.clear();
@@ -185,6 +220,7 @@ impl<'a> Asm<'a> {
         self.macros.clear();
         self.numbered.clear();
         self.faults.clear();
+        self.errors = 0;
         (self.notes, self.quiet, self.least) = Default::default();
         self.own = crate::dialect::Own::default();
         self.out.restart();
@@ -201,10 +237,14 @@ impl<'a> Asm<'a> {
         if unwanted {
             return;
         }
-        if self.faults.len() >= LIMIT {
-            self.more += usize::from(fault.severity == Severity::Error);
+        let is_error = fault.severity == Severity::Error;
+        let stored = if is_error { self.errors } else { self.faults.len() - self.errors };
+        // What stops everything is told in any case.
+        if stored >= LIMIT && fault.code != "ASM017" {
+            self.more += usize::from(is_error);
             return;
         }
+        self.errors += usize::from(is_error);
         let (file, pos) = match &self.line {
             Some(line) => self.texts.pos(line, &fault.at),
             None => (self.texts.name(0).to_owned(), Pos::default()),
@@ -214,6 +254,11 @@ impl<'a> Asm<'a> {
             Diagnostic { code: fault.code, severity: fault.severity, file, pos, cause, hint: fault.hint },
             fault.name,
         ));
+    }
+
+    /// Errors told so far in this pass.
+    pub fn errors(&self) -> usize {
+        self.errors + self.more
     }
 
     /// `, in macro a called at main.asm:3`.
@@ -280,6 +325,13 @@ impl<'a> Asm<'a> {
         self.value(text, range).map(|value| if value.unknown { 0 } else { value.n })
     }
 
+    /// The address of `text[range]`, at which the program goes on; none, and nothing that lies wrong is told, where it cannot be read.
+    pub fn place_of(&mut self, text: &str, range: Range<usize>) -> Option<i64> {
+        let found = self.value(text, range).filter(|value| !value.unknown);
+        self.astray |= found.is_none();
+        found.map(|value| value.n)
+    }
+
     /// Gives a name a value; `at` is where the name stands.
     pub fn define(&mut self, name: &str, value: Value, kind: Kind, at: Range<usize>) {
         let place = self.line.as_ref().map_or((0, 0), |line| (line.file, line.number));
@@ -321,6 +373,9 @@ impl Names for Asm<'_> {
         }
         if let Some(value) = self.known.get(name) {
             return Ok(value);
+        }
+        if let Some(n) = (self.d.hooks.names)(&self.own, name) {
+            return Ok(Value::of(n));
         }
         if self.is_register(name) {
             return Err(register(name, at));

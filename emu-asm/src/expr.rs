@@ -114,6 +114,11 @@ impl Parser<'_> {
             Op::Mod => a.wrapping_rem(b),
             Op::Add => a.wrapping_add(b),
             Op::Sub => a.wrapping_sub(b),
+            Op::Shl | Op::Shr if unknown && !(0..64).contains(&b) => 0,
+            Op::Shl | Op::Shr if !(0..64).contains(&b) => {
+                let cause = format!("values of 64 bits cannot be shifted by {b}");
+                return Err(Fault::new("ASM003", at, cause, "shift by 0 to 63"));
+            }
             Op::Shl => u32::try_from(b).ok().and_then(|b| a.checked_shl(b)).unwrap_or(0),
             Op::Shr => u32::try_from(b).ok().and_then(|b| a.checked_shr(b)).unwrap_or(0),
             Op::And => a & b,

@@ -77,7 +77,7 @@ pub struct Assembled {
 /// A refused program.
 #[derive(Debug, Clone)]
 pub struct Refused {
-    /// All errors, in the order in which they were found, and the warnings between them; at most 100 and a closing note.
+    /// All errors, in the order in which they were found, and the warnings between them; at most 100 of each and a closing note.
     pub faults: Vec<Diagnostic>,
     /// The texts that were read.
     pub texts: Texts,

@@ -48,7 +48,10 @@ impl Asm<'_> {
             self.tell(Fault::new("ASM002", all, cause, hint));
             return None;
         }
-        let found = self.encode(text, mnemonic, word, rest, 0);
+        let found = match self.general(text, mnemonic, &operands, rest.clone()) {
+            Some(mnemonic) => self.encode(text, mnemonic, word, rest, 0),
+            None => self.encode(text, mnemonic, word, rest, 0),
+        };
         self.behind = 0;
         match found {
             Ok(words) => {
@@ -60,6 +63,24 @@ impl Asm<'_> {
                 None
             }
         }
+    }
+
+    /// The instruction that a general one stands for here: the first that reaches the operand, or the last where that has a name that
+    /// only a later line gives.
+    fn general(&mut self, text: &str, mnemonic: &str, operand: &str, rest: Range<usize>) -> Option<&'static str> {
+        let (_, forms) =
+            self.d.hooks.general.iter().find(|(name, _)| *name == mnemonic && !operand.starts_with('@'))?;
+        let (last, shorter) = forms.split_last()?;
+        let (told, before) = (self.undefined.len(), std::mem::take(&mut self.forward));
+        let found = evaluate(self.d, text, rest.clone(), self);
+        self.undefined.truncate(told);
+        let early = std::mem::replace(&mut self.forward, before);
+        self.forward |= early;
+        if early || found.is_err() {
+            return Some(last);
+        }
+        let fits = |name: &&&'static str| self.encode(text, name, rest.clone(), rest.clone(), 0).is_ok();
+        Some(shorter.iter().find(fits).unwrap_or(last))
     }
 
     fn encode(

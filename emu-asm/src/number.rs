@@ -55,6 +55,12 @@ fn take(form: Form, rest: &str, radix: u32) -> Option<(usize, &str, u32, usize)>
         Form::Hex0x => prefixed("0x", 16),
         Form::Binary0b => prefixed("0b", 2),
         Form::HexDollar => prefixed("$", 16),
+        Form::DollarMark => match rest.as_bytes().get(..2)? {
+            b"$%" => behind(2, 2),
+            b"$&" => behind(2, 8),
+            b"$#" => behind(2, 10),
+            _ => None,
+        },
         Form::HexDollars => prefixed("$$", 16),
         Form::ZeroLetter => match byte(rest, 1).to_ascii_lowercase() {
             b'h' if starts && byte(rest, 0) == b'0' => behind(2, 16),
@@ -106,7 +112,11 @@ pub(crate) fn quoted(d: &Dialect, text: &str, at: usize) -> Result<Option<(usize
     let mut value = 0i64;
     let mut count = 0;
     while at_char < text.len() && (byte(text, at_char) != mark || (count == 0 && byte(text, at_char + 1) == mark)) {
-        let (len, code) = character(text, at_char);
+        let (mut len, code) = character(text, at_char);
+        // A quote as a character is doubled, or stands alone.
+        if mark == b'\'' && text.get(at_char..).unwrap_or_default().starts_with("'''") {
+            len = 2;
+        }
         value = value << 8 | i64::from(code);
         at_char += len;
         count += 1;
@@ -168,10 +178,11 @@ pub(crate) fn string(text: &str, from: usize, to: usize) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut at = from + 1;
     while at < inside.len() {
-        if byte(inside, at) == mark {
+        let doubled = mark == b'\'' && inside.get(at..).unwrap_or_default().starts_with("''");
+        if byte(inside, at) == mark && !doubled {
             return None;
         }
-        let (len, code) = character(inside, at);
+        let (len, code) = if doubled { (2, mark) } else { character(inside, at) };
         bytes.push(code);
         at += len;
     }

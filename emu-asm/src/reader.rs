@@ -1,17 +1,20 @@
 //! Which line comes next: files, macros and repetitions within each other, and conditions.
 
+use std::ops::Range;
 use std::rc::Rc;
 
 use crate::dialect::Flow;
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::macros::Param;
-use crate::text::Line;
+use crate::text::{Line, trim};
 
 /// Includes within each other.
 const INCLUDES: usize = 32;
 /// Macros and repetitions within each other.
 const MACROS: usize = 64;
+/// Turns of a `while`.
+const TURNS: u32 = 65_536;
 /// Lines that a program may come to in one pass, and in all.
 const LINES: u64 = 1_000_000;
 
@@ -39,8 +42,8 @@ enum Turn {
     Again(u64),
     /// It is read again for each of these texts, the last first.
     Texts(String, Vec<String>, Rc<[Line]>),
-    /// It is read again while the condition of this line holds, from this byte on.
-    While(Line, usize),
+    /// It is read again while the condition of this line holds, from this byte on; the turns so far.
+    While(Line, usize, u32),
 }
 
 /// An open condition.
@@ -75,6 +78,9 @@ pub(crate) struct Macro {
 impl Asm<'_> {
     /// Reads the text `file` to its end, with all that it includes.
     pub fn read(&mut self, file: u32) {
+        if !self.is_text(file, 0..0) {
+            return;
+        }
         let lines = self.texts.lines(file);
         self.push(lines, Turn::File, None);
         while let Some(line) = self.next_line() {
@@ -85,6 +91,14 @@ impl Asm<'_> {
             }
         }
         self.line = None;
+    }
+
+    /// Tells of a text in an encoding that is not read.
+    fn is_text(&mut self, file: u32, at: Range<usize>) -> bool {
+        let Some(encoding) = self.texts.encoding(file) else { return true };
+        let cause = format!("`{}` is written in {encoding}", self.texts.name(file));
+        self.tell(Fault::new("ASM035", at, cause, "save it as UTF-8"));
+        false
     }
 
     fn push(&mut self, lines: Rc<[Line]>, kind: Turn, called: Option<(String, u32, u32)>) {
@@ -119,6 +133,11 @@ impl Asm<'_> {
         false
     }
 
+    /// So many lines were read in all passes that another pass may be too much.
+    pub fn tired(&self) -> bool {
+        self.lines_read > 3 * LINES
+    }
+
     fn end_of_text(&mut self) {
         let Some(frame) = self.frames.last_mut() else { return };
         let open = frame.conds;
@@ -145,10 +164,18 @@ impl Asm<'_> {
                 let values = [(name.clone(), text)];
                 Some(body.iter().map(|line| crate::macros::put_in(self.d, line, &values, 0)).collect())
             }),
-            Turn::While(line, from) => {
+            Turn::While(line, from, turns) => {
+                *turns += 1;
                 let (now, text) = (self.line.replace(line.clone()), line.text.clone());
                 let holds =
                     self.number(&text, *from..crate::statement::code_end(self.d, &text)).is_some_and(|n| n != 0);
+                if holds && *turns >= TURNS {
+                    let cause = format!("the repetition comes to more than {TURNS} turns");
+                    let hint = "its lines must change what the condition asks for";
+                    self.tell(Fault::new("ASM017", trim(&text, 0..text.len()), cause, hint));
+                    self.ended = true;
+                    return;
+                }
                 self.line = now;
                 holds.then_some(None)
             }
@@ -202,7 +229,7 @@ impl Asm<'_> {
                 let Some(body) = self.collect(call, flow) else { return };
                 let Some(line) = self.line.clone() else { return };
                 if self.number(call.text, call.rest.clone()).is_some_and(|n| n != 0) && self.room(call) {
-                    self.push(body, Turn::While(line, call.rest.start), None);
+                    self.push(body, Turn::While(line, call.rest.start, 0), None);
                 }
             }
             Flow::Block(run) => {
@@ -363,6 +390,9 @@ impl Asm<'_> {
         };
         match found {
             Ok(file) => {
+                if !self.is_text(file, call.rest.clone()) {
+                    return;
+                }
                 let lines = self.texts.lines(file);
                 self.push(lines, Turn::File, None);
             }

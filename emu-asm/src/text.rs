@@ -89,13 +89,14 @@ pub(crate) fn byte(text: &str, at: usize) -> u8 {
 
 /// The position behind the quoted text that begins at `at` with a quote; `None` when the line ends before it does.
 ///
-/// A backslash takes the next character along. A single quote is also closed, or not closed at all, behind one character.
+/// A backslash takes the next character along, and a doubled single quote is one. A single quote is also closed, or not closed at all, behind one character.
 pub(crate) fn behind_quote(text: &str, at: usize) -> Option<usize> {
     let quote = byte(text, at);
     let mut i = at + 1;
     while i < text.len() {
         match byte(text, i) {
             b'\\' => i += 1,
+            b'\'' if quote == b'\'' && byte(text, i + 1) == quote => i += 1,
             c if c == quote => return Some(i + 1),
             _ => {}
         }
@@ -119,7 +120,7 @@ fn behind_char(text: &str, at: usize) -> usize {
     let alone = at + 1 + width(text, at + 1);
     match byte(text, alone) {
         b',' => alone,
-        b'\'' => alone + 1,
+        b'\'' if byte(text, alone + 1) != b'\'' => alone + 1,
         _ => behind_quote(text, at).unwrap_or(alone),
     }
 }

@@ -17,6 +17,7 @@ impl Files for Memory {
         let text = match name {
             "seven.inc" => "seven equ 7\n",
             "seven.h" => "#define SEVEN 7\n.set eight, SEVEN+1\n",
+            "wide.inc" => return Ok((name.to_owned(), vec![0xFF, 0xFE, b' ', 0])),
             "wrong.inc" => " nothing here\n",
             "self.inc" => " include \"self.inc\"\n",
             _ => return Err(std::io::Error::new(std::io::ErrorKind::NotFound, "No such file")),
@@ -27,7 +28,11 @@ impl Files for Memory {
 
 /// What a source comes to.
 fn found(chip_name: &str, text: &str) -> String {
-    let source = Source { name: "main.asm", bytes: text.as_bytes() };
+    assembled(chip_name, text.as_bytes())
+}
+
+fn assembled(chip_name: &str, bytes: &[u8]) -> String {
+    let source = Source { name: "main.asm", bytes };
     let options = Options { defines: vec![("GIVEN".into(), "3".into())] };
     let mut out = String::new();
     let faults = match assemble(&source, chip(chip_name), &options, &mut Memory) {
@@ -102,4 +107,31 @@ fn controllers() {
 #[test]
 fn what_is_wrong() {
     check("wrong.txt");
+}
+
+#[test]
+fn many_warnings_hide_no_error() {
+    let told = found("8051", " rept 150\n warning \"w\"\n endr\n mov a,#300\n");
+    let codes: Vec<&str> =
+        told.lines().filter_map(|line| line.split([' ', ':']).find(|w| w.starts_with("ASM"))).collect();
+    assert_eq!(codes, [vec!["ASM025"; 100], vec!["ASM003"]].concat(), "{told}");
+}
+
+#[test]
+fn ends_of_lines_and_files() {
+    #[rustfmt::skip]
+    let cases: &[(&[u8], &str)] = &[
+        (b" db 1\r db 2\r\n db 3\n", "= code 0000: 01 02 03\n"),
+        (b" db 1\n db 2\n\x1A", "= code 0000: 01 02\n"),
+        (b" db 1\r\n\x1A\r\n\0\0", "= code 0000: 01\n"),
+        (b" db 1\n\x1A\n db 2\n", "! 2:1 ASM005: `\x1A` is no instruction, directive or label (a line is `label: word operands ; comment`)\n"),
+        (b"\xEF\xBB\xBF db 1\n", "= code 0000: 01\n"),
+        (b" db 1\r\r\n mvo a\r", "! 2:2 ASM001: `mvo` is no instruction, directive or macro (did you mean `mov`?)\n"),
+        (b" db 1\r\r mvo a\r", "! 3:2 ASM001: `mvo` is no instruction, directive or macro (did you mean `mov`?)\n"),
+        (b"\xFE\xFF\0 \0n", "! 0:0 ASM035: `main.asm` is written in UTF-16 (high byte first) (save it as UTF-8)\n"),
+        (b" include \"wide.inc\"\n", "! 1:10 ASM035: `wide.inc` is written in UTF-16 (low byte first) (save it as UTF-8)\n"),
+    ];
+    for (bytes, wanted) in cases {
+        assert_eq!(assembled("8051", bytes), *wanted, "{bytes:?}");
+    }
 }

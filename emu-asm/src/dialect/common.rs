@@ -74,8 +74,12 @@ pub(super) fn no_effect(asm: &mut Asm<'_>, call: &Call<'_>) {
 
 pub(super) fn org(asm: &mut Asm<'_>, call: &Call<'_>) {
     let parts = wanted(asm, call);
-    let Some(at) = parts.first().and_then(|part| asm.number(call.text, part.clone())) else { return };
+    let Some(at) = parts.first().and_then(|part| asm.place_of(call.text, part.clone())) else {
+        asm.astray = true;
+        return;
+    };
     if !(0..1 << 32).contains(&at) {
+        asm.astray = true;
         let cause = format!("the address {at} is not in 0..=0xFFFFFFFF");
         return asm.tell(Fault::new(
             "ASM003",

@@ -3,11 +3,18 @@
 use emu_core::chip::Chip;
 
 use super::common::{constant, include, no_effect, nothing};
-use super::{Dialect, Directive, Form, Holds, Hooks, Op, Provided, SectionRow};
+use super::{Dialect, Directive, Form, Holds, Hooks, Op, Own, Provided, SectionRow};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::symbols::Kind;
 use crate::text::{cut, trim};
+
+/// What is kept during a pass.
+#[derive(Debug, Default)]
+pub(crate) struct State {
+    /// The bank of R0 to R7 by `using`.
+    bank: i64,
+}
 
 /// The dialect.
 #[rustfmt::skip]
@@ -18,7 +25,7 @@ pub(super) const MCS51: Dialect = Dialect {
     block_comments: false,
     column_one: false,
     column_one_warns: false,
-    numbers: &[Form::Hex0x, Form::HexDollars, Form::HexH, Form::ZeroLetter, Form::BinaryB, Form::OctalOQ, Form::DecimalD, Form::HexDollar, Form::Binary0b,
+    numbers: &[Form::DollarMark, Form::Hex0x, Form::HexDollars, Form::HexH, Form::ZeroLetter, Form::BinaryB, Form::OctalOQ, Form::DecimalD, Form::HexDollar, Form::Binary0b,
                Form::BinaryPercent, Form::Plain],
     radix: 10,
     dot_is_bit: true,
@@ -56,7 +63,7 @@ pub(super) const MCS51: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[],
-    hooks: Hooks::NONE,
+    hooks: Hooks { names: own_name, general: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..Hooks::NONE },
     directives: &[
         Directive::run("defb", super::common::bytes),
         Directive::run("fcb", super::common::bytes),
@@ -103,7 +110,7 @@ pub(super) const MCS51: Dialect = Dialect {
         Directive::run("name", nothing),
         Directive::run("public", nothing),
         Directive::run("extrn", nothing),
-        Directive::run("using", nothing),
+        Directive::run("using", using),
         // Controls, such as `$MOD52` and `$NOLIST`.
         Directive::run("$", no_effect),
     ],
@@ -133,9 +140,27 @@ fn segment(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone());
     if let Some(at) = written.get(..2).filter(|at| at.eq_ignore_ascii_case("at"))
-        && let Some(n) = asm.number(call.text, rest.start + at.len()..rest.end)
+        && let Some(n) = asm.place_of(call.text, rest.start + at.len()..rest.end)
     {
         asm.out.go(n);
+    }
+}
+
+/// `using 1`: the bank of which AR0 to AR7 are the addresses.
+fn using(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let Some(bank) = asm.number(call.text, call.rest.clone()) else { return };
+    if !(0..4).contains(&bank) {
+        let cause = format!("there is no bank {bank} of registers");
+        return asm.tell(Fault::new("ASM003", trim(call.text, call.rest.clone()), cause, "give a number from 0 to 3"));
+    }
+    asm.own.mcs51.bank = bank;
+}
+
+/// `AR0` to `AR7`: the addresses of R0 to R7 in the bank by `using`.
+fn own_name(own: &Own, name: &str) -> Option<i64> {
+    match name.as_bytes() {
+        [b'a' | b'A', b'r' | b'R', digit @ b'0'..=b'7'] => Some(own.mcs51.bank * 8 + i64::from(digit - b'0')),
+        _ => None,
     }
 }
 

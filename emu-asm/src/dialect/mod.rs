@@ -101,11 +101,16 @@ pub(crate) struct Hooks {
     pub check: Check,
     /// `#v(expression)` within a name stands for its value.
     pub value_names: bool,
+    /// Names whose values hang on what the program has said before.
+    pub names: fn(&Own, &str) -> Option<i64>,
+    /// Instructions with one operand that stand for the first of others that reaches it; the last of them where the operand is not known
+    /// by then.
+    pub general: &'static [(&'static str, &'static [&'static str])],
 }
 
 impl Hooks {
     /// None of it.
-    pub const NONE: Hooks = Hooks { check: |_, _| None, value_names: false };
+    pub const NONE: Hooks = Hooks { check: |_, _| None, value_names: false, names: |_, _| None, general: &[] };
 }
 
 /// The operators of C, with its precedence.
@@ -179,6 +184,8 @@ pub(crate) enum Form {
     HexH,
     /// `101B`
     BinaryB,
+    /// `$%101`, `$&17`, `$#31`
+    DollarMark,
     /// `17O`, `17Q`
     OctalOQ,
     /// `31D`
@@ -291,6 +298,8 @@ pub(crate) struct Turns {
 pub(crate) struct Own {
     /// The PIC16's.
     pub pic16: pic16::State,
+    /// The 8051's.
+    pub mcs51: mcs51::State,
     /// AP101's.
     pub ap101: ap101::State,
 }

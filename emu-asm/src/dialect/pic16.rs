@@ -2,11 +2,12 @@
 //!
 //! ```text
 //!   pic16.rs  the dialect as data, and the names that a program gives    chip.rs  the chip: list, banks, pages, configuration
-//!   data.rs   words of all kinds: dw, db, da, de, dt, fill
+//!   data.rs   words of all kinds: dw, db, da, de, dt, fill      special.rs  mnemonics that stand for other instructions
 //! ```
 
 mod chip;
 mod data;
+mod special;
 
 use std::ops::Range;
 
@@ -29,6 +30,8 @@ pub use chip::named_chip;
 pub(crate) struct State {
     /// What the next name of a block of constants gets.
     block: i64,
+    /// The configuration words by `config`.
+    settings: Option<[u16; 2]>,
 }
 
 /// The dialect.
@@ -72,7 +75,7 @@ pub(super) const PIC16: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[("W", 0), ("F", 1)],
-    hooks: Hooks { check, value_names: true },
+    hooks: Hooks { check, value_names: true, ..Hooks::NONE },
     directives: &[
         Directive::named("org", org),
         Directive::run("dw", data::words),
@@ -90,11 +93,17 @@ pub(super) const PIC16: Dialect = Dialect {
         Directive::run("radix", chip::radix),
         Directive::run("errorlevel", chip::errorlevel),
         Directive::run("__config", chip::config),
+        Directive::run("config", chip::settings),
         Directive::run("__idlocs", chip::idlocs),
         Directive::run("banksel", chip::banksel),
         Directive::run("bankisel", chip::bankisel),
         Directive::run("pagesel", chip::pagesel),
         Directive::run("pageselw", chip::pageselw),
+        special::named("skpc"), special::named("skpnc"), special::named("skpz"), special::named("skpnz"), special::named("skpdc"), special::named("skpndc"),
+        special::named("setc"), special::named("clrc"), special::named("setz"), special::named("clrz"), special::named("setdc"), special::named("clrdc"),
+        special::named("movfw"), special::named("tstf"), special::named("negf"), special::named("addcf"), special::named("subcf"), special::named("adddcf"), special::named("subdcf"),
+        special::named("b"), special::named("bc"), special::named("bnc"), special::named("bz"), special::named("bnz"), special::named("bdc"), special::named("bndc"),
+        special::named("lcall"), special::named("lgoto"),
         Directive::flow("cblock", Flow::Block(constants)),
         Directive::flow("endc", Flow::EndBlock),
         Directive::flow("while", Flow::While),
@@ -133,7 +142,7 @@ pub(super) const PIC16: Dialect = Dialect {
     provides: chip::provides,
     defines: |_| Vec::new(),
     refuses: |_, _| None,
-    finish: |_| (),
+    finish: chip::give_settings,
     sections: &[SectionRow { name: "code", space: "", holds: Holds::Image, behind: false }],
 };
 
@@ -221,6 +230,11 @@ fn step(asm: &mut Asm<'_>, call: &Call<'_>, new: fn(i64, i64) -> i64) {
         false => asm.value(call.text, rest),
     };
     let Some(by) = by else { return };
+    let shifts = matches!(call.get(call.word.clone()), "<<=" | ">>=");
+    if shifts && !by.unknown && !(0..64).contains(&by.n) {
+        let cause = format!("values of 64 bits cannot be shifted by {}", by.n);
+        return asm.tell(Fault::new("ASM003", call.rest.clone(), cause, "shift by 0 to 63"));
+    }
     let value = Value { n: new(old.n, by.n), unknown: old.unknown || by.unknown, register: false };
     asm.list_value(value);
     asm.define(name, value, Kind::Set, label);

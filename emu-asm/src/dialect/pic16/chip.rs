@@ -3,7 +3,7 @@
 use emu_core::chip::Chip;
 
 use crate::dialect::Provided;
-use crate::dialect::common::value_of;
+use crate::dialect::common::{value_of, wanted};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::text::{cut, trim};
@@ -143,6 +143,44 @@ pub(super) fn config(asm: &mut Asm<'_>, call: &Call<'_>) {
     let here = asm.out.here();
     asm.out.go(addr);
     asm.emit_words(&[word & 0x3FFF], value.clone());
+    asm.out.go(here);
+}
+
+/// Settings that lie in the second configuration word, where a chip has two.
+const SECOND: [&str; 2] = ["fcmen", "ieso"];
+
+/// `config FOSC = HS, WDTE = OFF`: settings by the names of the makers' constants, here `_FOSC_HS` and `_WDTE_OFF`.
+pub(super) fn settings(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for part in wanted(asm, call) {
+        let text = call.get(part.clone());
+        let Some((name, value)) = text.split_once('=').map(|(name, value)| (name.trim(), value.trim())) else {
+            let cause = format!("`{text}` is no setting");
+            asm.tell(Fault::new("ASM023", part, cause, "write `config NAME = VALUE`, as `config WDTE = OFF`"));
+            continue;
+        };
+        let constant = format!("_{name}_{value}");
+        match asm.known.get(&constant) {
+            Some(mask) => {
+                let second = SECOND.iter().any(|field| field.eq_ignore_ascii_case(name));
+                let [first, other] = asm.own.pic16.settings.get_or_insert([0x3FFF; 2]);
+                *(if second { other } else { first }) &= mask.n as u16;
+            }
+            None => {
+                let cause = format!("the {} has no setting `{name}` with the value `{value}`", asm.chip.name);
+                let hint = format!("settings go by the constants of the chip, and there is no `{constant}`");
+                asm.tell(Fault::new("ASM006", part, cause, hint).near(&constant));
+            }
+        }
+    }
+}
+
+/// Gives the configuration words that `config` has put together.
+pub(super) fn give_settings(asm: &mut Asm<'_>) {
+    let Some(words) = asm.own.pic16.settings.take() else { return };
+    let count = if asm.known.get("_CONFIG2").is_some() { 2 } else { 1 };
+    let here = asm.out.here();
+    asm.out.go(CONFIG);
+    words.iter().take(count).for_each(|word| asm.emit_words(&[*word], 0..0));
     asm.out.go(here);
 }
 
