@@ -87,6 +87,11 @@ pub const CODES: &[Code] = &[
     Code { code: "ASM030", title: "a value is cut off",
         explain: "A warning: a value of db or dw has more bits than the place for it, and only the lower ones are kept. Mend: write the part \
                   that is meant with low() or &." },
+    Code { code: "ASM031", title: "org in a section that lies behind others",
+        explain: "The linker puts the sections of the AVR behind each other: .vectors, .progmem, .init0 to .init9, .text, .fini9 to .fini0, and \
+                  .data, .rodata, .bss, .noinit in RAM. Where such a section begins is known only when those before it are full, so \
+                  org in it would mean nothing certain. Mend: reserve room with .space, or take .balign; in the first section that is used \
+                  org counts from 0." },
     Code { code: "ASM040", title: "instruction in column 1",
         explain: "Words in column 1 are labels, unless an instruction has that name; then it is taken as one, and told. \
                   gpasm and MPASM call this warning 203." },

@@ -9,6 +9,9 @@ use crate::fault::Fault;
 use crate::symbols::Kind;
 use crate::text::{cut, trim};
 
+/// Sections that `.pushsection` keeps.
+const KEPT: usize = 1000;
+
 /// The dialect.
 #[rustfmt::skip]
 pub(super) const AVR: Dialect = Dialect {
@@ -74,12 +77,15 @@ pub(super) const AVR: Dialect = Dialect {
         Directive::run("data", |asm, call| section(asm, call, "data")),
         Directive::run("bss", |asm, call| section(asm, call, "bss")),
         Directive::run("section", section_named),
+        Directive::run("pushsection", push_section),
+        Directive::run("popsection", pop_section),
+        Directive::run("previous", |asm, _| asm.out.turn_back()),
         Directive::run("cseg", |asm, call| section(asm, call, "text")),
-        Directive::run("dseg", |asm, call| section(asm, call, "bss")),
+        Directive::run("dseg", |asm, call| section(asm, call, "dseg")),
         Directive::run("eseg", |asm, call| section(asm, call, "eeprom")),
         Directive::named("def", |asm, call| constant(asm, call, Kind::Set)),
-        Directive::run("comm", common),
-        Directive::run("lcomm", common),
+        Directive::run("comm", |asm, call| common(asm, call, "COMMON")),
+        Directive::run("lcomm", |asm, call| common(asm, call, "bss")),
         Directive::flow("endmacro", Flow::Endm),
         Directive::run("global", nothing),
         Directive::run("globl", nothing),
@@ -105,17 +111,71 @@ pub(super) const AVR: Dialect = Dialect {
     defines: |chip| vec![(predefined(chip.name), "1".to_owned()), ("__AVR__".to_owned(), "1".to_owned())],
     refuses: |_, _| None,
     finish: |_| (),
-    sections: &[
-        SectionRow { name: "text", space: "", holds: Holds::Image, behind: false },
-        SectionRow { name: "data", space: "data", holds: Holds::Copied, behind: true },
-        SectionRow { name: "bss", space: "data", holds: Holds::Addresses, behind: true },
-        SectionRow { name: "noinit", space: "data", holds: Holds::Addresses, behind: true },
-        SectionRow { name: "eeprom", space: "eeprom", holds: Holds::Memory, behind: false },
-        SectionRow { name: "fuse", space: "fuse", holds: Holds::Memory, behind: false },
-        SectionRow { name: "lock", space: "lock", holds: Holds::Memory, behind: false },
-        SectionRow { name: "signature", space: "signature", holds: Holds::Memory, behind: false },
-    ],
+    sections: SECTIONS,
 };
+
+/// The sections in the order of avr-ld's script.
+const SECTIONS: &[SectionRow] = &[
+    text("vectors", 1),
+    text("progmem.gcc*", 1),
+    text("trampolines", 2),
+    text("trampolines*", 1),
+    text("progmem*", 1),
+    text("jumptables", 2),
+    text("jumptables*", 1),
+    text("lowtext", 1),
+    text("lowtext*", 1),
+    text("init0", 1),
+    text("init1", 1),
+    text("init2", 1),
+    text("init3", 1),
+    text("init4", 1),
+    text("init5", 1),
+    text("init6", 1),
+    text("init7", 1),
+    text("init8", 1),
+    text("init9", 1),
+    text("text", 1),
+    text("text.*", 2),
+    text("fini9", 2),
+    text("fini8", 1),
+    text("fini7", 1),
+    text("fini6", 1),
+    text("fini5", 1),
+    text("fini4", 1),
+    text("fini3", 1),
+    text("fini2", 1),
+    text("fini1", 1),
+    text("fini0", 1),
+    ram("data", Holds::Copied, 1),
+    ram("data*", Holds::Copied, 1),
+    ram("rodata", Holds::Copied, 1),
+    ram("rodata*", Holds::Copied, 1),
+    ram("bss", Holds::Addresses, 2),
+    ram("bss*", Holds::Addresses, 1),
+    ram("COMMON", Holds::Addresses, 1),
+    ram("noinit*", Holds::Addresses, 1),
+    ram("dseg", Holds::Addresses, 1),
+    other("eeprom", "eeprom*"),
+    other("fuse", "fuse"),
+    other("fuse", "lfuse"),
+    other("fuse", "hfuse"),
+    other("fuse", "efuse"),
+    other("lock", "lock*"),
+    other("signature", "signature*"),
+];
+
+const fn text(name: &'static str, align: i64) -> SectionRow {
+    SectionRow { name, space: "", holds: Holds::Image, behind: Some(align) }
+}
+
+const fn ram(name: &'static str, holds: Holds, align: i64) -> SectionRow {
+    SectionRow { name, space: "data", holds, behind: Some(align) }
+}
+
+const fn other(space: &'static str, name: &'static str) -> SectionRow {
+    SectionRow { name, space, holds: Holds::Memory, behind: Some(1) }
+}
 
 /// `__AVR_ATmega328P__`.
 fn predefined(name: &str) -> String {
@@ -141,23 +201,45 @@ fn provides(chip: &Chip, include: &str) -> Provided {
 }
 
 fn section(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
+    if !trim(call.text, call.rest.clone()).is_empty() && asm.number(call.text, call.rest.clone()) != Some(0) {
+        let cause = "parts of a section with numbers are not taken".to_owned();
+        let hint = "give them names of their own: `.section .text.later,\"ax\"`";
+        return asm.tell(Fault::new("ASM023", call.rest.clone(), cause, hint));
+    }
+    enter(asm, call, name);
+}
+
+fn enter(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
     if asm.out.switch(name).is_none() {
         let cause = format!("there is no section `{name}`");
-        asm.tell(Fault::new("ASM023", call.rest.clone(), cause, "there are .text, .data, .bss, .eeprom, .fuse, .lock"));
+        let hint = "there are .text, .vectors, .progmem, .init0 to .fini0, .data, .rodata, .bss, .noinit, .eeprom, .fuse and .lock";
+        let hint = if name.starts_with("debug") { "assemble what the compiler gives without -g" } else { hint };
+        asm.tell(Fault::new("ASM023", trim(call.text, call.rest.clone()), cause, hint));
     }
 }
 
-/// `.section .eeprom,"aw"`; names with something behind a further dot belong to the same section.
+/// `.section .eeprom,"aw"`.
 fn section_named(asm: &mut Asm<'_>, call: &Call<'_>) {
     let parts = cut(call.text, call.rest.clone());
     let written = parts.first().map_or("", |part| call.get(part.clone())).trim_matches('"');
-    let stem = written.trim_start_matches('.').split('.').next().unwrap_or("");
-    let name = match stem {
-        "vectors" | "init0" | "init1" | "init2" | "init3" | "init4" | "init9" | "progmem" | "rodata" => "text",
-        other => other,
-    };
-    let rest = trim(call.text, call.rest.clone());
-    section(asm, &Call { text: call.text, label: None, word: call.word.clone(), rest }, name);
+    enter(asm, call, written.strip_prefix('.').unwrap_or(written));
+}
+
+fn push_section(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if asm.out.kept.len() < KEPT {
+        asm.out.kept.push((asm.out.current, asm.out.previous));
+    }
+    section_named(asm, call);
+}
+
+fn pop_section(asm: &mut Asm<'_>, call: &Call<'_>) {
+    match asm.out.kept.pop() {
+        Some(kept) => (asm.out.current, asm.out.previous) = kept,
+        None => {
+            let cause = "no section was kept by .pushsection before";
+            asm.tell(Fault::new("ASM023", call.word.clone(), cause, "remove it, or write `.section NAME`"));
+        }
+    }
 }
 
 fn longs(asm: &mut Asm<'_>, call: &Call<'_>) {
@@ -213,7 +295,7 @@ fn align(asm: &mut Asm<'_>, call: &Call<'_>, power: bool) {
 }
 
 /// `.comm name, size`: room in RAM.
-fn common(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn common(asm: &mut Asm<'_>, call: &Call<'_>, place: &str) {
     let parts = wanted(asm, call);
     let [name, size, ..] = parts.as_slice() else {
         return asm.tell(Fault::new(
@@ -223,11 +305,11 @@ fn common(asm: &mut Asm<'_>, call: &Call<'_>) {
             "write `.comm buffer, 16`",
         ));
     };
-    let now = asm.out.current;
-    let _ = asm.out.switch("bss");
+    let now = (asm.out.current, asm.out.previous);
+    let _ = asm.out.switch(place);
     asm.label(call.get(name.clone()), name.clone());
     let size = asm.number(call.text, size.clone()).unwrap_or(0);
     let here = asm.out.here();
     asm.out.go(here + size.clamp(0, 0x1_0000));
-    asm.out.current = now;
+    (asm.out.current, asm.out.previous) = now;
 }

@@ -84,6 +84,9 @@ pub(super) fn org(asm: &mut Asm<'_>, call: &Call<'_>) {
             "give an address of a memory",
         ));
     }
+    if asm.out.is_shifted() {
+        return asm.tell_org(call.word.clone());
+    }
     let fill = match parts.get(1) {
         Some(part) => Some(value_of(asm, call.text, part.clone(), 8) as u8),
         None => asm.d.org_fills,
