@@ -17,7 +17,6 @@ main: lds r16, d
  ldi r29, lo8(f9)
  rjmp f0
  rcall i3
- .byte 9
  .section .rodata,"a"
 r: .byte 5
  .data
@@ -57,10 +56,11 @@ b: .skip 1
  .section .eeprom.b,"aw"
  .byte 4
  .pushsection .progmem.data,"a"
-q: .asciz "kept" 
+q: .asciz "kept"
  .popsection
  .byte 5
  .previous
  .byte 6
  .text
  ldi r30, lo8(q)
+ .byte 9
