@@ -92,6 +92,11 @@ pub const CODES: &[Code] = &[
                   .data, .rodata, .bss, .noinit in RAM. Where such a section begins is known only when those before it are full, so \
                   org in it would mean nothing certain. Mend: reserve room with .space, or take .balign; in the first section that is used \
                   org counts from 0." },
+    Code { code: "ASM032", title: "the language of Atmel's assembler",
+        explain: "A file like m328Pdef.inc, or `.cseg`, `.dseg` and `.eseg`, belong to Atmel's assembler. The names of the chip are given, but \
+                  the source is read as the GNU assembler reads it: labels and org of program memory count bytes, where Atmel's count words, \
+                  and `.byte` gives bytes, where Atmel's reserves room. Mend: write label instead of 2*label, twice the number behind org, and \
+                  `.space` for room in RAM." },
     Code { code: "ASM040", title: "instruction in column 1",
         explain: "Words in column 1 are labels, unless an instruction has that name; then it is taken as one, and told. \
                   gpasm and MPASM call this warning 203." },

@@ -80,9 +80,10 @@ pub(super) const AVR: Dialect = Dialect {
         Directive::run("pushsection", push_section),
         Directive::run("popsection", pop_section),
         Directive::run("previous", |asm, _| asm.out.turn_back()),
-        Directive::run("cseg", |asm, call| section(asm, call, "text")),
-        Directive::run("dseg", |asm, call| section(asm, call, "dseg")),
-        Directive::run("eseg", |asm, call| section(asm, call, "eeprom")),
+        Directive::run("cseg", |asm, call| segment(asm, call, "text")),
+        Directive::run("dseg", |asm, call| segment(asm, call, "dseg")),
+        Directive::run("eseg", |asm, call| segment(asm, call, "eeprom")),
+        Directive::run("byte", byte),
         Directive::named("def", |asm, call| constant(asm, call, Kind::Set)),
         Directive::run("comm", |asm, call| common(asm, call, "COMMON")),
         Directive::run("lcomm", |asm, call| common(asm, call, "bss")),
@@ -194,7 +195,8 @@ fn provides(chip: &Chip, include: &str) -> Provided {
         return Provided::No;
     };
     if chip.name.strip_prefix("atmega").is_some_and(|number| number == name) {
-        return Provided::Chip;
+        let cause = format!("`{include}` belongs to Atmel's assembler, and this is not its language");
+        return Provided::Otherwise(cause, WORDS.to_owned());
     }
     let cause = format!("`{include}` is for another chip than the {}", chip.name);
     Provided::Other(cause, format!("name that chip with --mcu atmega{name}, or include the file of this one"))
@@ -207,6 +209,25 @@ fn section(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
         return asm.tell(Fault::new("ASM023", call.rest.clone(), cause, hint));
     }
     enter(asm, call, name);
+}
+
+/// What differs in Atmel's assembler.
+const WORDS: &str = "addresses of program memory, also those of org, count bytes here, where Atmel's count words";
+
+/// A section by the word of Atmel's assembler.
+fn segment(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
+    let cause = format!("`{}` belongs to Atmel's assembler, and this is not its language", call.get(call.word.clone()));
+    asm.tell(Fault::new("ASM032", call.word.clone(), cause, WORDS).warning());
+    section(asm, call, name);
+}
+
+/// `.byte 1, 2`; Atmel's assembler reserves room with it.
+fn byte(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if asm.out.section().is_some_and(|section| section.name == "dseg") {
+        let cause = "`byte` gives bytes, and a program cannot fill RAM";
+        return asm.tell(Fault::new("ASM020", call.word.clone(), cause, "reserve room with .space, as in `.space 2`"));
+    }
+    super::common::bytes(asm, call);
 }
 
 fn enter(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {

@@ -257,6 +257,7 @@ pub(super) fn include(asm: &mut Asm<'_>, call: &Call<'_>) {
     };
     match provided {
         Provided::Chip => {}
+        Provided::Otherwise(cause, hint) => asm.tell(Fault::new("ASM032", rest, cause, hint).warning()),
         Provided::Other(cause, hint) => asm.tell(Fault::new("ASM015", rest, cause, hint)),
         Provided::No => asm.include(inner, &Call { rest, label: None, word: call.word.clone(), ..*call }),
     }

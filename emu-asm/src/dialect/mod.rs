@@ -129,6 +129,8 @@ const C_UNARY: &[Unary] = &[
 pub(crate) enum Provided {
     /// The chip's own names stand for it.
     Chip,
+    /// They stand for it, but its names are used otherwise: cause and hint of a warning.
+    Otherwise(String, String),
     /// It is one for another chip: its cause and hint.
     Other(String, String),
     /// It is a file.
