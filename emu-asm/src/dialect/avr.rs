@@ -105,11 +105,26 @@ pub(super) const AVR: Dialect = Dialect {
         Directive::run("list", nothing),
         Directive::run("nolist", nothing),
         Directive::run("title", nothing),
+        Directive::named("equiv", |asm, call| constant(asm, call, Kind::Equ)),
+        Directive::run("string8", |asm, call| super::common::text(asm, call, true)),
+        Directive::run("quad", quads),
+        Directive::run("8byte", quads),
+        Directive::run("float", no_float),
+        Directive::run("single", no_float),
+        Directive::run("double", no_float),
+        Directive::run("print", print),
+        Directive::run("purgem", purge),
+        Directive::run("hidden", nothing),
+        Directive::run("internal", nothing),
+        Directive::run("protected", nothing),
+        Directive::run("stabs", nothing),
+        Directive::run("stabn", nothing),
+        Directive::run("stabd", nothing),
         Directive::run("cfi_startproc", nothing),
         Directive::run("cfi_endproc", nothing),
     ],
     provides,
-    defines: |chip| vec![(predefined(chip.name), "1".to_owned()), ("__AVR__".to_owned(), "1".to_owned())],
+    defines,
     refuses: |_, _| None,
     finish: |_| (),
     sections: SECTIONS,
@@ -176,6 +191,29 @@ const fn ram(name: &'static str, holds: Holds, align: i64) -> SectionRow {
 
 const fn other(space: &'static str, name: &'static str) -> SectionRow {
     SectionRow { name, space, holds: Holds::Memory, behind: Some(1) }
+}
+
+/// What avr-gcc defines for a source in assembly, as far as it says something of the chip.
+fn defines(chip: &Chip) -> Vec<(String, String)> {
+    let (calls, far) = (chip.flash > 0x2000, chip.flash > 0x1_0000);
+    let arch = match (calls, far) {
+        (_, true) => "51",
+        (true, _) => "5",
+        _ => "4",
+    };
+    let always =
+        ["__ASSEMBLER__", "__AVR__", "__AVR", "AVR", "__AVR_2_BYTE_PC__", "__AVR_HAVE_MUL__", "__AVR_HAVE_MOVW__"];
+    let more = ["__AVR_HAVE_LPMX__", "__AVR_HAVE_SPH__", "__AVR_HAVE_16BIT_SP__", "__AVR_ENHANCED__"];
+    let large = ["__AVR_HAVE_JMP_CALL__", "__AVR_MEGA__"].into_iter().filter(|_| calls);
+    let largest = ["__AVR_HAVE_ELPM__", "__AVR_HAVE_ELPMX__", "__AVR_HAVE_RAMPZ__"].into_iter().filter(|_| far);
+    let ones = always.into_iter().chain(more).chain(large).chain(largest).map(|name| (name.to_owned(), "1".to_owned()));
+    let texts = [
+        (predefined(chip.name), "1".to_owned()),
+        ("__AVR_ARCH__".to_owned(), arch.to_owned()),
+        ("__AVR_DEVICE_NAME__".to_owned(), chip.name.to_owned()),
+        ("__AVR_SFR_OFFSET__".to_owned(), "0x20".to_owned()),
+    ];
+    ones.chain(texts).collect()
 }
 
 /// `__AVR_ATmega328P__`.
@@ -267,6 +305,36 @@ fn longs(asm: &mut Asm<'_>, call: &Call<'_>) {
     for part in wanted(asm, call) {
         let value = value_of(asm, call.text, part.clone(), 32) as u32;
         asm.emit(&value.to_le_bytes(), part);
+    }
+}
+
+fn quads(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for part in wanted(asm, call) {
+        let value = asm.value(call.text, part.clone()).map_or(0, |value| value.n);
+        asm.emit(&value.to_le_bytes(), part);
+    }
+}
+
+fn no_float(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let cause = format!("`{}` is not taken: numbers are whole here", call.get(call.word.clone()));
+    asm.tell(Fault::new("ASM023", call.word.clone(), cause, "give the bytes of the number with .long or .byte"));
+}
+
+/// `.print "text"`.
+fn print(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let rest = trim(call.text, call.rest.clone());
+    let text = call.get(rest.clone()).trim_matches('"');
+    asm.tell(Fault::new("ASM025", rest, text, "the program itself says so").note());
+}
+
+/// `.purgem name`: the macro is no more.
+fn purge(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for part in wanted(asm, call) {
+        let name = call.get(part.clone());
+        if asm.macros.remove(&name.to_ascii_lowercase()).is_none() {
+            let cause = format!("there is no macro `{name}`");
+            asm.tell(Fault::new("ASM023", part, cause, "give the name of a macro that stands before"));
+        }
     }
 }
 
