@@ -1,5 +1,6 @@
 //! The engine: reads the source again and again until no name moves.
 
+use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 use std::rc::Rc;
@@ -64,6 +65,10 @@ pub(crate) struct Asm<'a> {
     pub undefined: Vec<Fault>,
     /// A name was read in this pass that was not given yet.
     pub forward: bool,
+    /// Names that were read in this pass as those of the chip, in lower case where case does not matter.
+    pub chips: BTreeSet<String>,
+    /// The program gave one of them behind that.
+    pub late: bool,
     /// A name was given another value than in the pass before.
     pub moved: bool,
     pub line: Option<Line>,
@@ -117,6 +122,8 @@ impl<'a> Asm<'a> {
             lines_read: 0,
             undefined: Vec::new(),
             forward: false,
+            chips: BTreeSet::new(),
+            late: false,
             moved: false,
             line: None,
             frames: Vec::new(),
@@ -149,7 +156,7 @@ impl<'a> Asm<'a> {
             (self.d.finish)(self);
             let moving = self.symbols.end(self.pass);
             // Names that were read before they were given have moved, or some had no value at all when they were read.
-            let again = self.out.stack() || if self.pass == 1 { self.forward } else { !moving.is_empty() };
+            let again = self.out.stack() || self.late || if self.pass == 1 { self.forward } else { !moving.is_empty() };
             if !again || self.stopped() {
                 break;
             }
@@ -177,6 +184,8 @@ impl<'a> Asm<'a> {
 
     fn begin_pass(&mut self) {
         self.undefined.clear();
+        self.chips.clear();
+        self.late = false;
         (self.forward, self.moved, self.ended, self.odd) = (false, false, false, false);
         (self.calls, self.stretch, self.radix, self.more) = (0, 0, self.d.radix, 0);
         self.line = None;
@@ -283,6 +292,8 @@ impl<'a> Asm<'a> {
     /// Gives a name a value; `at` is where the name stands.
     pub fn define(&mut self, name: &str, value: Value, kind: Kind, at: Range<usize>) {
         let place = self.line.as_ref().map_or((0, 0), |line| (line.file, line.number));
+        // From the next pass on the program's own goes before the chip's.
+        self.late |= self.chips.contains(self.as_read(name).as_ref());
         match self.symbols.define(name, value, kind, self.pass, place) {
             Defined::Same => {}
             Defined::Moved => self.moved = true,
@@ -296,6 +307,11 @@ impl<'a> Asm<'a> {
                 ));
             }
         }
+    }
+
+    /// The name as `chips` has it.
+    fn as_read<'n>(&self, name: &'n str) -> Cow<'n, str> {
+        if self.d.any_case { Cow::Owned(name.to_ascii_lowercase()) } else { Cow::Borrowed(name) }
     }
 
     /// Gives the label `name` the address that comes next.
@@ -320,6 +336,8 @@ impl Names for Asm<'_> {
             return if alias { Err(register(name, at)) } else { Ok(value) };
         }
         if let Some(value) = self.known.get(name) {
+            let name = self.as_read(name).into_owned();
+            self.chips.insert(name);
             return Ok(value);
         }
         if self.is_register(name) {

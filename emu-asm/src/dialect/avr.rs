@@ -201,8 +201,7 @@ fn defines(chip: &Chip) -> Vec<(String, String)> {
         (true, _) => "5",
         _ => "4",
     };
-    let always =
-        ["__ASSEMBLER__", "__AVR__", "__AVR", "AVR", "__AVR_2_BYTE_PC__", "__AVR_HAVE_MUL__", "__AVR_HAVE_MOVW__"];
+    let always = ["__ASSEMBLER__", "__AVR__", "__AVR", "__AVR_2_BYTE_PC__", "__AVR_HAVE_MUL__", "__AVR_HAVE_MOVW__"];
     let more = ["__AVR_HAVE_LPMX__", "__AVR_HAVE_SPH__", "__AVR_HAVE_16BIT_SP__", "__AVR_ENHANCED__"];
     let large = ["__AVR_HAVE_JMP_CALL__", "__AVR_MEGA__"].into_iter().filter(|_| calls);
     let largest = ["__AVR_HAVE_ELPM__", "__AVR_HAVE_ELPMX__", "__AVR_HAVE_RAMPZ__"].into_iter().filter(|_| far);
