@@ -379,9 +379,10 @@ impl Asm<'_> {
         self.table.words.binary_search(&lower).is_ok() || self.chip_register(name)
     }
 
-    /// The word is one that only some kind of operand knows.
+    /// The word is one that only some kind of operand knows. Where case matters, the pointers of the syntax may be names of variables.
     pub fn chip_register(&self, name: &str) -> bool {
-        self.table.kinds.iter().any(|kind| (kind.named)(name).is_some())
+        let pointer = !self.d.any_case && self.table.words.binary_search(&name.to_ascii_lowercase()).is_ok();
+        !pointer && self.table.kinds.iter().any(|kind| (kind.named)(name).is_some())
     }
 }
 
