@@ -87,6 +87,16 @@ pub const CODES: &[Code] = &[
     Code { code: "ASM030", title: "a value is cut off",
         explain: "A warning: a value of db or dw has more bits than the place for it, and only the lower ones are kept. Mend: write the part \
                   that is meant with low() or &." },
+    Code { code: "ASM031", title: "org in a section that lies behind others",
+        explain: "The linker puts the sections of the AVR behind each other: .vectors, .progmem, .init0 to .init9, .text, .fini9 to .fini0, and \
+                  .data, .rodata, .bss, .noinit in RAM. Where such a section begins is known only when those before it are full, so \
+                  org in it would mean nothing certain. Mend: reserve room with .space, or take .balign; in the first section that is used \
+                  org counts from 0." },
+    Code { code: "ASM032", title: "the language of Atmel's assembler",
+        explain: "A file like m328Pdef.inc, or `.cseg`, `.dseg` and `.eseg`, belong to Atmel's assembler. The names of the chip are given, but \
+                  the source is read as the GNU assembler reads it: labels and org of program memory count bytes, where Atmel's count words, \
+                  and `.byte` gives bytes, where Atmel's reserves room. Mend: write label instead of 2*label, twice the number behind org, and \
+                  `.space` for room in RAM." },
     Code { code: "ASM035", title: "a file in an encoding that is not read",
         explain: "Sources are UTF-8, of which ASCII is a part. The first bytes of this file say that it is UTF-16, as some editors \
                   save texts. Mend: save it as UTF-8." },

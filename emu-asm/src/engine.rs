@@ -1,5 +1,6 @@
 //! The engine: reads the source again and again until no name moves.
 
+use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 use std::rc::Rc;
@@ -67,6 +68,10 @@ pub(crate) struct Asm<'a> {
     pub undefined: Vec<Fault>,
     /// A name was read in this pass that was not given yet.
     pub forward: bool,
+    /// Names that were read in this pass as those of the chip, in lower case where case does not matter.
+    pub chips: BTreeSet<String>,
+    /// The program gave one of them behind that.
+    pub late: bool,
     /// A name was given another value than in the pass before.
     pub moved: bool,
     pub line: Option<Line>,
@@ -124,6 +129,8 @@ impl<'a> Asm<'a> {
             lines_read: 0,
             undefined: Vec::new(),
             forward: false,
+            chips: BTreeSet::new(),
+            late: false,
             moved: false,
             line: None,
             frames: Vec::new(),
@@ -158,7 +165,7 @@ impl<'a> Asm<'a> {
             (self.d.finish)(self);
             let moving = self.symbols.end(self.pass);
             // Names that were read before they were given have moved, or some had no value at all when they were read.
-            let again = self.out.stack() || if self.pass == 1 { self.forward } else { !moving.is_empty() };
+            let again = self.out.stack() || self.late || if self.pass == 1 { self.forward } else { !moving.is_empty() };
             if !again || self.stopped() {
                 break;
             }
@@ -212,6 +219,8 @@ impl<'a> Asm<'a> {
 
     fn begin_pass(&mut self) {
         self.undefined.clear();
+        self.chips.clear();
+        self.late = false;
         (self.forward, self.moved, self.ended, self.odd, self.astray) = Default::default();
         (self.calls, self.stretch, self.radix, self.more) = (0, 0, self.d.radix, 0);
         self.line = None;
@@ -335,6 +344,8 @@ impl<'a> Asm<'a> {
     /// Gives a name a value; `at` is where the name stands.
     pub fn define(&mut self, name: &str, value: Value, kind: Kind, at: Range<usize>) {
         let place = self.line.as_ref().map_or((0, 0), |line| (line.file, line.number));
+        // From the next pass on the program's own goes before the chip's.
+        self.late |= self.chips.contains(self.as_read(name).as_ref());
         match self.symbols.define(name, value, kind, self.pass, place) {
             Defined::Same => {}
             Defined::Moved => self.moved = true,
@@ -348,6 +359,11 @@ impl<'a> Asm<'a> {
                 ));
             }
         }
+    }
+
+    /// The name as `chips` has it.
+    fn as_read<'n>(&self, name: &'n str) -> Cow<'n, str> {
+        if self.d.any_case { Cow::Owned(name.to_ascii_lowercase()) } else { Cow::Borrowed(name) }
     }
 
     /// Gives the label `name` the address that comes next.
@@ -372,6 +388,8 @@ impl Names for Asm<'_> {
             return if alias { Err(register(name, at)) } else { Ok(value) };
         }
         if let Some(value) = self.known.get(name) {
+            let name = self.as_read(name).into_owned();
+            self.chips.insert(name);
             return Ok(value);
         }
         if let Some(n) = (self.d.hooks.names)(&self.own, name) {
@@ -416,9 +434,10 @@ impl Asm<'_> {
         self.table.words.binary_search(&lower).is_ok() || self.chip_register(name)
     }
 
-    /// The word is one that only some kind of operand knows.
+    /// The word is one that only some kind of operand knows. Where case matters, the pointers of the syntax may be names of variables.
     pub fn chip_register(&self, name: &str) -> bool {
-        self.table.kinds.iter().any(|kind| (kind.named)(name).is_some())
+        let pointer = !self.d.any_case && self.table.words.binary_search(&name.to_ascii_lowercase()).is_ok();
+        !pointer && self.table.kinds.iter().any(|kind| (kind.named)(name).is_some())
     }
 }
 

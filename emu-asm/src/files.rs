@@ -58,7 +58,9 @@ impl Texts {
         let bare = if block_comments && text.contains("/*") { without_blocks(&text) } else { text.into_owned() };
         let whole = bare.strip_suffix('\n').unwrap_or(&bare);
         let lines = whole.split('\n').map(|line| line.trim_end_matches('\r')).zip(1..);
-        let lines = lines.map(|(text, number)| Line { text: text.into(), file, number, map: None }).collect();
+        let lines = lines.map(|(text, number)| Line { text: text.into(), file, number, map: None });
+        let lines: Vec<Line> = lines.collect();
+        let lines = if block_comments { joined(lines).into() } else { lines.into() };
         self.files.push(Text { name: name.to_owned(), bytes: bytes.to_vec(), lines });
         file
     }
@@ -119,6 +121,28 @@ fn with_line_ends(bytes: &[u8]) -> Vec<u8> {
         }
     }
     text
+}
+
+/// Lines of the preprocessor that end with a backslash, with those that follow; these stay behind as empty lines.
+fn joined(mut lines: Vec<Line>) -> Vec<Line> {
+    let goes_on = |line: &Line| line.text.ends_with('\\');
+    let mut at = 0;
+    while let Some(first) = lines.get(at) {
+        let behind = lines.iter().skip(at).position(|line| !goes_on(line)).map_or(lines.len(), |n| at + n + 1);
+        if !first.text.trim_start().starts_with('#') || behind == at + 1 {
+            at += 1;
+            continue;
+        }
+        let pieces = lines.get_mut(at..behind).unwrap_or_default();
+        let whole: Vec<&str> = pieces.iter().map(|line| line.text.trim_end_matches('\\')).collect();
+        let whole = whole.join(" ");
+        pieces.iter_mut().for_each(|line| line.text = "".into());
+        if let Some(first) = pieces.first_mut() {
+            first.text = whole.into();
+        }
+        at = behind.max(at + 1);
+    }
+    lines
 }
 
 /// Spaces in the place of `/* .. */`, lines kept.

@@ -6,6 +6,7 @@
 //!   reader.rs     files, macros, repetitions, conditions  macros.rs  arguments and texts put in
 //!   matching.rs   operands against the forms              table.rs   an instruction table made ready for that
 //!   expr.rs       expressions     number.rs  numbers      symbols.rs names from pass to pass   known.rs  the chip's names
+//!   sections.rs   which there are, and their order
 //!   output.rs     bytes into memories                     listing.rs the listing     codes.rs  the codes of complaints
 //! ```
 //!
@@ -28,6 +29,7 @@ mod nearest;
 mod number;
 mod output;
 mod reader;
+mod sections;
 mod statement;
 mod symbols;
 mod table;

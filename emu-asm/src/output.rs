@@ -8,36 +8,16 @@ use emu_core::image::{Bits, LineAt, LineKind, Segment, Space};
 use crate::dialect::{Dialect, Holds};
 use crate::engine::Asm;
 use crate::fault::Fault;
+use crate::sections::{self, Section};
 use crate::text::Line;
-
-/// A section.
-#[derive(Debug, Clone)]
-pub(crate) struct Section {
-    /// Its name.
-    pub name: String,
-    /// Name of the memory of its labels; empty where the image's windows tell.
-    pub space: &'static str,
-    /// What it holds.
-    pub holds: Holds,
-    /// It lies behind the section before it in the same memory.
-    pub behind: bool,
-    /// The largest alignment in it, to which it is filled up at its end.
-    pub align: i64,
-    /// Byte address of its address 0 in the image file.
-    pub base: u64,
-    /// Bytes per address.
-    pub unit: u32,
-    /// The byte that comes next, from its address 0.
-    pub pos: i64,
-}
 
 /// Bytes that a line gives.
 #[derive(Debug, Clone)]
-struct Run {
-    section: usize,
-    /// Byte address in the image file; in a section whose bytes are copied, from its begin.
-    addr: u64,
-    bytes: Range<usize>,
+pub(crate) struct Run {
+    pub section: usize,
+    /// Byte address in the image file; in a section whose bytes are copied, from the begin of all of them.
+    pub addr: u64,
+    pub bytes: Range<usize>,
     /// The line, by its number in `lines`.
     line: u32,
 }
@@ -65,11 +45,18 @@ pub(crate) struct Output {
     /// Memories that an image may fill.
     spaces: Vec<Space>,
     code: &'static str,
-    first: Vec<Section>,
+    /// The sections as they were at the begin of the pass.
+    pub(crate) first: Vec<Section>,
     pub sections: Vec<Section>,
     pub current: usize,
+    /// The section that was current before.
+    pub previous: usize,
+    /// Sections that were kept, with those before them.
+    pub kept: Vec<(usize, usize)>,
+    /// The section where the program begins.
+    start: usize,
     pub bytes: Vec<u8>,
-    runs: Vec<Run>,
+    pub(crate) runs: Vec<Run>,
     pub list: Vec<Listed>,
     /// The image.
     pub segments: Vec<Segment>,
@@ -83,27 +70,17 @@ impl Output {
     pub fn new(chip: &Chip, d: &Dialect) -> Output {
         let mut spaces = chip.hex.to_vec();
         spaces.extend(chip.elf.iter().filter(|space| chip.hex.iter().all(|known| known.name != space.name)));
-        let unit = chip.width(chip.code);
-        let section = |row: &crate::dialect::SectionRow| {
-            let window = spaces.iter().find(|space| space.name == row.space);
-            Section {
-                name: row.name.to_owned(),
-                space: row.space,
-                holds: row.holds,
-                base: window.filter(|_| row.holds == Holds::Memory).map_or(0, |space| space.start.into()),
-                behind: row.behind,
-                align: if row.holds == Holds::Copied { 2 } else { 1 },
-                unit: if row.holds == Holds::Image { unit } else { 1 },
-                pos: if row.space == chip.ram { chip.ram_start.into() } else { 0 },
-            }
-        };
-        let first: Vec<Section> = d.sections.iter().map(section).collect();
+        let first = sections::begin(chip, d, &spaces);
+        let current = sections::start(d);
         Output {
             spaces,
             code: chip.code,
             sections: first.clone(),
             first,
-            current: 0,
+            current,
+            previous: current,
+            kept: Vec::new(),
+            start: current,
             bytes: Vec::new(),
             runs: Vec::new(),
             list: Vec::new(),
@@ -116,33 +93,14 @@ impl Output {
     pub fn restart(&mut self) {
         self.stack();
         self.sections.clone_from(&self.first);
-        self.current = 0;
+        (self.current, self.previous) = (self.start, self.start);
+        self.kept.clear();
         self.bytes.clear();
         self.runs.clear();
         self.list.clear();
     }
 
-    /// Sections in the same RAM lie behind each other, as a linker puts them; true where one of them has moved.
-    pub fn stack(&mut self) -> bool {
-        let mut moved = false;
-        let mut end: Option<(&'static str, i64)> = None;
-        for (first, section) in self.first.iter_mut().zip(&self.sections) {
-            if first.holds == Holds::Image || first.holds == Holds::Memory || !first.behind {
-                continue;
-            }
-            let length = section.pos - first.pos;
-            if let Some((_, at)) = end.filter(|(space, _)| *space == first.space) {
-                moved |= first.pos != at;
-                first.pos = at;
-            }
-            let behind = first.pos + length.max(0);
-            let even = if first.holds == Holds::Copied { (behind + 1) & !1 } else { behind };
-            end = Some((first.space, even));
-        }
-        moved
-    }
-
-    fn section(&self) -> Option<&Section> {
+    pub fn section(&self) -> Option<&Section> {
         self.sections.get(self.current)
     }
 
@@ -203,18 +161,10 @@ impl Output {
         self.runs.iter().any(|run| run.section == self.current)
     }
 
-    /// Switches to the section of this name; `None` where there is none.
-    pub fn switch(&mut self, name: &str) -> Option<()> {
-        self.current = self.sections.iter().position(|section| section.name.eq_ignore_ascii_case(name))?;
-        Some(())
-    }
-
     /// Adds bytes here; false where there are too many.
     fn add(&mut self, bytes: &[u8], line: u32) -> bool {
         let addr = match self.section() {
-            Some(section) if section.holds == Holds::Copied => {
-                (section.pos - self.first.get(self.current).map_or(0, |first| first.pos)).max(0) as u64
-            }
+            Some(section) if section.holds == Holds::Copied => (section.pos - self.copied_from()).max(0) as u64,
             _ => self.image_address(),
         };
         let start = self.bytes.len();
@@ -281,18 +231,6 @@ impl Asm<'_> {
         self.emit(bytes.get(..len).unwrap_or_default(), at);
     }
 
-    /// Fills sections up to their alignment, as the GNU assembler does.
-    fn fill_up(&mut self) {
-        for current in 0..self.out.sections.len() {
-            self.out.current = current;
-            let Some(section) = self.out.sections.get(current) else { continue };
-            let gap = (section.align - section.pos.rem_euclid(section.align)) % section.align;
-            if self.out.begun() && section.holds != Holds::Addresses {
-                self.emit(&vec![0; gap as usize], 0..0);
-            }
-        }
-    }
-
     /// Puts all bytes where they belong and tells what does not fit.
     pub fn place(&mut self) {
         self.fill_up();
@@ -308,7 +246,7 @@ impl Asm<'_> {
                 .filter(|end| *end > within.start && *end <= within.end)
                 .max()
         };
-        let behind = end(self.out.code).map_or(0, |end| end.next_multiple_of(self.chip.word_bytes.max(1).into()));
+        let behind = end(self.out.code).map_or(0, |end| end.next_multiple_of(self.out.copied_align()));
         let mut lines = Vec::new();
         for run in &runs {
             self.out.shift(run);

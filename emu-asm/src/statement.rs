@@ -133,7 +133,9 @@ impl Asm<'_> {
     /// The statements of a line.
     fn codes(&mut self, text: &str, end: usize) {
         let (mut from, mut at) = (0, 0);
-        while at < end && !self.d.separators.is_empty() {
+        // A line of the preprocessor is one statement, whatever the text that it defines.
+        let one = self.d.separators.is_empty() || is_hash_word(text.trim_start());
+        while at < end && !one {
             let next = byte(text, at + 1);
             if self.d.separators.contains(&byte(text, at)) && (next == 0 || next.is_ascii_whitespace()) {
                 self.code(text, from, at);

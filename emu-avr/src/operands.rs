@@ -65,6 +65,16 @@ fn register_named(text: &str) -> Option<i32> {
     }
 }
 
+/// A pair by its lower register, or by the name of a pointer.
+fn pair_named(text: &str) -> Option<i32> {
+    match text {
+        "X" | "x" => Some(26),
+        "Y" | "y" => Some(28),
+        "Z" | "z" => Some(30),
+        other => register_named(other),
+    }
+}
+
 fn decimal_text(value: i32, out: &mut String) {
     let _ = write!(out, "{value}");
 }
@@ -134,10 +144,10 @@ operands! {
         value |raw, _, _| raw as i32 + 16, raw |v, _, _| range(v, 16, 23, "register"), text register_text, named register_named, number OperandKind::itself, register OperandKind::its_address;
     /// The lower register of a pair, r0, r2 .. r30.
     Rp(u8) false "register pair"
-        value |raw, _, _| raw as i32 * 2, raw |v, _, _| step2(v, 0, 30, "register"), text register_text, named register_named, number OperandKind::itself, register OperandKind::its_address;
+        value |raw, _, _| raw as i32 * 2, raw |v, _, _| step2(v, 0, 30, "register"), text register_text, named pair_named, number OperandKind::itself, register OperandKind::its_address;
     /// The lower register of an upper pair, r24, r26, r28 or r30.
     Rw(u8) false "register pair from r24"
-        value |raw, _, _| raw as i32 * 2 + 24, raw |v, _, _| step2(v, 24, 30, "register"), text register_text, named register_named, number OperandKind::itself, register OperandKind::its_address;
+        value |raw, _, _| raw as i32 * 2 + 24, raw |v, _, _| step2(v, 24, 30, "register"), text register_text, named pair_named, number OperandKind::itself, register OperandKind::its_address;
     /// A constant byte, or a smaller field of ADIW and SBIW; negative constants stand for their two's complement.
     K(u8) false "constant"
         value same,

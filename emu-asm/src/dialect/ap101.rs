@@ -95,8 +95,8 @@ pub(super) const AP101: Dialect = Dialect {
     refuses,
     finish,
     sections: &[
-        SectionRow { name: "code", space: "", holds: Holds::Image, behind: false },
-        SectionRow { name: "config", space: "config", holds: Holds::Memory, behind: false },
+        SectionRow { name: "code", space: "", holds: Holds::Image, behind: None },
+        SectionRow { name: "config", space: "config", holds: Holds::Memory, behind: None },
     ],
 };
 

@@ -9,6 +9,9 @@ use crate::fault::Fault;
 use crate::symbols::Kind;
 use crate::text::{cut, trim};
 
+/// Sections that `.pushsection` keeps.
+const KEPT: usize = 1000;
+
 /// The dialect.
 #[rustfmt::skip]
 pub(super) const AVR: Dialect = Dialect {
@@ -74,12 +77,16 @@ pub(super) const AVR: Dialect = Dialect {
         Directive::run("data", |asm, call| section(asm, call, "data")),
         Directive::run("bss", |asm, call| section(asm, call, "bss")),
         Directive::run("section", section_named),
-        Directive::run("cseg", |asm, call| section(asm, call, "text")),
-        Directive::run("dseg", |asm, call| section(asm, call, "bss")),
-        Directive::run("eseg", |asm, call| section(asm, call, "eeprom")),
+        Directive::run("pushsection", push_section),
+        Directive::run("popsection", pop_section),
+        Directive::run("previous", |asm, _| asm.out.turn_back()),
+        Directive::run("cseg", |asm, call| segment(asm, call, "text")),
+        Directive::run("dseg", |asm, call| segment(asm, call, "dseg")),
+        Directive::run("eseg", |asm, call| segment(asm, call, "eeprom")),
+        Directive::run("byte", byte),
         Directive::named("def", |asm, call| constant(asm, call, Kind::Set)),
-        Directive::run("comm", common),
-        Directive::run("lcomm", common),
+        Directive::run("comm", |asm, call| common(asm, call, "COMMON")),
+        Directive::run("lcomm", |asm, call| common(asm, call, "bss")),
         Directive::flow("endmacro", Flow::Endm),
         Directive::run("global", nothing),
         Directive::run("globl", nothing),
@@ -98,24 +105,115 @@ pub(super) const AVR: Dialect = Dialect {
         Directive::run("list", nothing),
         Directive::run("nolist", nothing),
         Directive::run("title", nothing),
+        Directive::named("equiv", |asm, call| constant(asm, call, Kind::Equ)),
+        Directive::run("string8", |asm, call| super::common::text(asm, call, true)),
+        Directive::run("quad", quads),
+        Directive::run("8byte", quads),
+        Directive::run("float", no_float),
+        Directive::run("single", no_float),
+        Directive::run("double", no_float),
+        Directive::run("print", print),
+        Directive::run("purgem", purge),
+        Directive::run("hidden", nothing),
+        Directive::run("internal", nothing),
+        Directive::run("protected", nothing),
+        Directive::run("stabs", nothing),
+        Directive::run("stabn", nothing),
+        Directive::run("stabd", nothing),
         Directive::run("cfi_startproc", nothing),
         Directive::run("cfi_endproc", nothing),
     ],
     provides,
-    defines: |chip| vec![(predefined(chip.name), "1".to_owned()), ("__AVR__".to_owned(), "1".to_owned())],
+    defines,
     refuses: |_, _| None,
     finish: |_| (),
-    sections: &[
-        SectionRow { name: "text", space: "", holds: Holds::Image, behind: false },
-        SectionRow { name: "data", space: "data", holds: Holds::Copied, behind: true },
-        SectionRow { name: "bss", space: "data", holds: Holds::Addresses, behind: true },
-        SectionRow { name: "noinit", space: "data", holds: Holds::Addresses, behind: true },
-        SectionRow { name: "eeprom", space: "eeprom", holds: Holds::Memory, behind: false },
-        SectionRow { name: "fuse", space: "fuse", holds: Holds::Memory, behind: false },
-        SectionRow { name: "lock", space: "lock", holds: Holds::Memory, behind: false },
-        SectionRow { name: "signature", space: "signature", holds: Holds::Memory, behind: false },
-    ],
+    sections: SECTIONS,
 };
+
+/// The sections in the order of avr-ld's script.
+const SECTIONS: &[SectionRow] = &[
+    text("vectors", 1),
+    text("progmem.gcc*", 1),
+    text("trampolines", 2),
+    text("trampolines*", 1),
+    text("progmem*", 1),
+    text("jumptables", 2),
+    text("jumptables*", 1),
+    text("lowtext", 1),
+    text("lowtext*", 1),
+    text("init0", 1),
+    text("init1", 1),
+    text("init2", 1),
+    text("init3", 1),
+    text("init4", 1),
+    text("init5", 1),
+    text("init6", 1),
+    text("init7", 1),
+    text("init8", 1),
+    text("init9", 1),
+    text("text", 1),
+    text("text.*", 2),
+    text("fini9", 2),
+    text("fini8", 1),
+    text("fini7", 1),
+    text("fini6", 1),
+    text("fini5", 1),
+    text("fini4", 1),
+    text("fini3", 1),
+    text("fini2", 1),
+    text("fini1", 1),
+    text("fini0", 1),
+    ram("data", Holds::Copied, 1),
+    ram("data*", Holds::Copied, 1),
+    ram("rodata", Holds::Copied, 1),
+    ram("rodata*", Holds::Copied, 1),
+    ram("bss", Holds::Addresses, 2),
+    ram("bss*", Holds::Addresses, 1),
+    ram("COMMON", Holds::Addresses, 1),
+    ram("noinit*", Holds::Addresses, 1),
+    ram("dseg", Holds::Addresses, 1),
+    other("eeprom", "eeprom*"),
+    other("fuse", "fuse"),
+    other("fuse", "lfuse"),
+    other("fuse", "hfuse"),
+    other("fuse", "efuse"),
+    other("lock", "lock*"),
+    other("signature", "signature*"),
+];
+
+const fn text(name: &'static str, align: i64) -> SectionRow {
+    SectionRow { name, space: "", holds: Holds::Image, behind: Some(align) }
+}
+
+const fn ram(name: &'static str, holds: Holds, align: i64) -> SectionRow {
+    SectionRow { name, space: "data", holds, behind: Some(align) }
+}
+
+const fn other(space: &'static str, name: &'static str) -> SectionRow {
+    SectionRow { name, space, holds: Holds::Memory, behind: Some(1) }
+}
+
+/// What avr-gcc defines for a source in assembly, as far as it says something of the chip.
+fn defines(chip: &Chip) -> Vec<(String, String)> {
+    let (calls, far) = (chip.flash > 0x2000, chip.flash > 0x1_0000);
+    let arch = match (calls, far) {
+        (_, true) => "51",
+        (true, _) => "5",
+        _ => "4",
+    };
+    let always = ["__ASSEMBLER__", "__AVR__", "__AVR", "__AVR_2_BYTE_PC__", "__AVR_HAVE_MUL__", "__AVR_HAVE_MOVW__"];
+    let more = ["__AVR_HAVE_LPMX__", "__AVR_HAVE_SPH__", "__AVR_HAVE_16BIT_SP__", "__AVR_ENHANCED__"];
+    let large = ["__AVR_HAVE_JMP_CALL__", "__AVR_MEGA__"].into_iter().filter(|_| calls);
+    let largest = ["__AVR_HAVE_ELPM__", "__AVR_HAVE_ELPMX__", "__AVR_HAVE_RAMPZ__"].into_iter().filter(|_| far);
+    let ones = always.into_iter().chain(more).chain(large).chain(largest).map(|name| (name.to_owned(), "1".to_owned()));
+    let texts = [
+        (predefined(chip.name), "1".to_owned()),
+        ("__AVR_ARCH__".to_owned(), arch.to_owned()),
+        ("__AVR_DEVICE_NAME__".to_owned(), chip.name.to_owned()),
+        ("__AVR_SFR_OFFSET__".to_owned(), "0x20".to_owned()),
+    ];
+    ones.chain(texts).collect()
+}
 
 /// `__AVR_ATmega328P__`.
 fn predefined(name: &str) -> String {
@@ -134,36 +232,108 @@ fn provides(chip: &Chip, include: &str) -> Provided {
         return Provided::No;
     };
     if chip.name.strip_prefix("atmega").is_some_and(|number| number == name) {
-        return Provided::Chip;
+        let cause = format!("`{include}` belongs to Atmel's assembler, and this is not its language");
+        return Provided::Otherwise(cause, WORDS.to_owned());
     }
     let cause = format!("`{include}` is for another chip than the {}", chip.name);
     Provided::Other(cause, format!("name that chip with --mcu atmega{name}, or include the file of this one"))
 }
 
 fn section(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
+    if !trim(call.text, call.rest.clone()).is_empty() && asm.number(call.text, call.rest.clone()) != Some(0) {
+        let cause = "parts of a section with numbers are not taken".to_owned();
+        let hint = "give them names of their own: `.section .text.later,\"ax\"`";
+        return asm.tell(Fault::new("ASM023", call.rest.clone(), cause, hint));
+    }
+    enter(asm, call, name);
+}
+
+/// What differs in Atmel's assembler.
+const WORDS: &str = "addresses of program memory, also those of org, count bytes here, where Atmel's count words";
+
+/// A section by the word of Atmel's assembler.
+fn segment(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
+    let cause = format!("`{}` belongs to Atmel's assembler, and this is not its language", call.get(call.word.clone()));
+    asm.tell(Fault::new("ASM032", call.word.clone(), cause, WORDS).warning());
+    section(asm, call, name);
+}
+
+/// `.byte 1, 2`; Atmel's assembler reserves room with it.
+fn byte(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if asm.out.section().is_some_and(|section| section.name == "dseg") {
+        let cause = "`byte` gives bytes, and a program cannot fill RAM";
+        return asm.tell(Fault::new("ASM020", call.word.clone(), cause, "reserve room with .space, as in `.space 2`"));
+    }
+    super::common::bytes(asm, call);
+}
+
+fn enter(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
     if asm.out.switch(name).is_none() {
         let cause = format!("there is no section `{name}`");
-        asm.tell(Fault::new("ASM023", call.rest.clone(), cause, "there are .text, .data, .bss, .eeprom, .fuse, .lock"));
+        let hint = "there are .text, .vectors, .progmem, .init0 to .fini0, .data, .rodata, .bss, .noinit, .eeprom, .fuse and .lock";
+        let hint = if name.starts_with("debug") { "assemble what the compiler gives without -g" } else { hint };
+        asm.tell(Fault::new("ASM023", trim(call.text, call.rest.clone()), cause, hint));
     }
 }
 
-/// `.section .eeprom,"aw"`; names with something behind a further dot belong to the same section.
+/// `.section .eeprom,"aw"`.
 fn section_named(asm: &mut Asm<'_>, call: &Call<'_>) {
     let parts = cut(call.text, call.rest.clone());
     let written = parts.first().map_or("", |part| call.get(part.clone())).trim_matches('"');
-    let stem = written.trim_start_matches('.').split('.').next().unwrap_or("");
-    let name = match stem {
-        "vectors" | "init0" | "init1" | "init2" | "init3" | "init4" | "init9" | "progmem" | "rodata" => "text",
-        other => other,
-    };
-    let rest = trim(call.text, call.rest.clone());
-    section(asm, &Call { text: call.text, label: None, word: call.word.clone(), rest }, name);
+    enter(asm, call, written.strip_prefix('.').unwrap_or(written));
+}
+
+fn push_section(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if asm.out.kept.len() < KEPT {
+        asm.out.kept.push((asm.out.current, asm.out.previous));
+    }
+    section_named(asm, call);
+}
+
+fn pop_section(asm: &mut Asm<'_>, call: &Call<'_>) {
+    match asm.out.kept.pop() {
+        Some(kept) => (asm.out.current, asm.out.previous) = kept,
+        None => {
+            let cause = "no section was kept by .pushsection before";
+            asm.tell(Fault::new("ASM023", call.word.clone(), cause, "remove it, or write `.section NAME`"));
+        }
+    }
 }
 
 fn longs(asm: &mut Asm<'_>, call: &Call<'_>) {
     for part in wanted(asm, call) {
         let value = value_of(asm, call.text, part.clone(), 32) as u32;
         asm.emit(&value.to_le_bytes(), part);
+    }
+}
+
+fn quads(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for part in wanted(asm, call) {
+        let value = asm.value(call.text, part.clone()).map_or(0, |value| value.n);
+        asm.emit(&value.to_le_bytes(), part);
+    }
+}
+
+fn no_float(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let cause = format!("`{}` is not taken: numbers are whole here", call.get(call.word.clone()));
+    asm.tell(Fault::new("ASM023", call.word.clone(), cause, "give the bytes of the number with .long or .byte"));
+}
+
+/// `.print "text"`.
+fn print(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let rest = trim(call.text, call.rest.clone());
+    let text = call.get(rest.clone()).trim_matches('"');
+    asm.tell(Fault::new("ASM025", rest, text, "the program itself says so").note());
+}
+
+/// `.purgem name`: the macro is no more.
+fn purge(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for part in wanted(asm, call) {
+        let name = call.get(part.clone());
+        if asm.macros.remove(&name.to_ascii_lowercase()).is_none() {
+            let cause = format!("there is no macro `{name}`");
+            asm.tell(Fault::new("ASM023", part, cause, "give the name of a macro that stands before"));
+        }
     }
 }
 
@@ -213,7 +383,7 @@ fn align(asm: &mut Asm<'_>, call: &Call<'_>, power: bool) {
 }
 
 /// `.comm name, size`: room in RAM.
-fn common(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn common(asm: &mut Asm<'_>, call: &Call<'_>, place: &str) {
     let parts = wanted(asm, call);
     let [name, size, ..] = parts.as_slice() else {
         return asm.tell(Fault::new(
@@ -223,11 +393,11 @@ fn common(asm: &mut Asm<'_>, call: &Call<'_>) {
             "write `.comm buffer, 16`",
         ));
     };
-    let now = asm.out.current;
-    let _ = asm.out.switch("bss");
+    let now = (asm.out.current, asm.out.previous);
+    let _ = asm.out.switch(place);
     asm.label(call.get(name.clone()), name.clone());
     let size = asm.number(call.text, size.clone()).unwrap_or(0);
     let here = asm.out.here();
     asm.out.go(here + size.clamp(0, 0x1_0000));
-    asm.out.current = now;
+    (asm.out.current, asm.out.previous) = now;
 }

@@ -88,6 +88,9 @@ pub(super) fn org(asm: &mut Asm<'_>, call: &Call<'_>) {
             "give an address of a memory",
         ));
     }
+    if asm.out.is_shifted() {
+        return asm.tell_org(call.word.clone());
+    }
     let fill = match parts.get(1) {
         Some(part) => Some(value_of(asm, call.text, part.clone(), 8) as u8),
         None => asm.d.org_fills,
@@ -258,6 +261,7 @@ pub(super) fn include(asm: &mut Asm<'_>, call: &Call<'_>) {
     };
     match provided {
         Provided::Chip => {}
+        Provided::Otherwise(cause, hint) => asm.tell(Fault::new("ASM032", rest, cause, hint).warning()),
         Provided::Other(cause, hint) => asm.tell(Fault::new("ASM015", rest, cause, hint)),
         Provided::No => asm.include(inner, &Call { rest, label: None, word: call.word.clone(), ..*call }),
     }

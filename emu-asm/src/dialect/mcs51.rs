@@ -119,10 +119,10 @@ pub(super) const MCS51: Dialect = Dialect {
     refuses: |_, _| None,
     finish: |_| (),
     sections: &[
-        SectionRow { name: "code", space: "", holds: Holds::Image, behind: false },
-        SectionRow { name: "idata", space: "idata", holds: Holds::Addresses, behind: false },
-        SectionRow { name: "xdata", space: "xdata", holds: Holds::Addresses, behind: false },
-        SectionRow { name: "bit", space: "bit", holds: Holds::Addresses, behind: false },
+        SectionRow { name: "code", space: "", holds: Holds::Image, behind: None },
+        SectionRow { name: "idata", space: "idata", holds: Holds::Addresses, behind: None },
+        SectionRow { name: "xdata", space: "xdata", holds: Holds::Addresses, behind: None },
+        SectionRow { name: "bit", space: "bit", holds: Holds::Addresses, behind: None },
     ],
 };
 

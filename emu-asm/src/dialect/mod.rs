@@ -90,7 +90,7 @@ pub(crate) struct Dialect {
     pub refuses: fn(mnemonic: &str, operands: &str) -> Option<(String, String)>,
     /// What is done at the end of each pass.
     pub finish: fn(&mut Asm<'_>),
-    /// The sections that there are from the start; the first is where the program begins.
+    /// The sections in the order in which they lie; the program begins in `text`, or else in the first.
     pub sections: &'static [SectionRow],
 }
 
@@ -134,6 +134,8 @@ const C_UNARY: &[Unary] = &[
 pub(crate) enum Provided {
     /// The chip's own names stand for it.
     Chip,
+    /// They stand for it, but its names are used otherwise: cause and hint of a warning.
+    Otherwise(String, String),
     /// It is one for another chip: its cause and hint.
     Other(String, String),
     /// It is a file.
@@ -142,14 +144,14 @@ pub(crate) enum Provided {
 
 /// A section as a row.
 pub(crate) struct SectionRow {
-    /// Its name.
+    /// Its name; with a `*` at its end it stands for all sections that begin so, in the order in which they are named.
     pub name: &'static str,
     /// Name of the memory that its labels are in; empty where the windows of the image file say it.
     pub space: &'static str,
     /// What it holds.
     pub holds: Holds,
-    /// It lies behind the section before it in the same memory.
-    pub behind: bool,
+    /// It lies behind the sections before it in the same memory, from a multiple of this on.
+    pub behind: Option<i64>,
 }
 
 /// What a section holds.

@@ -143,7 +143,7 @@ pub(super) const PIC16: Dialect = Dialect {
     defines: |_| Vec::new(),
     refuses: |_, _| None,
     finish: chip::give_settings,
-    sections: &[SectionRow { name: "code", space: "", holds: Holds::Image, behind: false }],
+    sections: &[SectionRow { name: "code", space: "", holds: Holds::Image, behind: None }],
 };
 
 /// An instruction has seven bits for a file register; an address with more is that of another bank.
