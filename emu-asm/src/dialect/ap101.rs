@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use super::common::{nothing, value_of, wanted};
+use super::common::{self, nothing, value_of, wanted};
 use super::{Dialect, Directive, Form, Holds, Hooks, Provided, SectionRow};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
+use crate::statement::code_end;
 use crate::text::{Line, cut, trim};
 
 /// What the directives have said in a pass; times in the units in which they were written.
@@ -20,6 +21,9 @@ pub(crate) struct State {
     channels: Option<(u16, u16)>,
     programs: Vec<[u16; 4]>,
     modules: Vec<Option<(u8, u8, u16)>>,
+    /// Lines of the listing from which on words may lie behind program memory, or may not: an `org` there says that the words of
+    /// the block itself are meant.
+    orgs: Vec<(usize, bool)>,
 }
 
 /// A length of time.
@@ -78,6 +82,7 @@ pub(super) const AP101: Dialect = Dialect {
     literals: &[],
     hooks: Hooks::NONE,
     directives: &[
+        Directive::run("org", org),
         Directive::run("dw", words),
         Directive::run("word", words),
         Directive::run("clock", clock),
@@ -117,6 +122,32 @@ fn refuses(mnemonic: &str, operands: &str) -> Option<(String, String)> {
         _ => return None,
     };
     Some((what.to_owned(), hint.to_owned()))
+}
+
+/// `org ADDRESS`: as everywhere, and whether words of the block follow is kept.
+fn org(asm: &mut Asm<'_>, call: &Call<'_>) {
+    common::org(asm, call);
+    let row = (asm.out.list.len(), asm.out.here() >= WORDS);
+    asm.own.ap101.orgs.push(row);
+}
+
+/// Tells the first line that has run out of program memory into the block; true where there is one.
+fn runs_over(asm: &mut Asm<'_>, orgs: &[(usize, bool)]) -> bool {
+    let mut orgs = orgs.iter().copied().peekable();
+    let mut raw = false;
+    let line = asm.out.list.iter().enumerate().find_map(|(i, listed)| {
+        while let Some((_, here)) = orgs.next_if(|(from, _)| *from <= i) {
+            raw = here;
+        }
+        let words = listed.bytes.len().div_ceil(2) as i64;
+        (!raw && words > 0 && listed.addr + words > WORDS).then(|| listed.line.clone())
+    });
+    let Some(line) = line else { return false };
+    let hint = "make it shorter; words of the configuration block itself stand behind `org 0x800`";
+    let at = trim(&line.text, 0..code_end(asm.d, &line.text));
+    asm.line = Some(line);
+    asm.tell(Fault::new("ASM020", at, "program memory ends at 07FFh", hint));
+    true
 }
 
 /// One program word for each value.
@@ -338,6 +369,9 @@ fn tim(asm: &mut Asm<'_>, call: &Call<'_>) {
 /// Gives the block, where a directive has asked for one.
 fn finish(asm: &mut Asm<'_>) {
     let state = std::mem::take(&mut asm.own.ap101);
+    if runs_over(asm, &state.orgs) {
+        return;
+    }
     let Some(line) = state.line else { return };
     asm.line = Some(line.clone());
     let hz = if state.clock == 0 { HZ } else { state.clock };
