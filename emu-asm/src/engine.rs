@@ -316,7 +316,7 @@ impl Names for Asm<'_> {
         if let Some((value, given)) = self.symbols.read(name, self.d.any_case, self.pass) {
             self.forward |= !given || value.unknown;
             let alias =
-                self.symbols.get(name, self.d.any_case).is_some_and(|symbol| matches!(symbol.kind, Kind::Alias(_)));
+                self.symbols.get(name, self.d.any_case).is_some_and(|symbol| matches!(symbol.kind, Kind::Alias { .. }));
             return if alias { Err(register(name, at)) } else { Ok(value) };
         }
         if let Some(value) = self.known.get(name) {

@@ -126,7 +126,7 @@ fn image_of(asm: &mut Asm<'_>) -> Image {
             let (space, addr) = match symbol.kind {
                 Kind::Label { space, addr } => (space, addr),
                 Kind::Equ | Kind::Set => (CONSTANT, symbol.value.n as u32),
-                Kind::Alias(_) => return None,
+                Kind::Alias { .. } => return None,
             };
             Some(SymbolAt { name: name.to_string(), space, addr, size: 0 })
         })

@@ -406,7 +406,8 @@ impl Asm<'_> {
             && self.known.get(written).is_none()
             && self.chip_register(written)
         {
-            return self.define(name, Value::default(), Kind::Alias(written.into()), at);
+            let again = kind == Kind::Set;
+            return self.define(name, Value::default(), Kind::Alias { of: written.into(), again }, at);
         }
         let Some(value) = self.value(text, rest) else { return };
         self.list_value(value);
