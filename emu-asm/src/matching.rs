@@ -44,8 +44,8 @@ impl Asm<'_> {
             Some(Kind::Alias { of: register, .. }) => register.to_string() + &written[name.len()..],
             _ => written.to_owned(),
         };
-        if let Some((cause, hint)) = (self.d.refuses)(mnemonic, &operands) {
-            self.tell(Fault::new("ASM002", all, cause, hint));
+        if let Some((code, cause, hint)) = (self.d.refuses)(mnemonic, &operands) {
+            self.tell(Fault::new(code, all, cause, hint));
             return None;
         }
         let found = self.encode(text, mnemonic, word, rest, 0);
