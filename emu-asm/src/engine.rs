@@ -266,6 +266,11 @@ impl<'a> Asm<'a> {
         self.faults.iter().any(|(fault, _)| fault.code == "ASM017")
     }
 
+    /// An error was told in this pass.
+    pub fn failed(&self) -> bool {
+        self.faults.iter().any(|(fault, _)| fault.severity == Severity::Error)
+    }
+
     /// The value of `text[range]`; complaints are told.
     pub fn value(&mut self, text: &str, range: Range<usize>) -> Option<Value> {
         let d = self.d;

@@ -1,5 +1,7 @@
 //! AP101: instructions as its text has them, and directives for the block that says how the machine is put together.
 
+mod beyond;
+
 use std::ops::Range;
 
 use emu_core::table::Row;
@@ -8,7 +10,6 @@ use super::common::{self, nothing, value_of, wanted};
 use super::{Dialect, Directive, Form, Holds, Hooks, Provided, Refusal, SectionRow};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
-use crate::statement::code_end;
 use crate::symbols::Kind;
 use crate::text::{Line, cut, trim};
 
@@ -23,6 +24,8 @@ pub(crate) struct State {
     period: Option<Span>,
     channels: Option<(u16, u16)>,
     programs: Vec<[u16; 4]>,
+    /// Where the last words of the programs were given.
+    ends: Vec<(Line, Range<usize>)>,
     modules: Vec<Option<(u8, u8, u16)>>,
     /// Lines of the listing from which on words may lie behind program memory, or may not: an `org` there says that the words of
     /// the block itself are meant.
@@ -170,25 +173,6 @@ fn org(asm: &mut Asm<'_>, call: &Call<'_>) {
     common::org(asm, call);
     let row = (asm.out.list.len(), asm.out.here() >= WORDS);
     asm.own.ap101.orgs.push(row);
-}
-
-/// Tells the first line that has run out of program memory into the block; true where there is one.
-fn runs_over(asm: &mut Asm<'_>, orgs: &[(usize, bool)]) -> bool {
-    let mut orgs = orgs.iter().copied().peekable();
-    let mut raw = false;
-    let line = asm.out.list.iter().enumerate().find_map(|(i, listed)| {
-        while let Some((_, here)) = orgs.next_if(|(from, _)| *from <= i) {
-            raw = here;
-        }
-        let words = listed.bytes.len().div_ceil(2) as i64;
-        (!raw && words > 0 && listed.addr + words > WORDS).then(|| listed.line.clone())
-    });
-    let Some(line) = line else { return false };
-    let hint = "make it shorter; words of the configuration block itself stand behind `org 0x800`";
-    let at = trim(&line.text, 0..code_end(asm.d, &line.text));
-    asm.line = Some(line);
-    asm.tell(Fault::new("ASM020", at, "program memory ends at 07FFh", hint));
-    true
 }
 
 /// One program word for each value.
@@ -358,6 +342,9 @@ fn program(asm: &mut Asm<'_>, call: &Call<'_>) {
     if full {
         return bad(asm, call, format!("there are {PROGRAMS} programs already"), "put two of them together");
     }
+    if let Some(line) = asm.line.clone() {
+        state(asm).ends.push((line, last.clone()));
+    }
     state(asm).programs.push([start as u16, end as u16, rx as u16, 1 | u16::from(on) << 1]);
 }
 
@@ -451,10 +438,14 @@ fn tim(asm: &mut Asm<'_>, call: &Call<'_>) {
 /// Gives the block, where a directive has asked for one.
 fn finish(asm: &mut Asm<'_>) {
     let state = std::mem::take(&mut asm.own.ap101);
-    if runs_over(asm, &state.orgs) {
+    if beyond::runs_over(asm, &state.orgs) {
         return;
     }
-    let Some(line) = state.line else { return };
+    beyond::tell(asm, &state);
+    let Some(line) = state.line else {
+        asm.line = None;
+        return;
+    };
     asm.line = Some(line.clone());
     let hz = if state.clock == 0 { HZ } else { state.clock };
     let cycles = match state.period {
