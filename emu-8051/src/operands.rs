@@ -135,7 +135,7 @@ fn fits(value: i32, bits: u32, what: &str) -> Result<u32, String> {
 
 /// Address of the next instruction.
 fn next(site: &Site) -> i32 {
-    (site.pc + site.len) as i32 & 0xFFFF
+    site.pc.wrapping_add(site.len) as i32 & 0xFFFF
 }
 
 fn in_page(value: i32, _: u32, site: &Site) -> Result<u32, String> {
@@ -151,7 +151,7 @@ fn in_page(value: i32, _: u32, site: &Site) -> Result<u32, String> {
 }
 
 fn distance(value: i32, _: u32, site: &Site) -> Result<u32, String> {
-    let straight = value - next(site);
+    let straight = value.wrapping_sub(next(site));
     let around = straight as i16;
     if (0..0x1_0000).contains(&value) && i8::try_from(around).is_ok() {
         Ok(around as u32 & 0xFF)

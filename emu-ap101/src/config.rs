@@ -157,6 +157,7 @@ impl Reader<'_> {
     fn program(&mut self, entry: usize, enabled: &mut bool) -> Option<Program> {
         let at = 0x20 + 8 * entry;
         let most = SPAN as u16 - 1;
+        let told = self.damages.len();
         let (what, hint) = (format!("program {entry}"), "words of program memory are 0 to 2047");
         let start = self.at_most(at, self.word(at), most, &format!("the first word of {what}"), hint);
         let last = self.at_most(at + 2, self.word(at + 2), most, &format!("the last word of {what}"), hint);
@@ -166,6 +167,12 @@ impl Reader<'_> {
         if self.word(at) > self.word(at + 2) && start < most {
             let cause = format!("{what} begins at {start}, behind its last word {last}");
             self.wrong(at + 2, cause, "the first word of a program is not behind its last one");
+        }
+        if flags & 1 == 0 && self.damages.len() == told {
+            for field in (at..at + 6).step_by(2).filter(|&field| self.word(field) != 0).collect::<Vec<_>>() {
+                let cause = format!("{what} is not present, and a field of it is {}", self.word(field));
+                self.wrong(field, cause, "all fields of an absent program but its flags are 0");
+            }
         }
         *enabled = flags & 2 != 0;
         (flags & 1 != 0).then_some(Program { entry: entry as u8, start, last, rx })
@@ -182,6 +189,15 @@ impl Reader<'_> {
         if unit.is_none() {
             let cause = format!("module {n} has unit {}", self.byte(at + 1));
             self.wrong(at + 1, cause, "units are 0 program cycle, 1 1 ms, 2 10 ms, 3 100 ms");
+        }
+        if kind == Some(Kind::None) && self.word(at + 2) != 0 {
+            let cause = format!("module {n} is none, and its preset is {}", self.word(at + 2));
+            self.wrong(at + 2, cause, "a module of type 0 has unit 0 and preset 0");
+        }
+        let timer = matches!(kind, None | Some(Kind::Ton | Kind::Tof | Kind::Rto | Kind::Tp));
+        if let Some(unit) = unit.filter(|&unit| unit != Unit::Cycle && !timer) {
+            let cause = format!("module {n} is no timer, and its unit is {}", unit as u8);
+            self.wrong(at + 1, cause, "only timers have a unit of time");
         }
         Settings { kind: kind.unwrap_or(Kind::None), unit: unit.unwrap_or(Unit::Cycle), preset: self.word(at + 2) }
     }

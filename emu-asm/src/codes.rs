@@ -120,4 +120,8 @@ pub const CODES: &[Code] = &[
     Code { code: "ASM060", title: "AP101's configuration cannot be read",
         explain: "One of the directives clock, inputs, mode, period, channels, program, module and TIM lacks a value or has one that the \
                   machine does not have. docs/formats/asm.md lists them; docs/chips/ap101.md says what they mean." },
+    Code { code: "ASM061", title: "the configuration of AP101 does not have it",
+        explain: "A warning: an instruction names a channel beyond those of `channels`, or a timer or counter that no `module` gives. The \
+                  machine reads 0 there, and writing does nothing. Also told of a `program` that ends behind the last word of the \
+                  source; the words between are NOPs. Mend: correct the number, or the directive. Indexed addresses are not looked at." },
 ];

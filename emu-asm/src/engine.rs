@@ -320,6 +320,11 @@ impl<'a> Asm<'a> {
         self.faults.iter().any(|(fault, _)| fault.code == "ASM017")
     }
 
+    /// An error was told in this pass.
+    pub fn failed(&self) -> bool {
+        self.faults.iter().any(|(fault, _)| fault.severity == Severity::Error)
+    }
+
     /// The value of `text[range]`; complaints are told.
     pub fn value(&mut self, text: &str, range: Range<usize>) -> Option<Value> {
         let d = self.d;
@@ -384,7 +389,7 @@ impl Names for Asm<'_> {
         if let Some((value, given)) = self.symbols.read(name, self.d.any_case, self.pass) {
             self.forward |= !given || value.unknown;
             let alias =
-                self.symbols.get(name, self.d.any_case).is_some_and(|symbol| matches!(symbol.kind, Kind::Alias(_)));
+                self.symbols.get(name, self.d.any_case).is_some_and(|symbol| matches!(symbol.kind, Kind::Alias { .. }));
             return if alias { Err(register(name, at)) } else { Ok(value) };
         }
         if let Some(value) = self.known.get(name) {

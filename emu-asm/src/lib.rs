@@ -128,7 +128,7 @@ fn image_of(asm: &mut Asm<'_>) -> Image {
             let (space, addr) = match symbol.kind {
                 Kind::Label { space, addr } => (space, addr),
                 Kind::Equ | Kind::Set => (CONSTANT, symbol.value.n as u32),
-                Kind::Alias(ref register) => bit_of(asm.chip, register)?,
+                Kind::Alias { ref of, .. } => bit_of(asm.chip, of)?,
             };
             Some(SymbolAt { name: name.to_string(), space, addr, size: 0 })
         })

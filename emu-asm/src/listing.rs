@@ -101,6 +101,6 @@ pub(crate) fn kind_name(kind: &Kind) -> String {
         Kind::Label { space, .. } => (*space).to_owned(),
         Kind::Equ => "equ".to_owned(),
         Kind::Set => "set".to_owned(),
-        Kind::Alias(register) => format!("register {register}"),
+        Kind::Alias { of: register, .. } => format!("register {register}"),
     }
 }

@@ -41,11 +41,11 @@ impl Asm<'_> {
         let written = text.get(all.clone()).unwrap_or_default();
         let name = &written[..behind_name(written, 0, !self.d.dot_is_bit)];
         let operands = match self.symbols.get(name, self.d.any_case).map(|symbol| &symbol.kind) {
-            Some(Kind::Alias(register)) => register.to_string() + &written[name.len()..],
+            Some(Kind::Alias { of: register, .. }) => register.to_string() + &written[name.len()..],
             _ => written.to_owned(),
         };
-        if let Some((cause, hint)) = (self.d.refuses)(mnemonic, &operands) {
-            self.tell(Fault::new("ASM002", all, cause, hint));
+        if let Some((code, cause, hint)) = (self.d.refuses)(mnemonic, &operands) {
+            self.tell(Fault::new(code, all, cause, hint));
             return None;
         }
         let found = match self.general(text, mnemonic, &operands, rest.clone()) {
@@ -239,7 +239,7 @@ impl Asm<'_> {
         let name = behind_name(piece, 0, !self.d.dot_is_bit);
         let own = (name > 0).then(|| self.symbols.get(&piece[..name], self.d.any_case)).flatten();
         let alias = match own.map(|symbol| &symbol.kind) {
-            Some(Kind::Alias(register)) => Some(register.clone()),
+            Some(Kind::Alias { of: register, .. }) => Some(register.clone()),
             _ => None,
         };
         let written = alias.as_deref().filter(|_| name == piece.len()).unwrap_or(piece);

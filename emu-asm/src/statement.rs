@@ -253,10 +253,19 @@ impl Asm<'_> {
         // C programs call variables x and y; where case matters they are no pointers.
         let word = self.d.any_case && self.is_register(name);
         if (word || self.chip_register(name)) && self.known.get(name).is_none() {
-            let cause = format!("`{name}` is a register of the core and cannot be a label");
-            return self.tell(Fault::new("ASM008", at, cause, "choose another name"));
+            return self.tell(self.taken(name, at, "a label"));
         }
         self.label(name, at);
+    }
+
+    /// Tells that the instructions know a name as something else.
+    fn taken(&self, name: &str, at: Range<usize>, what: &str) -> Fault {
+        let known = match (self.d.zones, self.chip_register(name)) {
+            (true, true) => "the address of a bit",
+            (true, false) => "what marks an indexed address",
+            _ => "a register of the core",
+        };
+        Fault::new("ASM008", at, format!("`{name}` is {known} and cannot be {what}"), "choose another name")
     }
 
     /// The directive that a word is: with a dot always, without one where no instruction bears that name.
@@ -404,11 +413,15 @@ impl Asm<'_> {
     pub fn give_value(&mut self, name: &str, at: Range<usize>, text: &str, rest: Range<usize>, kind: Kind) {
         let rest = trim(text, rest);
         let written = text.get(rest.clone()).unwrap_or_default();
+        if self.d.zones && self.is_register(name) {
+            return self.tell(self.taken(name, at, "given with equ, set or ="));
+        }
         if self.symbols.get(written, self.d.any_case).is_none()
             && self.known.get(written).is_none()
             && self.chip_register(written)
         {
-            return self.define(name, Value::default(), Kind::Alias(written.into()), at);
+            let again = kind == Kind::Set;
+            return self.define(name, Value::default(), Kind::Alias { of: written.into(), again }, at);
         }
         let Some(value) = self.value(text, rest) else { return };
         self.list_value(value);

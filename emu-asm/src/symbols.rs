@@ -20,7 +20,19 @@ pub(crate) enum Kind {
     /// A number that may be given anew.
     Set,
     /// A register of the core under another name.
-    Alias(Rc<str>),
+    Alias {
+        /// The register.
+        of: Rc<str>,
+        /// The name may be given anew.
+        again: bool,
+    },
+}
+
+impl Kind {
+    /// A name of this kind may be given anew.
+    fn again(&self) -> bool {
+        matches!(self, Kind::Set | Kind::Alias { again: true, .. })
+    }
 }
 
 /// A name.
@@ -94,11 +106,11 @@ impl Symbols {
     pub fn define(&mut self, name: &str, value: Value, kind: Kind, pass: u32, place: (u32, u32)) -> Defined {
         match self.names.get_mut(name) {
             Some(old) => {
-                let twice = old.pass == pass && !matches!((&old.kind, &kind), (Kind::Set, Kind::Set));
+                let twice = old.pass == pass && !(old.kind.again() && kind.again());
                 if twice && (old.value != value || old.kind != kind) {
                     return Defined::Twice(old.place.0, old.place.1);
                 }
-                let moved = (old.value != value || old.kind != kind) && kind != Kind::Set;
+                let moved = (old.value != value || old.kind != kind) && !kind.again();
                 (old.value, old.kind, old.pass, old.place) = (value, kind, pass, place);
                 if moved { Defined::Moved } else { Defined::Same }
             }

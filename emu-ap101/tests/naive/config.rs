@@ -76,6 +76,10 @@ impl Config {
             must(two(at + 2) < 2048 && two(at) <= two(at + 2), at + 2)?;
             must(two(at + 4) < 2048, at + 4)?;
             must(flags < 4, at + 6)?;
+            // Of an absent program only the flags say something.
+            for field in [at, at + 2, at + 4] {
+                must(flags % 2 == 1 || two(field) == 0, field)?;
+            }
             let (present, enabled) = (flags % 2 == 1, flags / 2 == 1);
             programs.push(Entry { start: two(at), last: two(at + 2), rx: two(at + 4), present, enabled });
         }
@@ -84,6 +88,9 @@ impl Config {
             let at = 0x100 + 4 * number;
             must(block[at] <= 7, at)?;
             must(block[at + 1] <= 3, at + 1)?;
+            let timer = (1..=4).contains(&block[at]);
+            must(timer || block[at + 1] == 0, at + 1)?;
+            must(block[at] != 0 || two(at + 2) == 0, at + 2)?;
             modules.push(Record { kind: block[at], unit: block[at + 1], preset: two(at + 2) });
         }
         let hz = if four(0xC) == 0 { 1_000_000 } else { four(0xC) };

@@ -95,7 +95,8 @@ fn tables(rng: &mut Rng, config: &mut Config) {
         let unit = if kind < 5 { pick(rng, &[0, 0, 1, 1, 2, 2, 3]) } else { 0 };
         let short = pick(rng, &[0, 1, 1, 2, 3, 5]);
         let preset = if rng.one_in(8) { pick(rng, &[32_767, 32_768, 65_535, 300, 40]) } else { short };
-        config.modules[number] = Record { kind, unit, preset };
+        let none = Record { kind, unit: 0, preset: 0 };
+        config.modules[number] = if kind == 0 { none } else { Record { kind, unit, preset } };
     }
 }
 

@@ -1,11 +1,16 @@
 //! AP101: instructions as its text has them, and directives for the block that says how the machine is put together.
 
+mod beyond;
+
 use std::ops::Range;
 
-use super::common::{nothing, value_of, wanted};
-use super::{Dialect, Directive, Form, Holds, Hooks, Provided, SectionRow};
+use emu_core::table::Row;
+
+use super::common::{self, nothing, value_of, wanted};
+use super::{Dialect, Directive, Form, Holds, Hooks, Provided, Refusal, SectionRow};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
+use crate::symbols::Kind;
 use crate::text::{Line, cut, trim};
 
 /// What the directives have said in a pass; times in the units in which they were written.
@@ -19,7 +24,14 @@ pub(crate) struct State {
     period: Option<Span>,
     channels: Option<(u16, u16)>,
     programs: Vec<[u16; 4]>,
+    /// Where the last words of the programs were given.
+    ends: Vec<(Line, Range<usize>)>,
     modules: Vec<Option<(u8, u8, u16)>>,
+    /// Lines of the listing from which on words may lie behind program memory, or may not: an `org` there says that the words of
+    /// the block itself are meant.
+    orgs: Vec<(usize, bool)>,
+    /// Directives and modules that were given, with file and line.
+    said: Vec<(String, (u32, u32))>,
 }
 
 /// A length of time.
@@ -76,8 +88,9 @@ pub(super) const AP101: Dialect = Dialect {
     space_fills: false,
     zones: true,
     literals: &[],
-    hooks: Hooks::NONE,
+    hooks: Hooks { check, ..Hooks::NONE },
     directives: &[
+        Directive::run("org", org),
         Directive::run("dw", words),
         Directive::run("word", words),
         Directive::run("clock", clock),
@@ -100,11 +113,28 @@ pub(super) const AP101: Dialect = Dialect {
     ],
 };
 
-/// Instructions that write, and letters of what is only read.
-fn refuses(mnemonic: &str, operands: &str) -> Option<(String, String)> {
+/// Zones: letter, and the last address that a machine can have.
+const ZONES: [(char, i64); 6] =
+    [('I', INPUTS - 1), ('E', OUTPUTS - 1), ('O', OUTPUTS - 1), ('R', 383), ('T', 383), ('M', 511)];
+
+/// Addresses that no machine has, instructions that write, and letters of what is only read.
+fn refuses(mnemonic: &str, operands: &str) -> Option<Refusal> {
     let writes = matches!(mnemonic, "sto" | "stoc" | "stc" | "rtc");
     let letter = operands.chars().next()?.to_ascii_uppercase();
     let numbered = operands.get(1..)?.trim_start().starts_with(|c: char| !c.is_ascii_alphabetic());
+    if !matches!(mnemonic, "jmp" | "jmpc")
+        && let Some((_, most)) = ZONES.iter().find(|(known, _)| *known == letter)
+        && let Some((n, decimal)) = offset(operands)
+        && (n > *most || !decimal)
+    {
+        let range = format!("{letter} has addresses from 0 to {most}");
+        return Some(if n > *most {
+            ("ASM003", format!("there is no {letter}{n}"), range)
+        } else {
+            let cause = format!("the number behind {letter} is decimal");
+            ("ASM003", cause, format!("{range}; this one is {letter}{n}"))
+        });
+    }
     if !writes || !numbered {
         return None;
     }
@@ -116,7 +146,33 @@ fn refuses(mnemonic: &str, operands: &str) -> Option<(String, String)> {
         }
         _ => return None,
     };
-    Some((what.to_owned(), hint.to_owned()))
+    Some(("ASM002", what.to_owned(), hint.to_owned()))
+}
+
+/// The number behind the letter of a zone, and whether it is decimal: `I512`, `I_512,X`, `M0x1F`.
+fn offset(operands: &str) -> Option<(i64, bool)> {
+    let number = operands.split(',').next()?.get(1..)?.trim_end();
+    let number = number.strip_prefix('_').unwrap_or(number).to_ascii_lowercase();
+    match number.strip_prefix("0x") {
+        Some(hex) => Some((i64::from_str_radix(hex, 16).ok()?, false)),
+        None => Some((number.parse().ok()?, true)),
+    }
+}
+
+/// Refuses addresses that no machine has, however they are written.
+fn check(row: &Row, values: &[(i32, Range<usize>)]) -> Option<Fault> {
+    let (value, at) = values.first().filter(|_| row.operands.iter().any(|slot| slot.kind.name.starts_with("bit")))?;
+    let letter = *['I', 'E', 'R', 'M'].get(usize::try_from(value / 512).ok()?)?;
+    let (n, (_, most)) = (i64::from(value % 512), ZONES.iter().find(|(known, _)| *known == letter)?);
+    let hint = format!("{letter} has addresses from 0 to {most}");
+    (n > *most).then(|| Fault::new("ASM003", at.clone(), format!("there is no {letter}{n}"), hint))
+}
+
+/// `org ADDRESS`: as everywhere, and whether words of the block follow is kept.
+fn org(asm: &mut Asm<'_>, call: &Call<'_>) {
+    common::org(asm, call);
+    let row = (asm.out.list.len(), asm.out.here() >= WORDS);
+    asm.own.ap101.orgs.push(row);
 }
 
 /// One program word for each value.
@@ -152,35 +208,70 @@ fn bad(asm: &mut Asm<'_>, call: &Call<'_>, cause: String, hint: &str) {
     asm.tell(Fault::new("ASM060", at, cause, hint));
 }
 
-/// A number and the unit behind it.
-fn measure(text: &str) -> Option<(u64, String)> {
-    let end = text.find(|c: char| !c.is_ascii_digit() && c != '_').unwrap_or(text.len());
-    let number = text.get(..end)?.replace('_', "").parse().ok()?;
-    Some((number, text.get(end..)?.trim().to_ascii_lowercase()))
+/// A number and how often its unit holds the smallest one: `10ms`, `1.5MHz`, `n*1000c`, or a name. None where it is none, or comes to
+/// no whole number above 0.
+fn measure(asm: &mut Asm<'_>, call: &Call<'_>, units: &[(&str, u64)]) -> Option<(u64, usize)> {
+    let all = trim(call.text, call.rest.clone());
+    let text = call.get(all.clone());
+    let lower = text.to_ascii_lowercase();
+    // A unit stands behind a digit, a bracket or a space; else its letters are the end of a name.
+    let before =
+        |unit: &str| lower.strip_suffix(unit).filter(|n| unit.is_empty() || n.ends_with(|c: char| !is_name(c)));
+    let at = units.iter().position(|(unit, _)| before(unit).is_some())?;
+    let (unit, factor) = units.get(at).copied()?;
+    let number = before(unit)?.trim_end();
+    let (whole, part) = number.split_once('.').unwrap_or((number, ""));
+    let digits = |text: &str| text.bytes().all(|c| c.is_ascii_digit() || c == b'_');
+    let n = if digits(whole) && digits(part) {
+        let (whole, part) = (whole.replace('_', ""), part.replace('_', ""));
+        let scale = 10u64.checked_pow(part.len() as u32)?;
+        let parts = format!("{whole}{part}").parse::<u64>().ok()?.checked_mul(factor)?;
+        parts.is_multiple_of(scale).then_some(parts / scale)?
+    } else if number.starts_with(|c: char| c.is_ascii_digit()) && !number.contains(['+', '-', '*', '/', '<', '>', ' '])
+    {
+        return None;
+    } else {
+        u64::try_from(asm.number(call.text, all.start..all.start + number.len())?).ok()?.checked_mul(factor)?
+    };
+    (n > 0).then_some((n, at))
 }
 
-/// `clock 1000000`, `clock 1MHz`.
+/// Letters of names, which are no digits.
+fn is_name(c: char) -> bool {
+    c.is_ascii_alphabetic() || c == '_'
+}
+
+/// `clock 1000000`, `clock 1.5MHz`, `clock NAME`.
 fn clock(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let text = call.get(trim(call.text, call.rest.clone()));
-    let hz = measure(text).and_then(|(n, unit)| {
-        let factor = match unit.as_str() {
-            "" | "hz" => 1,
-            "khz" => 1_000,
-            "mhz" => 1_000_000,
-            _ => return None,
-        };
-        u32::try_from(n.checked_mul(factor)?).ok().filter(|&hz| hz > 0)
-    });
-    match hz {
+    once(asm, call, call.get(call.word.clone()));
+    let units = [("mhz", 1_000_000), ("khz", 1_000), ("hz", 1), ("", 1)];
+    match measure(asm, call, &units).and_then(|(hz, _)| u32::try_from(hz).ok()) {
         Some(hz) => state(asm).clock = hz,
         None => {
-            bad(asm, call, format!("`{text}` is no clock"), "write a frequency such as 1000000 or 1MHz, below 4295 MHz")
+            let cause = format!("`{}` is no clock", call.get(trim(call.text, call.rest.clone())));
+            bad(asm, call, cause, "write a frequency such as 1000000 or 1.5MHz, from 1 to 4294967295 Hz");
         }
+    }
+}
+
+/// Tells that `what` was said already, and where.
+fn once(asm: &mut Asm<'_>, call: &Call<'_>, what: &str) {
+    let what = what.trim_start_matches('.');
+    let Some(line) = &asm.line else { return };
+    let here = (line.file, line.number);
+    let said = &mut asm.own.ap101.said;
+    match said.iter().find(|(known, _)| known.eq_ignore_ascii_case(what)).map(|(_, place)| *place) {
+        Some((file, line)) => {
+            let cause = format!("`{what}` was given already at {}:{line}", asm.texts.name(file));
+            bad(asm, call, cause, "give it once");
+        }
+        None => said.push((what.to_owned(), here)),
     }
 }
 
 /// One of two words.
 fn choice(asm: &mut Asm<'_>, call: &Call<'_>, words: [&str; 2], set: fn(&mut State, bool)) {
+    once(asm, call, call.get(call.word.clone()));
     let text = call.get(trim(call.text, call.rest.clone()));
     match words.iter().position(|word| word.eq_ignore_ascii_case(text)) {
         Some(i) => set(state(asm), i == 1),
@@ -192,29 +283,21 @@ fn choice(asm: &mut Asm<'_>, call: &Call<'_>, words: [&str; 2], set: fn(&mut Sta
 
 /// `period 10ms`, `period 5000c`.
 fn period(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let text = call.get(trim(call.text, call.rest.clone()));
-    let span = measure(text).and_then(|(n, unit)| {
-        Some(match unit.as_str() {
-            "c" => Span::Cycles(n),
-            "us" => Span::Nanoseconds(n.checked_mul(1_000)?),
-            "ms" => Span::Nanoseconds(n.checked_mul(1_000_000)?),
-            "s" => Span::Nanoseconds(n.checked_mul(1_000_000_000)?),
-            _ => return None,
-        })
-    });
-    match span {
-        Some(span) => state(asm).period = Some(span),
-        None => bad(
-            asm,
-            call,
-            format!("`{text}` is no period"),
-            "write a time such as 10ms, or machine cycles such as 5000c",
-        ),
+    once(asm, call, call.get(call.word.clone()));
+    let units = [("us", 1_000), ("ms", 1_000_000), ("s", 1_000_000_000), ("c", 1)];
+    match measure(asm, call, &units) {
+        Some((n, 3)) => state(asm).period = Some(Span::Cycles(n)),
+        Some((n, _)) => state(asm).period = Some(Span::Nanoseconds(n)),
+        None => {
+            let cause = format!("`{}` is no period", call.get(trim(call.text, call.rest.clone())));
+            bad(asm, call, cause, "write a time such as 10ms, or machine cycles such as 5000c");
+        }
     }
 }
 
 /// `channels INPUTS, OUTPUTS`.
 fn channels(asm: &mut Asm<'_>, call: &Call<'_>) {
+    once(asm, call, call.get(call.word.clone()));
     let [inputs, outputs] = &cut(call.text, call.rest.clone())[..] else {
         return bad(
             asm,
@@ -237,8 +320,12 @@ fn program(asm: &mut Asm<'_>, call: &Call<'_>) {
     };
     let start = within(asm, call, first.clone(), 0..WORDS, "first word");
     let end = within(asm, call, last.clone(), 0..WORDS, "last word");
-    let rx = parts.get(2).map_or(0, |part| within(asm, call, part.clone(), 0..WORDS, "RX"));
-    let word = parts.get(3).map_or("on", |part| call.get(part.clone()));
+    // RX may be left out before `off`.
+    let is_word =
+        |part: &&Range<usize>| matches!(call.get((*part).clone()).to_ascii_lowercase().as_str(), "on" | "off");
+    let index = parts.get(2).filter(|part| parts.len() > 3 || !is_word(part));
+    let rx = index.map_or(0, |part| within(asm, call, part.clone(), 0..WORDS, "RX"));
+    let word = parts.get(3).or(parts.get(2).filter(is_word)).map_or("on", |part| call.get(part.clone()));
     let on = word.eq_ignore_ascii_case("on");
     if !on && !word.eq_ignore_ascii_case("off") {
         bad(asm, call, format!("`{word}` is none of on and off"), "a program with `off` runs once its bit in M is set");
@@ -255,22 +342,38 @@ fn program(asm: &mut Asm<'_>, call: &Call<'_>) {
     if full {
         return bad(asm, call, format!("there are {PROGRAMS} programs already"), "put two of them together");
     }
+    if let Some(line) = asm.line.clone() {
+        state(asm).ends.push((line, last.clone()));
+    }
     state(asm).programs.push([start as u16, end as u16, rx as u16, 1 | u16::from(on) << 1]);
 }
 
-/// The number of a module: `R5`, or an expression.
+/// The number of a module: `R5`, `R(expression)`, or a name of one.
 fn module_number(asm: &mut Asm<'_>, call: &Call<'_>, part: Range<usize>) -> Option<usize> {
     let text = call.get(part.clone());
-    let inner = text.strip_prefix(['R', 'r']).map(|rest| part.end - rest.len()..part.end);
-    let found = match inner {
-        Some(inner) => inner,
-        None => {
-            bad(asm, call, format!("`{text}` is no module"), "modules are R0 to R127");
+    let own = asm.symbols.get(text, asm.d.any_case).map(|symbol| symbol.kind.clone());
+    let name: &str = match &own {
+        Some(Kind::Alias { of, .. }) => of,
+        _ => text,
+    };
+    // A name that is given further down is known in the next pass.
+    asm.forward |= own.is_none() && asm.pass == 1;
+    let inner = name.strip_prefix(['R', 'r']).map(|inner| inner.strip_prefix('_').unwrap_or(inner));
+    let n = match inner {
+        Some(inner) if inner.starts_with('(') => asm.number(call.text, part.start + 1..part.end)?,
+        Some(inner) if inner.parse::<i64>().is_ok() => inner.parse().unwrap_or(0),
+        _ => {
+            let hint = "modules are R0 to R127; equ gives them names";
+            bad(asm, call, format!("`{text}` is no module"), hint);
             return None;
         }
     };
-    let start = if call.get(found.clone()).starts_with('_') { found.start + 1 } else { found.start };
-    Some(within(asm, call, start..found.end, 0..MODULES as i64, "module R") as usize)
+    if !(0..MODULES as i64).contains(&n) {
+        let cause = format!("module R{n} is not in 0..={}", MODULES - 1);
+        asm.tell(Fault::new("ASM003", part, cause, "use a value in range"));
+        return Some(0);
+    }
+    Some(n as usize)
 }
 
 /// `module R1, TON, 100ms, 50`, `module R2, CTU, 10`.
@@ -281,6 +384,7 @@ fn module(asm: &mut Asm<'_>, call: &Call<'_>) {
         return bad(asm, call, "a module, its type and its preset are wanted".to_owned(), hint);
     };
     let Some(n) = module_number(asm, call, which.clone()) else { return };
+    once(asm, call, &format!("module R{n}"));
     let name = call.get(kind.clone());
     let Some(kind) = TYPES.iter().position(|known| known.eq_ignore_ascii_case(name)) else {
         return bad(
@@ -310,12 +414,8 @@ fn module(asm: &mut Asm<'_>, call: &Call<'_>) {
     if modules.len() <= n {
         modules.resize(n + 1, None);
     }
-    let taken = modules.get(n).is_some_and(Option::is_some);
     if let Some(place) = modules.get_mut(n) {
         *place = Some((kind as u8 + 1, unit as u8, preset));
-    }
-    if taken {
-        bad(asm, call, format!("the module R{n} was given already"), "each module is given once");
     }
 }
 
@@ -338,7 +438,14 @@ fn tim(asm: &mut Asm<'_>, call: &Call<'_>) {
 /// Gives the block, where a directive has asked for one.
 fn finish(asm: &mut Asm<'_>) {
     let state = std::mem::take(&mut asm.own.ap101);
-    let Some(line) = state.line else { return };
+    if beyond::runs_over(asm, &state.orgs) {
+        return;
+    }
+    beyond::tell(asm, &state);
+    let Some(line) = state.line else {
+        asm.line = None;
+        return;
+    };
     asm.line = Some(line.clone());
     let hz = if state.clock == 0 { HZ } else { state.clock };
     let cycles = match state.period {

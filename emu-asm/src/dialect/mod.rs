@@ -86,8 +86,8 @@ pub(crate) struct Dialect {
     pub provides: fn(chip: &Chip, include: &str) -> Provided,
     /// Names and texts that are defined before the first line.
     pub defines: fn(chip: &Chip) -> Vec<(String, String)>,
-    /// An instruction that the dialect does not take with these operands: cause and hint.
-    pub refuses: fn(mnemonic: &str, operands: &str) -> Option<(String, String)>,
+    /// An instruction that the dialect does not take with these operands: code, cause and hint.
+    pub refuses: fn(mnemonic: &str, operands: &str) -> Option<Refusal>,
     /// What is done at the end of each pass.
     pub finish: fn(&mut Asm<'_>),
     /// The sections in the order in which they lie; the program begins in `text`, or else in the first.
@@ -112,6 +112,9 @@ impl Hooks {
     /// None of it.
     pub const NONE: Hooks = Hooks { check: |_, _| None, value_names: false, names: |_, _| None, general: &[] };
 }
+
+/// Code, cause and hint.
+pub(crate) type Refusal = (&'static str, String, String);
 
 /// The operators of C, with its precedence.
 #[rustfmt::skip]
