@@ -60,7 +60,7 @@ pub const CODES: &[Code] = &[
                   repetition with a wrong count or a macro that goes on for ever." },
     Code { code: "ASM018", title: "values do not settle",
         explain: "The source is read again until no name moves. Here the place of something hangs on a name whose value hangs on that \
-                  place, as in `org x` with `x: equ $+1`, and a pass for each name and 20 more (1000 at most) were not enough; or names hang on each other in a circle. Mend: give one of them a plain number." },
+                  place, as in `org x` with `x: equ $+1`, and in 20 passes nothing more has settled (or 1000 were not enough); or names hang on each other in a circle. Mend: give one of them a plain number." },
     Code { code: "ASM019", title: "two parts of the program overlap",
         explain: "Something was put at an address before. The message says by which line. Mend: move one of them with org." },
     Code { code: "ASM020", title: "there is no memory here",

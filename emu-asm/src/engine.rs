@@ -22,10 +22,10 @@ use crate::symbols::{Defined, Kind, Symbols};
 use crate::table::Table;
 use crate::text::{Line, trim};
 
-/// Passes until names that still move are an error: so many and one for each name, as each of a chain of names may wait for the next.
-const PASSES: usize = 20;
+/// Passes in which nothing more settles until names that still move are an error; each of a chain of names may wait for the next.
+const PASSES: u32 = 20;
 /// Passes at most, however many names there are.
-const MOST_PASSES: usize = 1000;
+const MOST_PASSES: u32 = 1000;
 /// Errors that are told, and as many warnings and notes.
 pub(crate) const LIMIT: usize = 100;
 
@@ -159,6 +159,8 @@ impl<'a> Asm<'a> {
 
     /// Reads the text number 0 until nothing moves.
     pub fn run(&mut self) {
+        // The least number of names that had not settled, and the pass in which it came to that.
+        let (mut least, mut since) = (usize::MAX, 0);
         loop {
             self.begin_pass();
             self.read(0);
@@ -169,8 +171,11 @@ impl<'a> Asm<'a> {
             if !again || self.stopped() {
                 break;
             }
-            let most = (PASSES + self.symbols.names().count()).min(MOST_PASSES);
-            if self.pass as usize >= most || self.tired() {
+            let open = moving.len() + self.symbols.all().iter().filter(|(_, symbol)| symbol.value.unknown).count();
+            if open < least {
+                (least, since) = (open, self.pass);
+            }
+            if self.pass >= (since + PASSES).min(MOST_PASSES) || self.tired() {
                 let names: Vec<String> = moving.iter().take(5).map(|name| format!("`{name}`")).collect();
                 let cause = format!("after {} passes {} still changes with every pass", self.pass, names.join(", "));
                 let hint = "the place of something hangs on a name whose value hangs on that place";
