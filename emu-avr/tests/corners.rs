@@ -25,7 +25,7 @@ fn after(mut avr: Avr, cycles: u64) -> [u8; 4] {
 
 /// Timer 0 matches at 5, long before `main` goes on: OCF0A waits. Its routine notes that it came, and r20.
 const MATCH: &str = "
-    .org 0x38
+    .org 0x38, 0xFF
     ldi r21, 1
     sts 0x100, r21
     sts 0x101, r20
@@ -52,7 +52,7 @@ const PENDING: &str = "
 #[test]
 fn barred_interrupts_are_taken_outside_of_the_boot_section() {
     let source = format!(
-        "{MATCH}\n.org 0x7000\n{PENDING} sts 0x6E, r17\n sei\n inc r20\n jmp 0x400\n.org 0x400\n inc r20\n rjmp .-4"
+        "{MATCH}\n.org 0x7000, 0xFF\n{PENDING} sts 0x6E, r17\n sei\n inc r20\n jmp 0x400\n.org 0x400\n inc r20\n rjmp .-4"
     );
     assert_eq!(after(machine(&source, 0xDF, [0xFF, 0xD8, 0xFF]), 500), [1, 1, 0, 0]);
     assert_eq!(after(machine(&source, 0xFF, [0xFF, 0xD8, 0xFF]), 500), [1, 1, 0, 0]);
@@ -68,7 +68,9 @@ fn barred_interrupts_are_taken_outside_of_the_boot_section() {
 #[test]
 fn ivce_holds_interrupts() {
     let main = |then: &str| {
-        format!("jmp 0x200\n{MATCH}\n.org 0x200\n{PENDING}\n sei\n ldi r18, 1\n out 0x35, r18\n {then}\n rjmp .-2")
+        format!(
+            "jmp 0x200\n{MATCH}\n.org 0x200, 0xFF\n{PENDING}\n sei\n ldi r18, 1\n out 0x35, r18\n {then}\n rjmp .-2"
+        )
     };
     let four = main("sts 0x6E, r17\n inc r20\n inc r20\n inc r20\n inc r20");
     assert_eq!(after(machine(&four, 0xFF, FUSES), 500), [1, 2, 0, 0]);

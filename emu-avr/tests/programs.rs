@@ -190,8 +190,8 @@ fn polls_are_left_at_every_distance_from_the_match() {
     for nops in 0..12 {
         for ocr in 8..30 {
             let text = format!(
-                "\n== {nops} nops, OCR0A {ocr}\n0x00: ldi r16,{ocr}\n out 0x27,r16\n ldi r16,2\n out 0x24,r16\n ldi r17,1\n \
-                 out 0x25,r17\n nop*{nops}\n0x80: sbis 0x15,1\n rjmp .-4\n sbi 0x15,1\n inc r20\n rjmp .-10\n-- stop 0x86\n"
+                "\n== {nops} nops, OCR0A {ocr}\n ldi r16,{ocr}\n out 0x27,r16\n ldi r16,2\n out 0x24,r16\n ldi r17,1\n \
+                 out 0x25,r17\n.rept {nops}\n nop\n.endr\n.org 0x80\n sbis 0x15,1\n rjmp .-4\n sbi 0x15,1\n inc r20\n rjmp .-10\n-- stop 0x86\n"
             );
             // Between the NOPs and the loop lies erased memory: fill it with a jump over it.
             let text = text.replace("\n0x80:", "\n rjmp 0x80\n0x80:");
@@ -210,8 +210,8 @@ fn polls_are_left_at_every_distance_from_the_match() {
 /// Waits with no limit end at the end of time, and a watched write is not lost to a watchdog reset at the same boundary.
 #[test]
 fn the_end_of_time_and_a_stop_beside_a_reset() {
-    let waits = "\n== sleep for a byte\n0x00: ldi r16,0x90\n sts 0xC1,r16\n ldi r16,1\n out 0x33,r16\n sei\n sleep\n-- x\n\
-                 \n== poll a pin\n0x00: sbis 0x03,0\n rjmp .-4\n-- x\n";
+    let waits = "\n== sleep for a byte\n ldi r16,0x90\n sts 0xC1,r16\n ldi r16,1\n out 0x33,r16\n sei\n sleep\n-- x\n\
+                 \n== poll a pin\n sbis 0x03,0\n rjmp .-4\n-- x\n";
     for program in parse(waits) {
         let mut avr = chip(&program);
         for _ in 0..2 {
@@ -230,7 +230,7 @@ fn the_end_of_time_and_a_stop_beside_a_reset() {
         }
     }
     let program = &parse(
-        "\n== dog\n0x00: ldi r16,0x18\n sts 0x60,r16\n ldi r16,8\n sts 0x60,r16\n sts 0x100,r16\n nop*3\n rjmp .-12\n-- x\n",
+        "\n== dog\n ldi r16,0x18\n sts 0x60,r16\n ldi r16,8\n sts 0x60,r16\n sts 0x100,r16\n.rept 3\n nop\n.endr\n rjmp .-12\n-- x\n",
     )[0];
     let mut avr = chip(program);
     avr.set_clock_hz(1000);

@@ -91,11 +91,11 @@ fn machine(setup: &Setup) -> Mcs51 {
         text += &format!("drive {} {at}{}\n", PINS[pin], if high { 'H' } else { 'L' });
     }
     for source in 1..7 {
-        text += &format!("0x{:02x}: ljmp r{source}\n", source * 8 - 5);
+        text += &format!("0x{:02x}: ljmp at{source}\n", source * 8 - 5);
     }
     text += "0x40:\n";
     for (source, routine) in setup.routines.iter().enumerate() {
-        text += &format!("r{source}:\n");
+        text += &format!("at{source}:\n");
         for op in routine.iter().skip(usize::from(source > 0)) {
             text += &format!("{}\n", op.text("r0"));
         }

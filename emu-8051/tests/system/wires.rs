@@ -161,18 +161,18 @@ chip 8052
       mov SCON,#0xC8
       setb TR1
       mov SBUF,#2
-a:    jnb TI,a
+s1:   jnb TI,s1
       clr TI
       clr TB8
       mov SBUF,#0x77
-b:    jnb TI,b
+s2:   jnb TI,s2
       clr TI
       mov SBUF,#0x78
-c:    jnb TI,c
+s3:   jnb TI,s3
       clr TI
       setb TB8
       mov SBUF,#1
-d:    jnb TI,d
+s4:   jnb TI,s4
       clr TI
       clr TB8
       mov SBUF,#0x99

@@ -29,10 +29,10 @@ const CASES: &[(bool, &str, &[&str])] = &[
         ],
     ),
     (false, "ld E4", &["0 LINT016: E4 is used, and the controller does not have it"]),
-    (false, "sto E300", &["0 LINT016: E300 is used, and the controller does not have it"]),
+    (false, ".word 0x232C", &["0 LINT016: E300 is used, and the controller does not have it"]),
     (
         false,
-        "ld R2; ld R400",
+        "ld R2; .word 0x0590",
         &[
             "0 LINT016: R2 is used, and the controller does not have it",
             "1 LINT016: R400 is used, and the controller does not have it",

@@ -31,7 +31,7 @@ fn config(bytes: &[Option<u8>]) -> Option<Config> {
 
 #[test]
 fn programs_assemble_to_the_same_words_and_configuration() {
-    let (mut faults, mut count) = (Vec::new(), 0);
+    let (mut faults, mut count, mut refused) = (Vec::new(), 0, 0);
     for case in programs::all().into_iter().chain(page::cases()) {
         count += 1;
         let wanted = assemble(&case.source);
@@ -45,9 +45,12 @@ fn programs_assemble_to_the_same_words_and_configuration() {
                     faults.push(format!("{}: wanted {:?}\n got {:?}", case.name, config(&wanted), config(&got)));
                 }
             }
+            // What no machine has is refused there; the naive assembler makes words of it, to see what they do.
+            Err(errors) if errors.lines().all(|error| error.contains("ASM003: there is no ")) => refused += 1,
             Err(errors) => faults.push(format!("{}: {errors}\n{}", case.name, case.source)),
         }
     }
+    assert!(refused < 10, "{refused} of {count} refused");
     assert!(faults.is_empty(), "{} of {count}:\n{}", faults.len(), faults.join("\n"));
 }
 
