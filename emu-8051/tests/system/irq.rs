@@ -97,7 +97,7 @@ fn machine(setup: &Setup) -> Mcs51 {
     for (source, routine) in setup.routines.iter().enumerate() {
         text += &format!("at{source}:\n");
         for op in routine.iter().skip(usize::from(source > 0)) {
-            text += &format!("{}\n", op.text("r0"));
+            text += &format!("{}\n", op.text("at0"));
         }
     }
     let mut mcs51 = source::program("random", &text).0.machine();
