@@ -8,6 +8,7 @@
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use emu_core::Chip;
 use emu_core::table::find;
@@ -49,8 +50,11 @@ pub fn sources(judge: Judge) -> Vec<Source> {
 impl Source {
     /// What its assembler makes of it, which must be something, and must not be with complaints that the head does not have.
     fn judged(&self) -> Cells {
+        // Tests that run side by side judge the same source, each in a folder of its own.
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
         let what = format!("{}/{}", self.judge.name(), self.name);
-        let verdict = self.judge.assemble(&home(self.judge), &self.name, self.chip, &folder(&format!("asm-{what}")));
+        let own = folder(&format!("asm-{}/{what}", NUMBER.fetch_add(1, Ordering::Relaxed)));
+        let verdict = self.judge.assemble(&home(self.judge), &self.name, self.chip, &own);
         let expected = |line: &&String| {
             self.told.iter().any(|n| line.contains(&format!("[{n}]")) || line.contains(&format!("[{n:0>3}]")))
         };
