@@ -35,7 +35,8 @@ fn assembled(chip_name: &str, bytes: &[u8]) -> String {
     let source = Source { name: "main.asm", bytes };
     let options = Options { defines: vec![("GIVEN".into(), "3".into())] };
     let mut out = String::new();
-    let faults = match assemble(&source, chip(chip_name), &options, &mut Memory) {
+    let chip = chip(chip_name).unwrap_or_else(|| panic!("no chip {chip_name}"));
+    let faults = match assemble(&source, chip, &options, &mut Memory) {
         Ok(assembled) => {
             for segment in &assembled.image.segments {
                 let bytes: Vec<String> = segment.bytes.iter().map(|byte| format!("{byte:02X}")).collect();

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::chips;
+use common::{chip, chips};
 use emu_asm::{Files, Options, Source, assemble};
 use emu_core::rng::Rng;
 
@@ -131,7 +131,7 @@ fn damaged_sources_are_refused_or_taken_and_nothing_else() {
     for _ in 0..cases {
         let (name, text) = &texts[rng.below(texts.len() as u64) as usize];
         // Most often for their own chip, now and then for another, even of another family.
-        let own = chips.iter().copied().find(|chip| chip.name == name.as_str()).filter(|_| rng.below(8) > 0);
+        let own = chip(name).filter(|_| rng.below(8) > 0);
         let chip = own.unwrap_or(chips[rng.below(chips.len() as u64) as usize]);
         let bytes = damaged(text, &mut rng);
         let lines = bytes.iter().filter(|byte| matches!(byte, b'\n' | b'\r')).count() as u32 + 1;

@@ -11,13 +11,14 @@ fn page() -> String {
 #[test]
 fn its_examples_assemble() {
     let page = page();
+    let named = |head: &str| chip(head).unwrap_or_else(|| panic!("no chip {head}"));
     let mut families = std::collections::BTreeSet::new();
     for example in page.split("```asm ").skip(1) {
         let (head, rest) = example.split_once('\n').expect("an example has lines");
         let text = rest.split("```").next().expect("an example ends");
-        let image = emu_asm::image(chip(head), text).unwrap_or_else(|e| panic!("{head}:\n{text}\n{e}"));
+        let image = emu_asm::image(named(head), text).unwrap_or_else(|e| panic!("{head}:\n{text}\n{e}"));
         assert!(!image.segments.is_empty(), "{head}: {text}");
-        families.insert(format!("{:?}", chip(head).family));
+        families.insert(format!("{:?}", named(head).family));
     }
     assert!(families.len() >= 3, "{families:?}");
 }
