@@ -1,4 +1,4 @@
-//! The intermediate code: one scan as operations on bits and 16-bit words, for any target.
+//! The intermediate code: one scan as operations on bits and integers of one to four bytes, for any target.
 //!
 //! The model of the machine is the one that every target has in some form: *one bit accumulator* (the AVR's T flag, the
 //! 8051's carry, the result bit of a 1-bit controller) that carries the state of the rung, bit cells and word cells. Bit
@@ -41,13 +41,48 @@ pub struct BitCell {
     pub role: BitRole,
 }
 
-/// A word cell: 16 bits with sign. All are zero after reset.
+/// What a word cell is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WordRole {
+    /// An integer of the program.
+    Symbol(SymbolKind),
+    /// What an element or a peripheral remembers from the scan before.
+    Memory,
+    /// Holds a value within one scan only; nobody sees it between scans.
+    Temporary,
+}
+
+/// A word cell: an integer with sign, least byte first where a target keeps it in bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct WordCell {
-    /// The symbol's name.
+    /// The symbol's name, or a description such as `position of rung 2, element 1`.
     pub name: String,
-    /// The symbol's kind.
-    pub kind: SymbolKind,
+    /// What it is for.
+    pub role: WordRole,
+    /// Width in bytes, 1 to 4.
+    pub bytes: u8,
+    /// Value after reset; 0 but for counters with a start value.
+    pub initial: i32,
+}
+
+/// A constant table, kept in program memory.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Table {
+    /// What it belongs to, such as `table of rung 2, element 1`.
+    pub name: String,
+    /// Width of a value in bytes, 1 to 4.
+    pub bytes: u8,
+    /// The values, at least one; each fits the width, as a number with or without sign in one byte, else with sign.
+    pub values: Vec<i32>,
+}
+
+/// What a program uses of the serial line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct UartUse {
+    /// It sends.
+    pub send: bool,
+    /// It receives.
+    pub receive: bool,
 }
 
 /// A word operand.
@@ -55,8 +90,8 @@ pub struct WordCell {
 pub enum Value {
     /// The content of a cell.
     Cell(Word),
-    /// A constant.
-    Const(i16),
+    /// A constant. In a comparison it fits the width of the left operand.
+    Const(i32),
 }
 
 /// Relations, signed. The other two of the language turn into these by swapping operands or moving a constant by one.
@@ -72,7 +107,7 @@ pub enum Rel {
     Ge,
 }
 
-/// A comparison `a rel b`.
+/// A comparison `a rel b`, with sign, at the larger width of the two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Compare {
     /// Left operand.
@@ -83,7 +118,8 @@ pub struct Compare {
     pub b: Value,
 }
 
-/// Arithmetic modulo 2^16. `Div` truncates; x / 0 is -1 for x >= 0 and 1 for x < 0; -32768 / -1 is -32768.
+/// Arithmetic modulo 2^(8 w) with w of [`Ir::width`]. `Div` truncates; x / 0 is -1 for x >= 0 and 1 for x < 0; the lowest number
+/// divided by -1 stays what it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Math {
     /// Sum.
@@ -94,6 +130,19 @@ pub enum Math {
     Mul,
     /// Quotient.
     Div,
+}
+
+/// A bit as a function of bits: the three-address form of code that is not optimised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Logic {
+    /// a.
+    Copy(Bit),
+    /// not a.
+    Not(Bit),
+    /// a and b.
+    And(Bit, Bit),
+    /// a or b.
+    Or(Bit, Bit),
 }
 
 /// What an [`Op::If`] looks at.
@@ -171,6 +220,63 @@ pub enum Op {
         /// Right operand.
         b: Value,
     },
+    /// bit := logic; acc stays or is lost. Only in code that is not optimised, where nothing else uses acc across it.
+    Logic {
+        /// Destination.
+        dst: Bit,
+        /// Its value.
+        is: Logic,
+    },
+    /// dst := table[index]; acc stays. The index is in range, the destination may be the index.
+    Lookup {
+        /// Destination; a narrower table value is extended with sign, one byte wide tables of values above 127 without.
+        dst: Word,
+        /// Index from 0.
+        index: Word,
+        /// An index into [`Ir::tables`].
+        table: u32,
+    },
+    /// dst := the conversion of an analog input now, 0 to 1023; acc stays.
+    ReadAdc {
+        /// Destination.
+        dst: Word,
+        /// An index into [`Ir::adcs`].
+        input: u32,
+    },
+    /// The duty of the PWM output := the value, clamped to 0..=100 percent; acc stays.
+    SetPwm {
+        /// The duty.
+        duty: Value,
+    },
+    /// The low byte goes to the transmitter, which has finished with the byte before but for what a scan shifts about; acc stays.
+    Send {
+        /// The byte.
+        value: Value,
+    },
+    /// acc := a byte has been received and not yet taken; if so, dst := the byte, 0 to 255, and it is taken.
+    Receive {
+        /// Destination.
+        dst: Word,
+    },
+    /// dst := EEPROM, least byte first; acc stays. No write is under way.
+    Recall {
+        /// Destination.
+        dst: Word,
+        /// Address of its first cell.
+        addr: u16,
+    },
+    /// If a byte of src differs from its cell of the EEPROM, the write of the lowest such byte begins and busy := scans; acc stays. No
+    /// write is under way.
+    Persist {
+        /// Source.
+        src: Word,
+        /// Address of its first cell.
+        addr: u16,
+        /// Counts the scans until the EEPROM is free.
+        busy: Word,
+        /// What a write takes.
+        scans: i32,
+    },
     /// Executes one of two lists.
     If {
         /// What decides.
@@ -207,6 +313,16 @@ pub struct Ir {
     pub bits: Vec<BitCell>,
     /// Word cells.
     pub words: Vec<WordCell>,
+    /// Constant tables.
+    pub tables: Vec<Table>,
+    /// Symbols of the analog inputs.
+    pub adcs: Vec<String>,
+    /// Frequency of the PWM output in Hz, where there is one.
+    pub pwm_hz: Option<u32>,
+    /// What is used of the serial line.
+    pub uart: UartUse,
+    /// Bytes of EEPROM in use, from address 0.
+    pub eeprom: u16,
     /// After the inputs are latched, before the first rung.
     pub begin: Vec<Op>,
     /// The rungs of the program, all of them, in order.
@@ -220,6 +336,26 @@ impl Ir {
     #[must_use]
     pub fn is_temporary(&self, bit: Bit) -> bool {
         self.bits.get(bit.0 as usize).is_some_and(|cell| cell.role == BitRole::Temporary)
+    }
+
+    /// Width of a word cell in bytes.
+    #[must_use]
+    pub fn bytes(&self, word: Word) -> u8 {
+        self.words.get(word.0 as usize).map_or(2, |cell| cell.bytes)
+    }
+
+    /// Width at which an operation is done, in bytes: that of the destination where more cannot matter, and for a division
+    /// the largest of destination, operands and what constants need.
+    #[must_use]
+    pub fn width(&self, op: Math, dst: Word, a: Value, b: Value) -> u8 {
+        let of = |value: Value| match value {
+            Value::Cell(word) => self.bytes(word),
+            Value::Const(constant) => bytes_of(constant),
+        };
+        match op {
+            Math::Div => self.bytes(dst).max(of(a)).max(of(b)),
+            Math::Add | Math::Sub | Math::Mul => self.bytes(dst),
+        }
     }
 
     fn bit(&self, bit: Bit, negated: bool) -> String {
@@ -271,6 +407,31 @@ impl Ir {
                 };
                 format!("{} := {} {sign} {}", self.word(*dst), self.value(*a), self.value(*b))
             }
+            Op::Logic { dst, is } => {
+                let bit = |bit: &Bit| self.bit(*bit, false);
+                let is = match is {
+                    Logic::Copy(a) => bit(a),
+                    Logic::Not(a) => format!("not {}", bit(a)),
+                    Logic::And(a, b) => format!("{} and {}", bit(a), bit(b)),
+                    Logic::Or(a, b) => format!("{} or {}", bit(a), bit(b)),
+                };
+                format!("{} := {is}", bit(dst))
+            }
+            Op::Lookup { dst, index, table } => {
+                let name = self.tables.get(*table as usize).map_or("?", |table| &table.name);
+                format!("{} := {name}[{}]", self.word(*dst), self.word(*index))
+            }
+            Op::ReadAdc { dst, input } => {
+                let name = self.adcs.get(*input as usize).map_or("?", String::as_str);
+                format!("{} := adc {name}", self.word(*dst))
+            }
+            Op::SetPwm { duty } => format!("pwm {}", self.value(*duty)),
+            Op::Send { value } => format!("send {}", self.value(*value)),
+            Op::Receive { dst } => format!("receive {}", self.word(*dst)),
+            Op::Recall { dst, addr } => format!("{} := eeprom {addr}", self.word(*dst)),
+            Op::Persist { src, addr, busy, scans } => {
+                format!("eeprom {addr} := {}, {} := {scans}", self.word(*src), self.word(*busy))
+            }
             Op::If { cond, then, otherwise } => {
                 let cond = match cond {
                     Cond::Acc => "acc".to_owned(),
@@ -287,6 +448,12 @@ impl Ir {
             }
         }
     }
+}
+
+/// The least width in bytes, 1 to 4, that holds a constant.
+#[must_use]
+pub fn bytes_of(constant: i32) -> u8 {
+    (1..4).find(|n| constant >> (8 * n - 1) == constant >> 31).unwrap_or(4)
 }
 
 /// The whole scan as text: `rung 1`, then per step the number of its element and the operation.

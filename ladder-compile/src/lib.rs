@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 pub mod avr;
+pub mod code;
 mod codes;
 pub mod ir;
 mod listing;
@@ -19,6 +20,8 @@ mod mutants;
 pub mod optimise;
 pub mod pins;
 pub mod refuse;
+pub mod target;
+pub mod worst;
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_avr::chips::{ATMEGA328, ATMEGA328P};
@@ -32,7 +35,7 @@ use ir::Ir;
 use pins::Pin;
 
 pub use codes::{CODES, FUSES_NOTE};
-pub use map::{ElementMap, Map, PinMap, Place, Ratio, RungMap, SCHEMA, SymbolMap};
+pub use map::{EepromMap, ElementMap, Map, PinMap, Place, Ratio, RungMap, SCHEMA, Special, SymbolMap};
 #[cfg(feature = "mutants")]
 pub use mutants::{Mutant, compile_mutant, mutants};
 
@@ -238,7 +241,10 @@ fn map_of(program: &Program, ir: &Ir, image: &Image, pins: &[Pin], pace: &Pace, 
         rungs: starts
             .iter()
             .enumerate()
-            .map(|(n, &start)| RungMap { rung: n as u32 + 1, start, end: end_of(n) })
+            .map(|(n, &start)| {
+                let worst_cycles = avr::worst::longest(&image.code, start / 2, end_of(n) / 2);
+                RungMap { rung: n as u32 + 1, start, end: end_of(n), worst_cycles }
+            })
             .collect(),
         elements: elements.collect(),
         symbols: symbols.collect(),
@@ -250,6 +256,9 @@ fn map_of(program: &Program, ir: &Ir, image: &Image, pins: &[Pin], pace: &Pace, 
                 direction: if pin.output { "out" } else { "in" }.to_owned(),
             })
             .collect(),
+        slack_cycles: pace.shortest().saturating_sub(image.worst + image.poll),
+        specials: Vec::new(),
+        eeprom: Vec::new(),
         fuses: fuses(clock_hz),
     }
 }

@@ -8,7 +8,9 @@ use std::collections::HashMap;
 
 use ladder::{CompareOp, CounterKind, Element, ElementId, MathOp, Node, Operand, Program, SymbolKind, TimerKind};
 
-use crate::ir::{Bit, BitCell, BitRole, Compare, Cond, Ir, Math, Op, Rel, RungCode, Step, Value, Word, WordCell};
+use crate::ir::{
+    Bit, BitCell, BitRole, Compare, Cond, Ir, Math, Op, Rel, RungCode, Step, Value, Word, WordCell, WordRole,
+};
 
 /// The scan of `program`, not yet optimised.
 ///
@@ -21,8 +23,7 @@ pub fn lower(program: &Program) -> Ir {
         if symbol.kind.is_bit() {
             lower.symbol_bit(&symbol.name);
         } else {
-            lower.words.insert(symbol.name.clone(), Word(lower.ir.words.len() as u32));
-            lower.ir.words.push(WordCell { name: symbol.name, kind: symbol.kind });
+            lower.new_word(symbol.name, symbol.kind);
         }
     }
     if program.elements().any(|(_, element, _)| matches!(element, Element::MasterRelay)) {
@@ -109,16 +110,20 @@ impl Lower {
         if let Some(&word) = self.words.get(name) {
             return word;
         }
+        self.new_word(name.to_owned(), SymbolKind::Variable)
+    }
+
+    fn new_word(&mut self, name: String, kind: SymbolKind) -> Word {
         let word = Word(self.ir.words.len() as u32);
-        self.ir.words.push(WordCell { name: name.to_owned(), kind: SymbolKind::Variable });
-        self.words.insert(name.to_owned(), word);
+        self.words.insert(name.clone(), word);
+        self.ir.words.push(WordCell { name, role: WordRole::Symbol(kind), bytes: 2, initial: 0 });
         word
     }
 
     fn value(&mut self, operand: &Operand) -> Value {
         match operand {
             Operand::Var(name) => Value::Cell(self.word(name)),
-            Operand::Const { value, .. } => Value::Const(*value as i16),
+            Operand::Const { value, .. } => Value::Const(*value as i32),
         }
     }
 
@@ -201,7 +206,7 @@ impl Lower {
                 let word = self.word(name);
                 // A timer that cannot be counted was refused before.
                 let Some(limit) = scans(delay, self.cycle_us) else { return };
-                self.timer(*kind, word, limit);
+                self.timer(*kind, word, limit.into());
             }
             Element::Counter { kind, name, max, .. } => {
                 let word = self.word(name);
@@ -250,7 +255,7 @@ impl Lower {
         }
     }
 
-    fn timer(&mut self, kind: TimerKind, word: Word, limit: i16) {
+    fn timer(&mut self, kind: TimerKind, word: Word, limit: i32) {
         let running = Cond::Compare(Compare { a: word, rel: Rel::Lt, b: Value::Const(limit) });
         let count = add(word, Math::Add);
         let clear = Op::Move { dst: word, src: Value::Const(0) };
@@ -354,6 +359,10 @@ enum Relation {
     Compare(Compare),
 }
 
+/// The lowest and the highest integer.
+const LOWEST: i32 = i16::MIN as i32;
+const HIGHEST: i32 = i16::MAX as i32;
+
 /// A comparison of the language as one of the four relations with a cell on its left.
 fn relation(op: CompareOp, left: Value, right: Value) -> Relation {
     use CompareOp::{Equ, Geq, Grt, Leq, Les, Neq};
@@ -389,12 +398,14 @@ fn relation(op: CompareOp, left: Value, right: Value) -> Relation {
             Equ => make(a, Rel::Eq, right),
             Neq => make(a, Rel::Ne, right),
             // No number is below the lowest, none above the highest.
-            Les if b == i16::MIN => Relation::Always(false),
-            Geq if b == i16::MIN => Relation::Always(true),
+            Les if b == LOWEST => Relation::Always(false),
+            Geq if b == LOWEST => Relation::Always(true),
             Les => make(a, Rel::Lt, right),
             Geq => make(a, Rel::Ge, right),
-            Grt => b.checked_add(1).map_or(Relation::Always(false), |b| make(a, Rel::Ge, Value::Const(b))),
-            Leq => b.checked_add(1).map_or(Relation::Always(true), |b| make(a, Rel::Lt, Value::Const(b))),
+            Grt if b == HIGHEST => Relation::Always(false),
+            Leq if b == HIGHEST => Relation::Always(true),
+            Grt => make(a, Rel::Ge, Value::Const(b + 1)),
+            Leq => make(a, Rel::Lt, Value::Const(b + 1)),
         },
     }
 }

@@ -5,9 +5,10 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// Version of the map's JSON.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
-/// Where everything of a compiled program is. Code addresses are byte addresses of program memory, ends are excluded.
+/// Where everything of a compiled program is. Code addresses are byte addresses of program memory, ends are excluded; on a
+/// chip whose word is wider than a byte that is the address of the word times [`Chip::word_bytes`](emu_core::chip::Chip::word_bytes).
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Map {
     /// Version of this shape, [`SCHEMA`].
@@ -18,7 +19,7 @@ pub struct Map {
     pub clock_hz: u64,
     /// Time of one scan in machine cycles, a reduced fraction: the k-th match comes at its k-fold, rounded down.
     pub cycle: Ratio,
-    /// Clocks per tick of the pacing timer: a match is at most one tick before its exact moment, never after it.
+    /// Machine cycles per tick of the pacing timer: a match is at most one tick before its exact moment, never after it.
     pub tick: u32,
     /// The instruction at whose end the pacing timer starts.
     pub timer_start: u32,
@@ -37,6 +38,12 @@ pub struct Map {
     pub code_bytes: u32,
     /// Bytes of RAM that hold data, the stack not counted.
     pub ram_bytes: u32,
+    /// Machine cycles that the shortest period leaves beside the longest scan and the look at the timer.
+    pub slack_cycles: u64,
+    /// Pins with another job than input and output.
+    pub specials: Vec<Special>,
+    /// Cells of the EEPROM.
+    pub eeprom: Vec<EepromMap>,
     /// Every rung, comments included.
     pub rungs: Vec<RungMap>,
     /// Every element, comments included, in text order.
@@ -67,6 +74,59 @@ pub struct RungMap {
     pub start: u32,
     /// Byte after the last.
     pub end: u32,
+    /// The longest path through it in machine cycles.
+    pub worst_cycles: u64,
+}
+
+/// A pin with another job than input and output.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "job")]
+pub enum Special {
+    /// The serial line sends here.
+    Transmit {
+        /// Pin.
+        pin: String,
+        /// Speed asked for, in bits per second.
+        baud: u64,
+        /// Machine cycles of a bit, as a fraction.
+        bit: Ratio,
+    },
+    /// The serial line receives here.
+    Receive {
+        /// Pin.
+        pin: String,
+        /// Speed asked for, in bits per second.
+        baud: u64,
+    },
+    /// The converter reads a symbol here.
+    Analog {
+        /// Pin.
+        pin: String,
+        /// Symbol.
+        name: String,
+    },
+    /// The PWM output.
+    Pwm {
+        /// Pin.
+        pin: String,
+        /// Frequency asked for, in Hz.
+        hertz: u64,
+        /// Machine cycles of a period, as a fraction.
+        period: Ratio,
+        /// Steps of a period: a duty is exact to one of them.
+        steps: u32,
+    },
+}
+
+/// A variable in the EEPROM.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct EepromMap {
+    /// The variable.
+    pub name: String,
+    /// Address of its lowest cell.
+    pub addr: u16,
+    /// Cells.
+    pub bytes: u8,
 }
 
 /// The code of an element. The ranges of a rung's elements follow each other without a gap. A range is empty where nothing
@@ -103,7 +163,8 @@ pub struct SymbolMap {
 pub enum Place {
     /// One bit.
     Bit {
-        /// Memory space: `data`, in which addresses below 0x20 are the registers.
+        /// Memory space of the chip: AVR `data`, in which addresses below 0x20 are the registers; 8051 `idata`; PIC16 `data`; AP101
+        /// `i`, `e`, `m` and `r`, one bit an address.
         space: String,
         /// Address of its byte.
         addr: u32,
@@ -112,7 +173,7 @@ pub enum Place {
     },
     /// An integer, little endian, with sign.
     Word {
-        /// Memory space: `data`.
+        /// Memory space of the chip.
         space: String,
         /// Address of its lowest byte.
         addr: u32,

@@ -152,7 +152,7 @@ fn own(ir: &Ir, op: &Op) -> Vec<Option<Op>> {
                 Math::Div => Math::Mul,
             };
             // Adding 0 or -32768 is the same as taking it away.
-            if !matches!(b, Value::Const(0 | i16::MIN)) || matches!(op, Math::Mul | Math::Div) {
+            if !matches!(b, Value::Const(0 | -0x8000)) || matches!(op, Math::Mul | Math::Div) {
                 new(Op::Math { op: operator, dst, a, b });
             }
             if matches!(op, Math::Sub | Math::Div) && a != b {
@@ -163,6 +163,11 @@ fn own(ir: &Ir, op: &Op) -> Vec<Option<Op>> {
             other_words(ir, dst).for_each(|dst| new(Op::Math { op, dst, a, b }));
             out.push(None);
         }
+        Op::Logic { .. } => {}
+        Op::Lookup { .. } | Op::ReadAdc { .. } | Op::SetPwm { .. } | Op::Send { .. } | Op::Receive { .. } => {
+            out.push(None)
+        }
+        Op::Recall { .. } | Op::Persist { .. } => out.push(None),
         Op::If { cond, then, otherwise } => {
             new(Op::If { cond, then: otherwise.clone(), otherwise: then.clone() });
             if let Cond::Compare(compare) = cond {

@@ -6,7 +6,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::ir::{Bit, Cond, Ir, Op, Step};
+use crate::ir::{Bit, Cond, Ir, Logic, Op, Step};
 
 /// The same scan with less to do. Joining opens a little more to the passes, so they run twice.
 #[must_use]
@@ -191,7 +191,17 @@ fn one(op: Op, known: &mut Known, temporary: &HashSet<Bit>, out: &mut Vec<Op>) {
                 out.push(op);
             }
         }
-        Op::Move { .. } | Op::Math { .. } => out.push(op),
+        Op::Receive { .. } => {
+            known.acc = known.fresh();
+            out.push(op);
+        }
+        Op::Logic { dst, .. } => {
+            known.acc = known.fresh();
+            known.bits.remove(&dst);
+            out.push(op);
+        }
+        Op::Move { .. } | Op::Math { .. } | Op::Lookup { .. } | Op::ReadAdc { .. } | Op::SetPwm { .. } => out.push(op),
+        Op::Send { .. } | Op::Recall { .. } | Op::Persist { .. } => out.push(op),
         Op::If { cond, then, otherwise } => branch(cond, then, otherwise, known, temporary, out),
     }
 }
@@ -282,7 +292,19 @@ impl Live {
                 }
                 Some(op)
             }
-            Op::Move { .. } | Op::Math { .. } => Some(op),
+            Op::Receive { .. } => {
+                self.acc = false;
+                Some(op)
+            }
+            Op::Logic { is, .. } => {
+                match is {
+                    Logic::Copy(a) | Logic::Not(a) => self.bits.extend([a]),
+                    Logic::And(a, b) | Logic::Or(a, b) => self.bits.extend([a, b]),
+                }
+                Some(op)
+            }
+            Op::Move { .. } | Op::Math { .. } | Op::Lookup { .. } | Op::ReadAdc { .. } | Op::SetPwm { .. } => Some(op),
+            Op::Send { .. } | Op::Recall { .. } | Op::Persist { .. } => Some(op),
             Op::If { cond, then, otherwise } => {
                 let mut other = self.clone();
                 let then = backward(then, self, temporary);

@@ -24,6 +24,8 @@ pub struct Pin {
     pub pin: &'static str,
     /// The symbol is an output.
     pub output: bool,
+    /// The symbol is read by the converter.
+    pub analog: bool,
 }
 
 impl Pin {
@@ -129,7 +131,7 @@ pub fn assign(program: &Program, given: &[(String, String)], chip: &Chip, told: 
         .iter()
         .filter_map(|s| {
             let pin = homes.get(s.name.as_str())?;
-            Some(Pin { name: s.name.clone(), pin, output: s.kind == SymbolKind::Output })
+            Some(Pin { name: s.name.clone(), pin, output: s.kind == SymbolKind::Output, analog: false })
         })
         .collect()
 }

@@ -141,6 +141,8 @@ impl<'a> Select<'a> {
             Op::Move { dst, src } => self.set(*dst, *src),
             Op::Math { op, dst, a, b } => self.math(*op, *dst, *a, *b),
             Op::If { cond, then, otherwise } => self.branch(*cond, then, otherwise),
+            Op::Logic { .. } | Op::Lookup { .. } | Op::ReadAdc { .. } | Op::SetPwm { .. } | Op::Send { .. } => {}
+            Op::Receive { .. } | Op::Recall { .. } | Op::Persist { .. } => {}
         }
     }
 
@@ -231,7 +233,7 @@ impl<'a> Select<'a> {
                 self.known.a = Some(word);
             }
             Value::Const(value) => {
-                self.constant(A, value);
+                self.constant(A, value as i16);
                 self.known.a = None;
             }
         }
@@ -246,7 +248,7 @@ impl<'a> Select<'a> {
                 self.load(B, addr);
                 self.load(B + 1, addr + 1);
             }
-            Value::Const(value) => self.constant(B, value),
+            Value::Const(value) => self.constant(B, value as i16),
         }
     }
 
@@ -285,8 +287,8 @@ impl<'a> Select<'a> {
 
     fn math(&mut self, op: Math, dst: Word, a: Value, b: Value) {
         match (op, a, b) {
-            (Math::Add, a @ Value::Cell(_), Value::Const(c)) | (Math::Add, Value::Const(c), a) => self.add(a, c),
-            (Math::Sub, a, Value::Const(c)) => self.add(a, c.wrapping_neg()),
+            (Math::Add, a @ Value::Cell(_), Value::Const(c)) | (Math::Add, Value::Const(c), a) => self.add(a, c as i16),
+            (Math::Sub, a, Value::Const(c)) => self.add(a, (c as i16).wrapping_neg()),
             (Math::Add, a, b) => {
                 self.both(a, b);
                 self.asm.op(Kind::Add, &[A, B]);
@@ -346,7 +348,7 @@ impl<'a> Select<'a> {
         match compare.b {
             Value::Const(value) => {
                 self.left(Value::Cell(compare.a));
-                let [low, high] = value.to_le_bytes();
+                let [low, high] = (value as i16).to_le_bytes();
                 let high_reg = if high == 0 { ZERO } else { SCRATCH };
                 self.asm.op(Kind::Cpi, &[A, low.into()]);
                 if high != 0 {
