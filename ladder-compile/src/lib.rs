@@ -15,6 +15,7 @@ pub mod ir;
 mod listing;
 pub mod lower;
 mod map;
+mod modules;
 #[cfg(feature = "mutants")]
 mod mutants;
 pub mod optimise;
