@@ -16,6 +16,7 @@ pub mod ir;
 mod listing;
 pub mod lower;
 mod map;
+mod modules;
 pub mod mcs51;
 #[cfg(feature = "mutants")]
 mod mutants;
