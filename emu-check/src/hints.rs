@@ -5,7 +5,6 @@ use ladder::symbols::uses;
 use ladder::{Dialect, Element, Format, Operand, Program, SymbolKind};
 use ladder_eval::Evaluator;
 
-use crate::api::{Api, Wide};
 use crate::peripherals;
 
 /// Values at which arithmetic on 8-bit machines goes wrong, besides the ends of the widths.
@@ -59,7 +58,7 @@ impl Hints {
         let which = |wanted: fn(SymbolKind) -> bool| -> Vec<usize> {
             (0..symbols.len()).filter(|&i| symbols.get(i).is_some_and(|s| wanted(s.kind))).collect()
         };
-        let bytes: Vec<u8> = symbols.iter().map(|symbol| symbol.bytes()).collect();
+        let bytes: Vec<u8> = symbols.iter().map(|symbol| symbol.bytes).collect();
         let mut own = vec![Vec::new(); symbols.len()];
         let mut all = Vec::new();
         for (_, element, _) in program.elements() {
@@ -162,7 +161,9 @@ pub(crate) fn constants(program: &Program, element: &Element) -> Vec<i32> {
             });
             scans.and_then(|n| i32::try_from(n + i64::from(adjust)).ok()).into_iter().collect()
         }
-        Element::Counter { max, init, .. } => [Some(max), init.as_ref()].into_iter().flatten().filter_map(value).collect(),
+        Element::Counter { max, init, .. } => {
+            [Some(max), init.as_ref()].into_iter().flatten().filter_map(value).collect()
+        }
         Element::LookUpTable { index, values, .. } => {
             let last = i32::try_from(values.len()).unwrap_or(i32::MAX);
             value(index).into_iter().chain([0, last]).collect()

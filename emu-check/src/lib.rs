@@ -11,7 +11,6 @@
 
 #![forbid(unsafe_code)]
 
-mod api;
 mod codes;
 mod contract;
 mod coverage;

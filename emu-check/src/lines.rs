@@ -5,7 +5,6 @@ use std::collections::VecDeque;
 use emu_core::pins::{Level, Time};
 use ladder_eval::Evaluator;
 
-use crate::api::Api;
 use crate::family::Target;
 use crate::lockstep::Mismatch;
 use crate::places::Places;
@@ -96,7 +95,9 @@ impl Lines {
         let differs = |expected: String, found: String| Err(Mismatch::words(What::Serial, cycle, expected, found));
         let mut compared = 1;
         while let Some(frame) = listener.take() {
-            let Some(awaited) = self.awaited.pop_front() else { return differs("nothing sent".to_owned(), text(&frame)) };
+            let Some(awaited) = self.awaited.pop_front() else {
+                return differs("nothing sent".to_owned(), text(&frame));
+            };
             // A transmitter begins with its next bit, and where a byte is still on the line behind that.
             let latest = awaited.to.max(self.over).saturating_add(bit.halves(3));
             if frame.byte != awaited.byte || frame.fault.is_some() {

@@ -4,7 +4,6 @@ use emu_core::cpu::Stop;
 use emu_core::pins::Level;
 use ladder_eval::Evaluator;
 
-use crate::api::Api;
 use crate::family::Target;
 use crate::goals::Seen;
 use crate::hints::Hints;

@@ -8,7 +8,6 @@ use ladder::{Element, Program};
 use ladder_compile::{Map, Special};
 use ladder_eval::Evaluator;
 
-use crate::api::Api;
 use crate::contract::Pace;
 use crate::pulse::Wanted;
 use crate::wire::{Bit, levels};
@@ -88,7 +87,8 @@ impl Peripherals {
             (pulses && pwm.is_none(), "the PWM output"),
             (analog.len() < eval.adc_symbols().count(), "an analog input"),
         ];
-        faults.extend(needs.iter().filter(|(lacks, _)| *lacks).map(|(_, what)| format!("the map has no pin for {what}")));
+        faults
+            .extend(needs.iter().filter(|(lacks, _)| *lacks).map(|(_, what)| format!("the map has no pin for {what}")));
         if !faults.is_empty() {
             return Err(faults);
         }
@@ -128,8 +128,7 @@ impl Peripherals {
     /// Queues a byte for the receiver whose start bit begins at the clock `start`.
     pub fn send<C: Cpu>(&self, cpu: &mut C, start: u64, byte: u8) {
         let Some(pin) = self.receive else { return };
-        levels(self.bit, byte)
-            .for_each(|(after, high)| cpu.drive(self.time(start + after), pin, Level::of(high)));
+        levels(self.bit, byte).for_each(|(after, high)| cpu.drive(self.time(start + after), pin, Level::of(high)));
     }
 
     /// What the EEPROM holds when a run with this seed begins: erased, or anything, as programs before have left it.

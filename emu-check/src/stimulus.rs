@@ -6,7 +6,6 @@
 use emu_core::rng::Rng;
 use ladder_eval::Evaluator;
 
-use crate::api::Api;
 use crate::goals::Goals;
 use crate::hints::Hints;
 use crate::wishes::Wishes;

@@ -122,7 +122,9 @@ impl Wishes {
             Seen::scan(&mut eval)
         };
         let with = scan(value);
-        wish.granted = [value.wrapping_sub(1), value.wrapping_add(1)].into_iter().any(|other| matters(wish, &self.stores, &with, &scan(other)));
+        wish.granted = [value.wrapping_sub(1), value.wrapping_add(1)]
+            .into_iter()
+            .any(|other| matters(wish, &self.stores, &with, &scan(other)));
         wish.failed += u32::from(!wish.granted);
         wish.granted
     }
