@@ -18,6 +18,7 @@ pub mod lower;
 mod map;
 mod modules;
 pub mod mcs51;
+mod modules;
 #[cfg(feature = "mutants")]
 mod mutants;
 pub mod optimise;
