@@ -11,6 +11,7 @@
 pub mod avr;
 pub mod code;
 mod codes;
+pub mod emit;
 pub mod ir;
 mod listing;
 pub mod lower;
