@@ -1,7 +1,7 @@
 //! The shortest and plainest stimulus that still shows the same difference.
 
-use emu_core::cpu::Cpu;
 
+use crate::family::Target;
 use crate::lockstep::{Bench, Mismatch, replay};
 use crate::stimulus::Step;
 
@@ -9,7 +9,7 @@ use crate::stimulus::Step;
 const BUDGET: usize = 60_000;
 
 /// Shrinks `steps`, whose last scan differs as `mismatch` tells, all in one run from reset with the given RAM.
-pub(crate) fn shrink<C: Cpu, F: Fn(u64) -> C>(
+pub(crate) fn shrink<C: Target, F: Fn(u64) -> C>(
     bench: &Bench<'_, C, F>,
     ram_seed: u64,
     steps: Vec<Step>,

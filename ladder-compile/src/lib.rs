@@ -8,6 +8,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod ap101;
 pub mod avr;
 pub mod code;
 mod codes;
@@ -16,9 +17,12 @@ pub mod ir;
 mod listing;
 pub mod lower;
 mod map;
+mod modules;
+pub mod mcs51;
 #[cfg(feature = "mutants")]
 mod mutants;
 pub mod optimise;
+pub mod pic16;
 pub mod pins;
 pub mod refuse;
 pub mod target;
