@@ -17,7 +17,6 @@ pub mod ir;
 mod listing;
 pub mod lower;
 mod map;
-mod modules;
 pub mod mcs51;
 mod modules;
 #[cfg(feature = "mutants")]

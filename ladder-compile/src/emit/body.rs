@@ -143,6 +143,8 @@ impl<'a> Body<'a> {
                 self.line(&format!("{} = Plc{}({});", self.word(*dst), 8 * bytes, cells.join(" | ")));
             }
             Op::Persist { src, addr, busy, scans } => self.persist(*src, *addr, *busy, *scans),
+            // Sources are made of code in which timers and counters have been taken apart.
+            Op::Module { .. } => {}
             Op::If { cond, then, otherwise } => {
                 let holds = match cond {
                     Cond::Acc => "rung".to_owned(),

@@ -309,6 +309,8 @@ impl Coder {
                 self.word(out, *busy);
                 number(out, (*scans).max(0) as u64);
             }
+            // Sources are made of code in which timers and counters have been taken apart.
+            Op::Module { .. } => {}
             Op::If { cond, then, otherwise } => {
                 let (mut then, otherwise) = (self.ops(then), self.ops(otherwise));
                 if !otherwise.is_empty() {
