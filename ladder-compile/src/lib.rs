@@ -17,6 +17,7 @@ mod listing;
 pub mod lower;
 mod map;
 pub mod mcs51;
+mod modules;
 #[cfg(feature = "mutants")]
 mod mutants;
 pub mod optimise;

@@ -6,10 +6,12 @@
 
 use std::collections::HashMap;
 
-use ladder::{CompareOp, CounterKind, Element, ElementId, MathOp, Node, Operand, Program, SymbolKind, TimerKind};
+use ladder::{
+    CompareOp, CounterKind, Dialect, Element, ElementId, MathOp, Node, Operand, Program, SymbolKind, TimerKind,
+};
 
 use crate::ir::{
-    Bit, BitCell, BitRole, Compare, Cond, Ir, Math, Op, Rel, RungCode, Step, Value, Word, WordCell, WordRole,
+    Bit, BitCell, BitRole, Compare, Cond, Ir, Math, Module, Op, Rel, RungCode, Step, Value, Word, WordCell, WordRole,
 };
 
 /// The scan of `program`, not yet optimised.
@@ -18,7 +20,15 @@ use crate::ir::{
 /// operations here.
 #[must_use]
 pub fn lower(program: &Program) -> Ir {
+    lower_for(program, false)
+}
+
+/// The same; with `modules` timers and counters stay whole, each an [`Op::Module`].
+#[must_use]
+pub fn lower_for(program: &Program, modules: bool) -> Ir {
     let mut lower = Lower::new(program.settings.cycle_us);
+    lower.modules = modules;
+    lower.bounded = program.dialect == Dialect::Ldmicro5;
     for symbol in program.symbols() {
         if symbol.kind.is_bit() {
             lower.symbol_bit(&symbol.name);
@@ -61,6 +71,10 @@ struct Lower {
     /// Zero in the first scan, one afterwards.
     scanned: Option<Bit>,
     cycle_us: u64,
+    /// Timers and counters stay whole.
+    modules: bool,
+    /// Counters have the bounds of dialect `ldmicro-5`.
+    bounded: bool,
     at: ElementId,
     next: u32,
     steps: Vec<Step>,
@@ -77,6 +91,8 @@ impl Lower {
             master: None,
             scanned: None,
             cycle_us,
+            modules: false,
+            bounded: false,
             at: ElementId { rung: 0, index: 0 },
             next: 0,
             steps: Vec::new(),
@@ -206,12 +222,21 @@ impl Lower {
                 let word = self.word(name);
                 // A timer that cannot be counted was refused before.
                 let Some(limit) = scans(delay, self.cycle_us) else { return };
-                self.timer(*kind, word, limit.into());
+                if self.modules {
+                    self.push(Op::Module { is: Module::Timer(*kind), word, limit: Value::Const(limit.into()) });
+                } else {
+                    self.timer(*kind, word, limit.into());
+                }
             }
-            Element::Counter { kind, name, max, .. } => {
+            Element::Counter { kind, name, max, input, .. } => {
                 let word = self.word(name);
                 let max = self.value(max);
-                self.counter(*kind, word, max);
+                if self.modules {
+                    let is = Module::Counter { kind: *kind, input: input.unwrap_or('/'), bounded: self.bounded };
+                    self.push(Op::Module { is, word, limit: max });
+                } else {
+                    self.counter(*kind, word, max);
+                }
             }
             Element::Res { name } => {
                 let dst = self.word(name);

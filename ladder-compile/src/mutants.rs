@@ -2,9 +2,9 @@
 //! operand, a constant by one, a polarity, a store left out. They show what a check of compiled programs can find.
 
 use diag::Diagnostic;
-use ladder::{ElementId, Program};
+use ladder::{CounterKind, ElementId, Program, TimerKind};
 
-use crate::ir::{Bit, BitRole, Compare, Cond, Ir, Math, Op, Rel, Value, Word};
+use crate::ir::{Bit, BitRole, Compare, Cond, Ir, Math, Module, Op, Rel, Value, Word};
 use crate::{Compiled, Options, compile_with, lower, optimise};
 
 /// One fault.
@@ -168,6 +168,11 @@ fn own(ir: &Ir, op: &Op) -> Vec<Option<Op>> {
             out.push(None)
         }
         Op::Recall { .. } | Op::Persist { .. } => out.push(None),
+        Op::Module { is, word, limit } => {
+            values(ir, limit).into_iter().for_each(|limit| new(Op::Module { is, word, limit }));
+            other_modules(is).into_iter().for_each(|is| new(Op::Module { is, word, limit }));
+            out.push(None);
+        }
         Op::If { cond, then, otherwise } => {
             new(Op::If { cond, then: otherwise.clone(), otherwise: then.clone() });
             if let Cond::Compare(compare) = cond {
@@ -179,6 +184,21 @@ fn own(ir: &Ir, op: &Op) -> Vec<Option<Op>> {
         }
     }
     out
+}
+
+/// The other kinds of timers, or of counters.
+fn other_modules(is: Module) -> Vec<Module> {
+    let timers = [TimerKind::Ton, TimerKind::Tof, TimerKind::Rto].map(Module::Timer).to_vec();
+    let counters = |input, bounded| {
+        [CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc]
+            .map(|kind| Module::Counter { kind, input, bounded })
+            .to_vec()
+    };
+    let all = match is {
+        Module::Timer(_) => timers,
+        Module::Counter { input, bounded, .. } => counters(input, bounded),
+    };
+    all.into_iter().filter(|other| *other != is).collect()
 }
 
 fn compares(ir: &Ir, compare: Compare) -> Vec<Compare> {

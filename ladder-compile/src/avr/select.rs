@@ -116,8 +116,7 @@ impl Select<'_> {
             Op::Receive { dst } => self.receive(*dst),
             Op::Recall { dst, addr } => self.recall(*dst, *addr),
             Op::Persist { src, addr, busy, scans } => self.persist(*src, *addr, *busy, *scans),
-            #[allow(unreachable_patterns)]
-            _ => self.fault = Some(format!("no code for `{}`", self.ir.text(op))),
+            Op::Module { .. } => self.fault = Some(format!("no code for `{}`", self.ir.text(op))),
         }
     }
 
