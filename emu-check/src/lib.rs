@@ -17,17 +17,22 @@ mod coverage;
 mod family;
 mod goals;
 mod hints;
+mod lines;
 mod locate;
 mod lockstep;
+mod peripherals;
 mod places;
+mod pulse;
 mod reach;
 mod report;
 mod rig;
 mod run;
 mod shrink;
 mod stimulus;
+mod tap;
 #[cfg(test)]
 mod tests;
+mod wire;
 mod wiring;
 mod wishes;
 
@@ -144,7 +149,8 @@ impl Job for Check<'_> {
 
     fn on<C: Target, F: Fn(u64) -> C>(self, power_up: F) -> Report {
         let Check { program, compiled, options, places, hints, eval, disagreements, progress } = self;
-        let bench = Bench { power_up, places: &places, hints: &hints, eval: &eval };
+        let worst = compiled.map.worst_scan_cycles.into();
+        let bench = Bench { power_up, places: &places, hints: &hints, worst, eval: &eval };
         run::run(program, compiled, options, &bench, disagreements, progress)
     }
 }

@@ -12,6 +12,7 @@ pub mod ap101;
 pub mod avr;
 pub mod code;
 mod codes;
+pub mod emit;
 pub mod ir;
 mod listing;
 pub mod lower;
