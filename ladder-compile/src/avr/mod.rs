@@ -25,7 +25,7 @@ use crate::target::{Built, Job, Line, Mark, Refusal};
 use crate::worst::longest;
 use arch::{Asm, Avr, Jump};
 use devices::Devices;
-use layout::{Home, Layout};
+use layout::Layout;
 use pace::{NoPace, Pace};
 use regs::{Regs, has_bits};
 use runtime::{Around, Routine};

@@ -67,7 +67,7 @@ const SIGN: i32 = 17;
 /// The same in divisions of at most two bytes, which leave r17:r16 alone.
 const SMALL: (i32, i32) = (20, 21);
 
-fn take(regs: [i32; 4], bytes: usize) -> impl DoubleEndedIterator<Item = i32> {
+fn take(regs: [i32; 4], bytes: usize) -> impl Iterator<Item = i32> {
     regs.into_iter().take(bytes)
 }
 
@@ -119,7 +119,7 @@ fn multiply(asm: &mut Asm, bytes: usize) {
 
 /// regs := -regs.
 fn negate(asm: &mut Asm, regs: [i32; 4], bytes: usize) {
-    take(regs, bytes).skip(1).rev().for_each(|reg| asm.op(Kind::Com, &[reg]));
+    take(regs, bytes).skip(1).for_each(|reg| asm.op(Kind::Com, &[reg]));
     asm.op(Kind::Neg, &[regs[0]]);
     take(regs, bytes).skip(1).for_each(|reg| asm.op(Kind::Sbci, &[reg, 0xFF]));
 }

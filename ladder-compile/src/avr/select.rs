@@ -198,7 +198,7 @@ impl Select<'_> {
 
     /// A bit of its own for every operation: cleared or set, then changed by a skip for each operand.
     fn logic(&mut self, dst: Bit, is: Logic) {
-        let mut skip = |this: &mut Self, first: bool, skips: Kind, bit: Bit, sets: bool| {
+        let skip = |this: &mut Self, first: bool, skips: Kind, bit: Bit, sets: bool| {
             if first {
                 this.asm.op(if sets { Kind::Clt } else { Kind::Set }, &[]);
             }

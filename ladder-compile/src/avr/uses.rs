@@ -78,6 +78,8 @@ impl Uses {
                     }
                 }
             }
+            // The back end has no modules.
+            Op::Module { .. } => {}
             Op::Lookup { dst, index, .. } => {
                 self.tables = true;
                 self.word(*dst);
