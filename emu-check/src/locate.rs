@@ -79,7 +79,7 @@ fn walk<C: Target, F: Fn(u64) -> C>(
     }
     let mut stops = Stops::new();
     // A program that goes round in circles here has more stops than elements.
-    for _ in 0..map.elements.len() + 8 {
+    for _ in 0..map.elements.len() + map.rungs.len() + 8 {
         let pc = pair.rig.reach_next().ok()?;
         if Some(pc) == bench.places.pc(Point::FirstRung) {
             pair.flip(last);
