@@ -12,12 +12,13 @@ pub mod ap101;
 pub mod avr;
 pub mod code;
 mod codes;
+pub mod emit;
 pub mod ir;
 mod listing;
 pub mod lower;
 mod map;
-mod modules;
 pub mod mcs51;
+mod modules;
 #[cfg(feature = "mutants")]
 mod mutants;
 pub mod optimise;
