@@ -54,7 +54,10 @@ pub fn build(job: &Job<'_>) -> Result<Built, Refusal> {
         Ok(_) => return Err(Refusal::Many(refusals)),
         Err(more) => return Err(Refusal::Many([refusals, more].concat())),
     };
-    let code = code(job.ir, &layout)?;
+    let mut code = code(job.ir, &layout, false)?;
+    if code.at(Mark::ScanEnd) == Some(0) {
+        code = self::code(job.ir, &layout, true)?;
+    }
     let at = |mark| code.at(mark).unwrap_or(0);
     let starts: Vec<u32> = (0..job.ir.rungs.len() as u32).map(|n| at(Mark::Rung(n))).collect();
     let ends = starts.iter().skip(1).copied().chain([at(Mark::RungsEnd)]);
@@ -146,13 +149,17 @@ fn value(module: u16) -> Place {
     Place::Word { space: "value".to_owned(), addr: 2 * u32::from(module), bytes: 2 }
 }
 
-fn code(ir: &Ir, layout: &Layout) -> Result<Code, Refusal> {
+/// The scan as instructions; `longer`: with one more, so that the first of a scan is not its last one.
+fn code(ir: &Ir, layout: &Layout, longer: bool) -> Result<Code, Refusal> {
     let mut asm = Asm::new(Machine);
     // Every operation of the scan in a row, so that what comes later can be asked.
     let rungs = ir.rungs.iter().flat_map(|rung| &rung.steps).map(|step| &step.op);
     let all: Vec<&Op> = ir.begin.iter().chain(rungs).chain(&ir.end).collect();
     let mut select = Select::new(&mut asm, layout, &all);
     select.asm.mark(Mark::ScanStart);
+    if longer {
+        select.asm.op(Kind::Nop, &[]);
+    }
     if !ir.begin.is_empty() {
         select.asm.mark(Mark::Part("before the rungs"));
     }
