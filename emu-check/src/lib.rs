@@ -28,6 +28,7 @@ mod shrink;
 mod stimulus;
 #[cfg(test)]
 mod tests;
+pub mod via;
 mod wiring;
 mod wishes;
 

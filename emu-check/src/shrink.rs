@@ -1,6 +1,5 @@
 //! The shortest and plainest stimulus that still shows the same difference.
 
-
 use crate::family::Target;
 use crate::lockstep::{Bench, Mismatch, replay};
 use crate::stimulus::Step;

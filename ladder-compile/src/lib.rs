@@ -17,8 +17,8 @@ pub mod ir;
 mod listing;
 pub mod lower;
 mod map;
-mod modules;
 pub mod mcs51;
+mod modules;
 #[cfg(feature = "mutants")]
 mod mutants;
 pub mod optimise;
