@@ -19,6 +19,8 @@ pub(crate) struct Pace {
     pub tick: u64,
     /// Most machine cycles from a match to the start of its scan.
     pub poll: u64,
+    /// Clocks of a machine cycle.
+    pub clocks: u64,
 }
 
 impl Pace {
@@ -38,7 +40,7 @@ impl Pace {
         let (num, den) = (num / a, den / a);
         let fits = |tick: &u64| num.div_ceil(den * u128::from(*tick)) <= most_ticks;
         let tick = ticks.iter().copied().find(fits).or(ticks.last().copied()).unwrap_or(1);
-        Some(Pace { clock_hz, num, den, tick, poll })
+        Some(Pace { clock_hz, num, den, tick, poll, clocks })
     }
 
     /// Machine cycles of a scan, as a number or a fraction.

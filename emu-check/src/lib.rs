@@ -17,18 +17,23 @@ mod coverage;
 mod family;
 mod goals;
 mod hints;
+mod lines;
 mod locate;
 mod lockstep;
+mod peripherals;
 mod places;
+mod pulse;
 mod reach;
 mod report;
 mod rig;
 mod run;
 mod shrink;
 mod stimulus;
+mod tap;
 #[cfg(test)]
 mod tests;
 pub mod via;
+mod wire;
 mod wiring;
 mod wishes;
 
@@ -145,7 +150,8 @@ impl Job for Check<'_> {
 
     fn on<C: Target, F: Fn(u64) -> C>(self, power_up: F) -> Report {
         let Check { program, compiled, options, places, hints, eval, disagreements, progress } = self;
-        let bench = Bench { power_up, places: &places, hints: &hints, eval: &eval };
+        let worst = compiled.map.worst_scan_cycles.into();
+        let bench = Bench { power_up, places: &places, hints: &hints, worst, eval: &eval };
         run::run(program, compiled, options, &bench, disagreements, progress)
     }
 }

@@ -11,6 +11,7 @@ use ladder_eval::Evaluator;
 use crate::codes;
 use crate::contract::Pace;
 use crate::family::{self, Nature};
+use crate::peripherals::Peripherals;
 
 /// A moment of a scan, at which the chip is stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,6 +42,8 @@ pub(crate) struct Places {
     pub outputs: Vec<(usize, PinId)>,
     /// Pins of the inputs, in the order of the evaluator's symbols; nothing for an input without a pin.
     pub inputs: Vec<PinId>,
+    /// What the program uses besides ports.
+    pub peripherals: Peripherals,
     /// Pins that the program does not name, and those of them that a board may drive.
     pub unnamed: Vec<PinId>,
     pub spare: Vec<PinId>,
@@ -84,10 +87,16 @@ impl Places {
                 None => fault(format!("the map has no pin of {} for `{}`", chip.name, symbol.name)),
             }
         }
-        if !faults.is_empty() {
-            return Err(faults);
-        }
-        let named: Vec<PinId> = inputs.iter().copied().chain(outputs.iter().map(|o: &(usize, PinId)| o.1)).collect();
+        let peripherals = match Peripherals::new(program, map, chip, eval, &pace) {
+            Ok(peripherals) => Some(peripherals),
+            Err(causes) => {
+                causes.into_iter().for_each(&mut fault);
+                None
+            }
+        };
+        let Some(peripherals) = peripherals.filter(|_| faults.is_empty()) else { return Err(faults) };
+        let ports = inputs.iter().copied().chain(outputs.iter().map(|o: &(usize, PinId)| o.1));
+        let named: Vec<PinId> = ports.chain(peripherals.pins()).collect();
         let (unnamed, spare) = family::unnamed(chip, &named);
         let word = |byte: u32| byte / chip.word_bytes.max(1);
         let points = [map.timer_start, map.scan_start, map.scan_end].map(word);
@@ -101,6 +110,7 @@ impl Places {
             symbols,
             outputs,
             inputs,
+            peripherals,
             unnamed,
             spare,
             chip,

@@ -5,6 +5,7 @@ use emu_core::pins::{Level, Time};
 
 use crate::family::{High, Target};
 use crate::places::{Places, Point};
+use crate::tap::Tap;
 
 /// Cycles allowed from reset to the start of the timer, on top of some periods.
 const RESET: u64 = 200_000;
@@ -27,6 +28,8 @@ pub(crate) struct Astray {
 pub(crate) struct Rig<'a, C> {
     pub cpu: C,
     pub places: &'a Places,
+    /// What listens to serial line and PWM output.
+    pub tap: Option<Tap>,
     /// Machine cycle at which the timer was started; of a machine that paces itself the start of the first scan.
     started: Option<u64>,
     /// Periods since then.
@@ -44,7 +47,10 @@ impl<'a, C: Target> Rig<'a, C> {
         for &(_, pin) in places.outputs.iter().filter(|output| open(output.1)) {
             cpu.drive(Time::at(0), pin, Level::PullUp);
         }
-        let mut rig = Rig { cpu, places, started: None, scans: 0, stack: None };
+        if let Some(pin) = places.peripherals.receive {
+            cpu.drive(Time::at(0), pin, Level::High);
+        }
+        let mut rig = Rig { cpu, places, tap: Tap::new(&places.peripherals), started: None, scans: 0, stack: None };
         if places.paces_itself() {
             return Ok(rig);
         }
@@ -105,6 +111,21 @@ impl<'a, C: Target> Rig<'a, C> {
         }
     }
 
+    /// Scans that have started.
+    pub fn started(&self) -> u64 {
+        self.scans + u64::from(self.places.paces_itself() && self.started.is_some())
+    }
+
+    /// The first machine cycle in which scan `scan` (from 1) may start.
+    pub fn starts(&self, scan: u64) -> u64 {
+        self.started.unwrap_or(0).saturating_add(self.places.window(scan).0)
+    }
+
+    /// Now, in clocks since power-up.
+    pub fn clock(&self) -> u64 {
+        self.places.peripherals.clock(Time::at(self.cpu.cycle()))
+    }
+
     /// At a scan's start: the cycles, since the timer was started, in which it may lie, and the one in which it does.
     pub fn punctual(&self) -> ((u64, u64), u64) {
         (self.places.window(self.scans), self.cpu.cycle().saturating_sub(self.started.unwrap_or(0)))
@@ -120,7 +141,10 @@ impl<'a, C: Target> Rig<'a, C> {
     /// Runs the chip. A controller that has settled halts where nothing more is to come; but more is.
     fn go(&mut self, until: u64) -> Stop {
         loop {
-            let stop = self.cpu.run(until, &mut ());
+            let stop = match &mut self.tap {
+                Some(tap) => self.cpu.run(until, tap),
+                None => self.cpu.run(until, &mut ()),
+            };
             let Some(power) = self.places.supply().filter(|_| stop == Stop::Halted && self.cpu.cycle() < until) else {
                 return stop;
             };
