@@ -32,6 +32,7 @@ mod stimulus;
 mod tap;
 #[cfg(test)]
 mod tests;
+pub mod via;
 mod wanted;
 mod wire;
 mod wiring;
