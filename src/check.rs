@@ -54,6 +54,7 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
         scans: args.scans,
         pins: args.target.pins.clone(),
         clock_hz: args.target.clock,
+        rungs: true,
     };
     let (start, mut bar) = (Instant::now(), None);
     let mut progress = |done: u64, total: u64| {

@@ -10,7 +10,7 @@ pub(crate) struct Code {
     pub steps: Vec<Step>,
     /// Per symbol: its value at power-up.
     pub start: Vec<i32>,
-    /// Per symbol: by how much a shift to the left and back cuts a number to its width (4: 32 bits less the width).
+    /// Per symbol: by how much a shift to the left and back cuts a number to its width (32 less its bits).
     pub cut: Vec<u8>,
     /// Values of the look-up tables.
     pub tables: Vec<Vec<i32>>,
@@ -87,7 +87,7 @@ pub(crate) enum Value {
     Const(i32),
 }
 
-/// How a counter counts (2.3 and 3).
+/// How a counter counts (2.3, 5.3).
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Count {
     /// Up without bound.
