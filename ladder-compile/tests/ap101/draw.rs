@@ -1,6 +1,9 @@
 //! Random programs of what the machine has, as text.
 
 use emu_core::rng::Rng;
+use ladder::Dialect;
+
+use crate::rig::HEAD;
 
 /// What a program may have.
 #[derive(Debug, Clone, Copy)]
@@ -11,8 +14,8 @@ pub struct Wish {
     pub depth: u32,
     /// Timers and counters at most.
     pub modules: u64,
-    /// The header's first line, with the dialect that it stands for.
-    pub header: &'static str,
+    /// What it means; the file is one of release 2.3 either way.
+    pub dialect: Dialect,
 }
 
 pub struct Draw<'a> {
@@ -26,7 +29,7 @@ pub struct Draw<'a> {
 /// A program that keeps the wish. The same seed gives the same program.
 pub fn program(rng: &mut Rng, wish: Wish) -> String {
     let relays = 1 + rng.below(6);
-    let out = format!("{}\nCYCLE=10000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\n", wish.header);
+    let out = HEAD.to_owned();
     let mut draw = Draw { rng, wish, out, modules: Vec::new(), relays };
     for _ in 0..1 + draw.rng.below(wish.rungs) {
         draw.rung();
@@ -130,7 +133,7 @@ impl Draw<'_> {
         if n >= self.wish.modules {
             return if last { "COIL Ylast 0 0 0".to_owned() } else { "SHORT".to_owned() };
         }
-        let five = self.wish.header.ends_with('2');
+        let five = self.wish.dialect == Dialect::Ldmicro5;
         let counter = self.rng.one_in(2);
         let name = if counter { format!("C{n}") } else { format!("T{n}") };
         self.modules.push(name.clone());
@@ -153,6 +156,8 @@ impl Draw<'_> {
 
     fn counter(&mut self, kind: &str, n: u64, max: i64, five: bool) -> String {
         if five {
+            // No number above the largest is below it: that limit is refused.
+            let max = if kind == "CTD" { max.min(32_766) } else { max };
             let input = ['/', '\\', '-', 'o'][self.rng.below(4) as usize];
             format!("{kind} C{n} {max} 0 {input}")
         } else {
