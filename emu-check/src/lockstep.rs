@@ -7,6 +7,7 @@ use ladder_eval::Evaluator;
 use crate::family::Target;
 use crate::goals::Seen;
 use crate::hints::Hints;
+use crate::lines::Lines;
 use crate::places::{Places, Point};
 use crate::report::What;
 use crate::rig::{Astray, Rig};
@@ -19,6 +20,10 @@ pub(crate) struct Bench<'a, C, F: Fn(u64) -> C> {
     pub power_up: F,
     pub places: &'a Places,
     pub hints: &'a Hints,
+    /// Machine cycles of the longest scan, by the compiler's reckoning.
+    pub worst: u64,
+    /// Rungs are timed.
+    pub rungs: bool,
     /// The evaluator at power-up.
     pub eval: &'a Evaluator,
 }
@@ -68,8 +73,10 @@ impl Mismatch {
 pub(crate) struct Agreed {
     /// Values compared.
     pub compared: u64,
-    /// Machine cycles from the scan's start to its end.
+    /// Machine cycles from the scan's start until the chip waits again.
     pub cycles: u64,
+    /// Rungs by position, with their machine cycles, if they were timed.
+    pub rungs: Vec<(usize, u64)>,
     /// What the evaluator did.
     pub seen: Seen,
 }
@@ -81,14 +88,36 @@ pub(crate) struct Pair<'a, C> {
     pub eval: Evaluator,
     places: &'a Places,
     hints: &'a Hints,
+    lines: Lines,
     first: bool,
+    worst: u64,
+    /// Machine cycles from the end of a scan until the chip waits.
+    tail: Option<u64>,
 }
 
 impl<'a, C: Target> Pair<'a, C> {
     /// Both sides from power-up.
     pub fn start<F: Fn(u64) -> C>(bench: &Bench<'a, C, F>, ram_seed: u64) -> Result<Self, Mismatch> {
-        let rig = Rig::start((bench.power_up)(ram_seed), bench.places).map_err(|a| astray(&a, bench.places))?;
-        Ok(Pair { rig, eval: bench.eval.clone(), places: bench.places, hints: bench.hints, first: true })
+        let (places, hints) = (bench.places, bench.hints);
+        let (mut cpu, mut eval) = ((bench.power_up)(ram_seed), bench.eval.clone());
+        for (addr, byte) in (0..).zip(places.peripherals.eeprom(ram_seed)) {
+            cpu.poke("eeprom", addr, byte);
+            eval.set_eeprom(addr as usize, byte);
+        }
+        let mut rig = Rig::start(cpu, places).map_err(|a| astray(&a, places))?;
+        if bench.rungs {
+            rig.time_rungs();
+        }
+        Ok(Pair {
+            rig,
+            eval,
+            places,
+            hints,
+            lines: Lines::new(places, bench.worst),
+            first: true,
+            worst: bench.worst,
+            tail: None,
+        })
     }
 
     /// Drives the inputs, runs the chip to the next scan's start, looks whether it is punctual and as the last scan left
@@ -96,6 +125,7 @@ impl<'a, C: Target> Pair<'a, C> {
     pub fn begin(&mut self, step: &Step) -> Result<u64, Mismatch> {
         self.rig.drive(step.inputs.iter().copied());
         self.rig.drive_spare(step.spare);
+        self.lines.prepare(&mut self.rig, &self.eval, step);
         self.rig.reach_start().map_err(|a| astray(&a, self.places))?;
         let cycle = self.rig.cpu.cycle();
         let ((from, to), at) = self.rig.punctual();
@@ -107,7 +137,7 @@ impl<'a, C: Target> Pair<'a, C> {
             let (expected, found) = (format!("0x{first:04X}"), format!("0x{now:04X}"));
             return Err(Mismatch::words(What::Stack, cycle, expected, found));
         }
-        let mut compared = 2 + self.pins()?;
+        let mut compared = 2 + self.pins()? + self.lines.arrive(&mut self.rig, &mut self.eval)?;
         if self.first {
             self.first = false;
             let all = self.hints.bits.iter().chain(&self.hints.integers).copied();
@@ -125,6 +155,7 @@ impl<'a, C: Target> Pair<'a, C> {
         let mut compared = self.begin(step)?;
         let start = self.rig.cpu.cycle();
         let seen = Seen::scan(&mut self.eval);
+        self.lines.evaluated(&mut self.rig, &self.eval);
         let lost = |a: Astray| astray(&a, self.places);
         // A machine that paces itself has taken its inputs before the first instruction.
         if self.rig.reach_rungs().map_err(lost)? || self.places.paces_itself() {
@@ -132,7 +163,14 @@ impl<'a, C: Target> Pair<'a, C> {
         }
         self.rig.reach_end().map_err(lost)?;
         compared += self.symbols(What::Symbol, 0..self.eval.symbols().len())? + self.pins()? + self.wiring()?;
-        Ok(Agreed { compared, cycles: self.rig.cpu.cycle() - start, seen })
+        compared += self.lines.sent(&mut self.rig)?;
+        let end = self.rig.cpu.cycle();
+        let cycles = end - start + *self.tail.get_or_insert_with(|| self.rig.tail());
+        if cycles > self.worst {
+            let expected = format!("a scan of at most {} machine cycles, as the map says", self.worst);
+            return Err(Mismatch::words(What::Bound, end, expected, format!("{cycles}")));
+        }
+        Ok(Agreed { compared, cycles, rungs: self.rig.rung_times().collect(), seen })
     }
 
     /// The inputs change once they must have been latched.

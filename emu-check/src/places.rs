@@ -11,6 +11,7 @@ use ladder_eval::Evaluator;
 use crate::codes;
 use crate::contract::Pace;
 use crate::family::{self, Nature};
+use crate::peripherals::Peripherals;
 
 /// A moment of a scan, at which the chip is stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +34,8 @@ pub(crate) struct Places {
     /// Nothing where the rungs have no address of their own.
     first_rung: Option<u32>,
     scan_end: u32,
+    /// Where the code of a rung begins, by its position; where nothing is left of a rung it has none. The last is where all end.
+    pub rungs: Vec<(u32, usize)>,
     /// Time of a scan, by the program's own figures.
     pub pace: Pace,
     /// Places of the symbols, in the evaluator's order.
@@ -41,6 +44,8 @@ pub(crate) struct Places {
     pub outputs: Vec<(usize, PinId)>,
     /// Pins of the inputs, in the order of the evaluator's symbols; nothing for an input without a pin.
     pub inputs: Vec<PinId>,
+    /// What the program uses besides ports.
+    pub peripherals: Peripherals,
     /// Pins that the program does not name, and those of them that a board may drive.
     pub unnamed: Vec<PinId>,
     pub spare: Vec<PinId>,
@@ -84,15 +89,25 @@ impl Places {
                 None => fault(format!("the map has no pin of {} for `{}`", chip.name, symbol.name)),
             }
         }
-        if !faults.is_empty() {
-            return Err(faults);
-        }
-        let named: Vec<PinId> = inputs.iter().copied().chain(outputs.iter().map(|o: &(usize, PinId)| o.1)).collect();
+        let peripherals = match Peripherals::new(program, map, chip, eval, &pace) {
+            Ok(peripherals) => Some(peripherals),
+            Err(causes) => {
+                causes.into_iter().for_each(&mut fault);
+                None
+            }
+        };
+        let Some(peripherals) = peripherals.filter(|_| faults.is_empty()) else { return Err(faults) };
+        let ports = inputs.iter().copied().chain(outputs.iter().map(|o: &(usize, PinId)| o.1));
+        let named: Vec<PinId> = ports.chain(peripherals.pins()).collect();
         let (unnamed, spare) = family::unnamed(chip, &named);
         let word = |byte: u32| byte / chip.word_bytes.max(1);
         let points = [map.timer_start, map.scan_start, map.scan_end].map(word);
         let [timer_start, scan_start, scan_end] = points;
+        let ends = map.rungs.iter().map(|rung| rung.end).max();
+        let begins =
+            (0..).zip(&map.rungs).filter(|(_, rung)| rung.start < rung.end).map(|(n, rung)| (word(rung.start), n));
         Ok(Places {
+            rungs: begins.chain(ends.map(|end| (word(end), usize::MAX))).collect(),
             timer_start,
             scan_start,
             first_rung: map.rungs.first().map(|r| word(r.start)).filter(|pc| !points.contains(pc)),
@@ -101,6 +116,7 @@ impl Places {
             symbols,
             outputs,
             inputs,
+            peripherals,
             unnamed,
             spare,
             chip,
@@ -127,6 +143,17 @@ impl Places {
     /// The pin of the supply, on a machine that halts where nothing is to come from outside.
     pub fn supply(&self) -> Option<PinId> {
         self.chip.pin("POWER").filter(|_| self.paces_itself())
+    }
+
+    /// A moment of the scan is reached at this program word.
+    pub fn is_point(&self, pc: u32) -> bool {
+        [Some(self.timer_start), Some(self.scan_start), self.first_rung, Some(self.scan_end)].contains(&Some(pc))
+    }
+
+    /// Output channels of a controller.
+    pub fn channels<C: Cpu>(&self, cpu: &C) -> u64 {
+        let output = |pin: &PinId| self.pin_name(*pin).starts_with('E') && cpu.has_pin(*pin);
+        (0..self.chip.pins.len() as PinId).filter(output).count() as u64
     }
 
     /// Program word at which `point` is reached.

@@ -5,6 +5,7 @@ use emu_core::pins::{Level, Time};
 
 use crate::family::{High, Target};
 use crate::places::{Places, Point};
+use crate::tap::Tap;
 
 /// Cycles allowed from reset to the start of the timer, on top of some periods.
 const RESET: u64 = 200_000;
@@ -27,11 +28,15 @@ pub(crate) struct Astray {
 pub(crate) struct Rig<'a, C> {
     pub cpu: C,
     pub places: &'a Places,
+    /// What listens to serial line and PWM output.
+    pub tap: Option<Tap>,
     /// Machine cycle at which the timer was started; of a machine that paces itself the start of the first scan.
     started: Option<u64>,
     /// Periods since then.
     scans: u64,
     stack: Option<u32>,
+    /// Where the rungs of this scan began, with the cycle; nothing unless that is asked for.
+    marks: Vec<(usize, u64)>,
 }
 
 impl<'a, C: Target> Rig<'a, C> {
@@ -44,7 +49,18 @@ impl<'a, C: Target> Rig<'a, C> {
         for &(_, pin) in places.outputs.iter().filter(|output| open(output.1)) {
             cpu.drive(Time::at(0), pin, Level::PullUp);
         }
-        let mut rig = Rig { cpu, places, started: None, scans: 0, stack: None };
+        if let Some(pin) = places.peripherals.receive {
+            cpu.drive(Time::at(0), pin, Level::High);
+        }
+        let mut rig = Rig {
+            cpu,
+            places,
+            tap: Tap::new(&places.peripherals),
+            started: None,
+            scans: 0,
+            stack: None,
+            marks: Vec::new(),
+        };
         if places.paces_itself() {
             return Ok(rig);
         }
@@ -55,6 +71,30 @@ impl<'a, C: Target> Rig<'a, C> {
             Stop::Limit => Ok(rig),
             stop => Err(rig.astray(Point::TimerStart, stop)),
         }
+    }
+
+    /// Stops at each rung from now on, to see how long it takes.
+    pub fn time_rungs(&mut self) {
+        self.places.rungs.iter().for_each(|&(pc, _)| self.cpu.trap(pc, true));
+    }
+
+    /// The rungs of the scan that has ended, by position, with their machine cycles.
+    pub fn rung_times(&self) -> impl Iterator<Item = (usize, u64)> {
+        let pairs = self.marks.windows(2).filter_map(|pair| match pair {
+            [(rung, from), (_, to)] => Some((*rung, to - from)),
+            _ => None,
+        });
+        pairs.filter(|(rung, _)| *rung != usize::MAX)
+    }
+
+    /// At the end of a scan: the machine cycles until the chip waits again.
+    pub fn tail(&self) -> u64 {
+        let mut cpu = self.cpu.clone();
+        let before = cpu.cycle();
+        cpu.step(&mut ());
+        // A controller looks at all its outputs then.
+        let outputs = if self.places.paces_itself() { self.places.channels(&cpu) } else { 0 };
+        cpu.cycle() - before + outputs
     }
 
     /// Drives the pins that the program does not name, now: the n-th by bit n.
@@ -76,6 +116,8 @@ impl<'a, C: Target> Rig<'a, C> {
     /// Runs to the next start of a scan.
     pub fn reach_start(&mut self) -> Result<(), Astray> {
         self.run_to(Point::ScanStart, 0)?;
+        self.marks.clear();
+        self.mark(self.cpu.pc());
         match self.started {
             Some(_) => self.scans += 1,
             None => self.started = Some(self.cpu.cycle()),
@@ -105,6 +147,21 @@ impl<'a, C: Target> Rig<'a, C> {
         }
     }
 
+    /// Scans that have started.
+    pub fn started(&self) -> u64 {
+        self.scans + u64::from(self.places.paces_itself() && self.started.is_some())
+    }
+
+    /// The first machine cycle in which scan `scan` (from 1) may start.
+    pub fn starts(&self, scan: u64) -> u64 {
+        self.started.unwrap_or(0).saturating_add(self.places.window(scan).0)
+    }
+
+    /// Now, in clocks since power-up.
+    pub fn clock(&self) -> u64 {
+        self.places.peripherals.clock(Time::at(self.cpu.cycle()))
+    }
+
     /// At a scan's start: the cycles, since the timer was started, in which it may lie, and the one in which it does.
     pub fn punctual(&self) -> ((u64, u64), u64) {
         (self.places.window(self.scans), self.cpu.cycle().saturating_sub(self.started.unwrap_or(0)))
@@ -120,7 +177,10 @@ impl<'a, C: Target> Rig<'a, C> {
     /// Runs the chip. A controller that has settled halts where nothing more is to come; but more is.
     fn go(&mut self, until: u64) -> Stop {
         loop {
-            let stop = self.cpu.run(until, &mut ());
+            let stop = match &mut self.tap {
+                Some(tap) => self.cpu.run(until, tap),
+                None => self.cpu.run(until, &mut ()),
+            };
             let Some(power) = self.places.supply().filter(|_| stop == Stop::Halted && self.cpu.cycle() < until) else {
                 return stop;
             };
@@ -135,10 +195,23 @@ impl<'a, C: Target> Rig<'a, C> {
 
     fn run_to(&mut self, point: Point, extra: u64) -> Result<(), Astray> {
         let until = self.until(extra);
-        match self.go(until) {
-            Stop::Trap { pc } if Some(pc) == self.places.pc(point) => Ok(()),
-            stop => Err(self.astray(point, stop)),
+        loop {
+            match self.go(until) {
+                Stop::Trap { pc } if Some(pc) == self.places.pc(point) => {
+                    self.mark(pc);
+                    return Ok(());
+                }
+                Stop::Trap { pc } if !self.places.is_point(pc) && self.mark(pc) => {}
+                stop => return Err(self.astray(point, stop)),
+            }
         }
+    }
+
+    /// Notes that a rung begins here, if one does.
+    fn mark(&mut self, pc: u32) -> bool {
+        let found = self.places.rungs.iter().find(|(start, _)| *start == pc);
+        self.marks.extend(found.map(|&(_, rung)| (rung, self.cpu.cycle())));
+        found.is_some()
     }
 
     fn astray(&self, wanted: Point, stop: Stop) -> Astray {
