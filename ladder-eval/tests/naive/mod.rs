@@ -44,8 +44,9 @@ pub struct Naive {
 impl Naive {
     /// The state at power-up.
     pub fn new(program: &Program) -> Naive {
-        let mut naive = Naive::default();
-        naive.widths = program.symbols().into_iter().map(|s| (s.name, s.bytes.into())).collect();
+        let widths = program.symbols().into_iter().map(|s| (s.name, s.bytes.into())).collect();
+        let mut naive = Naive { widths, ..Naive::default() };
+
         let mut address = 0;
         for (ElementId { rung, index }, element, _) in program.elements() {
             match element {
@@ -208,7 +209,7 @@ impl Naive {
             }
             Element::SetPwm { duty, .. } => {
                 if power {
-                    self.duty = Some(self.of(duty).max(0).min(100));
+                    self.duty = Some(self.of(duty).clamp(0, 100));
                 }
                 power
             }
