@@ -230,6 +230,30 @@ impl Config {
         if reader.damages.is_empty() { Ok(config) } else { Err(reader.damages) }
     }
 
+    /// The block that says so, [`LENGTH`] bytes. Programs stand at their positions in the table.
+    #[must_use]
+    pub fn block(&self) -> Vec<u8> {
+        let (outputs, inputs) = (self.output_channels.to_le_bytes(), self.input_channels.to_le_bytes());
+        let mut block = b"AP\x01".to_vec();
+        block.extend([u8::from(self.inputs == Inputs::Live), u8::from(self.reconfigurable), 0]);
+        block.extend([outputs, inputs, [0; 2]].concat());
+        let long = |number: u64| u32::try_from(number).unwrap_or(u32::MAX).to_le_bytes();
+        block.extend([long(self.hz), long(self.period)].concat());
+        block.resize(0x20, 0);
+        for (entry, &enabled) in (0..).zip(&self.enabled) {
+            let program = self.programs.iter().find(|program| program.entry == entry);
+            let fields = program.map_or([0; 3], |program| [program.start, program.last, program.rx]);
+            let flags = u16::from(program.is_some()) | u16::from(enabled) << 1;
+            block.extend(fields.into_iter().chain([flags]).flat_map(u16::to_le_bytes));
+        }
+        block.resize(0x100, 0);
+        for Settings { kind, unit, preset } in self.modules {
+            block.extend([kind as u8, unit as u8]);
+            block.extend(preset.to_le_bytes());
+        }
+        block
+    }
+
     fn read(reader: &mut Reader<'_>) -> Config {
         for (at, letter) in b"AP".iter().enumerate() {
             if reader.byte(at) != *letter {

@@ -220,8 +220,8 @@ impl Cpu for Ap101 {
         }
     }
 
-    /// Writes a latch, a bistable, a bit of M, a preset or a word; what modules have timed and counted cannot be written, nor
-    /// inputs that are read live.
+    /// Writes a latch, a bistable, a bit of M, a preset, a count or a word; what modules have timed in milliseconds cannot be written,
+    /// nor inputs that are read live.
     fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool {
         let (n, bit, now) = (addr as u16, value & 1 != 0, self.cycle());
         match space {
@@ -238,6 +238,14 @@ impl Cpu for Ap101 {
                 let mut bytes = module.preset().to_le_bytes();
                 bytes[addr as usize % 2] = value;
                 module.set_preset(u16::from_le_bytes(bytes));
+            }
+            "value" if addr < 2 * MODULES as u32 => {
+                let module = self.soc.module_mut(n / 2);
+                let mut bytes = module.value(now).to_le_bytes();
+                bytes[addr as usize % 2] = value;
+                if !module.exists() || !module.poke(i16::from_le_bytes(bytes)) {
+                    return false;
+                }
             }
             _ => return false,
         }

@@ -295,14 +295,30 @@ impl Module {
 
     /// A 1 was written to its running bit: from the machine cycle `cycle` on it has measured and counted nothing.
     pub fn clear(&mut self, cycle: u64) {
-        (self.since, self.kept, self.count) = (cycle, 0, 0);
-        let full = self.limit() <= 0;
+        (self.since, self.kept) = (cycle, 0);
+        self.set_count(0);
+        if self.settings.kind == Kind::Tp {
+            (self.begun, self.out) = (false, false);
+        }
+    }
+
+    /// Changes what it has counted, program cycles or edges, and Q to what that makes of it. A module in a unit of time counts nothing:
+    /// then nothing changes, and it is false.
+    pub fn poke(&mut self, count: i16) -> bool {
+        if !self.timed() {
+            self.set_count(count);
+        }
+        !self.timed()
+    }
+
+    fn set_count(&mut self, count: i16) {
+        self.count = count;
+        let full = count >= self.limit();
         match self.settings.kind {
             Kind::Ton => self.out = self.level && full,
             Kind::Tof => self.out = self.ran && (self.level || !full),
             Kind::Rto | Kind::Ctu | Kind::Ctd => self.out = full,
-            Kind::Tp => (self.begun, self.out) = (false, false),
-            Kind::Ctc | Kind::None => {}
+            Kind::Tp | Kind::Ctc | Kind::None => {}
         }
     }
 }

@@ -38,4 +38,10 @@ codes! {
         "RAM and registers hold random bytes at power-up. Before the first scan every relay, output, timer, counter and variable must have been cleared.";
     DIFFERS_MAP "EC016" "the compiler's map says otherwise than the program"
         "Check works out from the program and the command line which chip it is, its clock, the machine cycles of a scan, the tick of the pacing timer, how long noticing a match may take, and the pins that --pin and the IO LIST give; each input and output must have one pin of its own in its direction. The map was compared with that, before anything ran. A compiler that gets one of these wrong and tells it in its map would otherwise agree with itself. The message gives what was asked for and what the map says.";
+    DIFFERS_SERIAL "EC017" "a byte on the serial line differs"
+        "A receiver of the checker's own hears the transmitter's pin at the program's BAUD, to 2 %. Each byte that the program sends must begin there in the scan that sends it (within a bit and a half, or behind a byte that is still on the line), in order, and nothing else may be there; between bytes the line is high.";
+    DIFFERS_PWM "EC018" "the PWM output differs"
+        "From two periods after a new duty on, every period at the pin is measured: its length is the one that the map tells, which must lie within 5 % of the program's frequency, and its high share is the duty within one step of the timer. 0 % is constantly low, 100 % constantly high, and until the first SET_PWM acts the pin stays low.";
+    DIFFERS_EEPROM "EC019" "a cell of the EEPROM differs"
+        "Once the time for a write is over, the cells of all PERSIST elements must hold on the chip what the language gives them: two cells an element (as many as the variable has bytes), in text order from address 0, lowest byte first. At power-up both sides hold the same, erased or random.";
 }

@@ -5,16 +5,7 @@ use ladder::{Program, SymbolKind};
 use ladder_compile::Map;
 
 use crate::Options;
-
-/// The longest time in machine cycles from a match to the first instruction of its scan: one turn of a waiting loop (a look
-/// of one cycle and a jump back of two) that just missed the match, and the look of two cycles that sees it.
-pub(crate) const POLL: u64 = 5;
-
-/// Prescalers of the pacing timer (DS40002061, table 16-5).
-const PRESCALERS: [u64; 5] = [1, 8, 64, 256, 1024];
-
-/// Most ticks of one period: the timer counts to 16 bits.
-const MOST_TICKS: u128 = 1 << 16;
+use crate::family::{Facts, facts};
 
 /// The time of one scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,13 +17,19 @@ pub(crate) struct Pace {
     pub den: u128,
     /// Cycles per tick of the timer, the finest with which a period fits.
     pub tick: u64,
+    /// Most machine cycles from a match to the start of its scan.
+    pub poll: u64,
+    /// Clocks of a machine cycle.
+    pub clocks: u64,
 }
 
 impl Pace {
-    /// The program's cycle at its clock, or at the one that is asked for; nothing where that is no time.
-    pub fn new(program: &Program, options: &Options) -> Option<Pace> {
+    /// The program's cycle at its clock, or at the one that is asked for, on a chip; nothing where that is no time.
+    pub fn new(program: &Program, options: &Options, chip: &Chip) -> Option<Pace> {
+        let Facts { clocks, ticks, most_ticks, poll } = facts(chip);
         let clock_hz = options.clock_hz.unwrap_or(program.settings.crystal_hz);
-        let (num, den) = (u128::from(clock_hz) * u128::from(program.settings.cycle_us), 1_000_000);
+        let num = u128::from(clock_hz) * u128::from(program.settings.cycle_us);
+        let den = 1_000_000 * u128::from(clocks);
         if num == 0 {
             return None;
         }
@@ -41,9 +38,9 @@ impl Pace {
             (a, b) = (b, a % b);
         }
         let (num, den) = (num / a, den / a);
-        let fits = |tick: &u64| num.div_ceil(den * u128::from(*tick)) <= MOST_TICKS;
-        let tick = PRESCALERS.into_iter().find(fits).unwrap_or(1024);
-        Some(Pace { clock_hz, num, den, tick })
+        let fits = |tick: &u64| num.div_ceil(den * u128::from(*tick)) <= most_ticks;
+        let tick = ticks.iter().copied().find(fits).or(ticks.last().copied()).unwrap_or(1);
+        Some(Pace { clock_hz, num, den, tick, poll, clocks })
     }
 
     /// Machine cycles of a scan, as a number or a fraction.
@@ -79,8 +76,8 @@ pub(crate) fn disagreements(
         let wanted = format!("a tick of the timer of at most {} cycles", pace.tick);
         told.push((wanted, format!("{} cycles", map.tick)));
     }
-    if u64::from(map.poll_cycles) > POLL {
-        let wanted = format!("at most {POLL} cycles from a match to the start of its scan");
+    if u64::from(map.poll_cycles) > pace.poll {
+        let wanted = format!("at most {} cycles from a match to the start of its scan", pace.poll);
         told.push((wanted, format!("{} cycles", map.poll_cycles)));
     }
     pins(program, options, (map, chip), &mut told);

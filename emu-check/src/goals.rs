@@ -164,7 +164,7 @@ impl Goals {
     /// How many open goals a scan with this step would reach.
     pub fn gain(&self, eval: &Evaluator, hints: &Hints, step: &Step) -> usize {
         let mut eval = eval.clone();
-        step.apply(hints, &mut eval);
+        step.apply_at_once(hints, &mut eval);
         let seen = Seen::scan(&mut eval);
         self.goals.iter().filter(|goal| !goal.reached && self.hit(goal, &seen)).count()
     }

@@ -14,31 +14,36 @@
 mod codes;
 mod contract;
 mod coverage;
+mod family;
 mod goals;
 mod hints;
+mod lines;
 mod locate;
 mod lockstep;
+mod peripherals;
 mod places;
+mod pulse;
 mod reach;
 mod report;
 mod rig;
 mod run;
 mod shrink;
 mod stimulus;
+mod tap;
 #[cfg(test)]
 mod tests;
+mod wire;
 mod wiring;
 mod wishes;
 
 use diag::{Diagnostic, Pos, Severity};
-use emu_avr::Avr;
-use emu_core::cpu::RamInit;
 use emu_core::image;
 use ladder::Program;
 use ladder_compile::Compiled;
 use ladder_eval::Evaluator;
 
 use contract::Pace;
+use family::{Job, Target, on_machines};
 use hints::Hints;
 use lockstep::Bench;
 use places::Places;
@@ -80,8 +85,12 @@ pub fn check(
     options: &Options,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Report, Vec<Diagnostic>> {
-    let target =
-        ladder_compile::Options { mcu: options.mcu.clone(), pins: options.pins.clone(), clock_hz: options.clock_hz };
+    let target = ladder_compile::Options {
+        mcu: options.mcu.clone(),
+        pins: options.pins.clone(),
+        clock_hz: options.clock_hz,
+        ..Default::default()
+    };
     let compiled = ladder_compile::compile(program, &target)?;
     check_compiled(program, &compiled, options, progress)
 }
@@ -110,7 +119,7 @@ pub fn check_compiled(
         let cause = format!("there is no compiler for the chip `{}`, so no image to check", options.mcu);
         return Err(error(codes::NO_CHIP, cause, &format!("known are {}", known.join(", "))));
     };
-    let Some(pace) = Pace::new(program, options) else {
+    let Some(pace) = Pace::new(program, options, chip) else {
         let cause = "the program's cycle time or its clock is 0, so there are no scans to compare".to_owned();
         return Err(error(codes::NOTHING, cause, "give the program a CYCLE= and a CRYSTAL= above 0"));
     };
@@ -122,12 +131,30 @@ pub fn check_compiled(
     })?;
     let places = Places::new(program, map, chip, &eval, pace)?;
     let hints = Hints::new(program, &eval);
-    let power_up = |ram_seed| {
-        let mut avr = Avr::new(chip, &loaded.image, RamInit::Random(ram_seed));
-        avr.set_clock_hz(pace.clock_hz);
-        avr
-    };
-    let bench = Bench { power_up, places: &places, hints: &hints, eval: &eval };
     let disagreements = contract::disagreements(program, options, &pace, (map, chip));
-    Ok(run::run(program, compiled, options, &bench, disagreements, progress))
+    let job = Check { program, compiled, options, places, hints, eval, disagreements, progress };
+    Ok(on_machines(chip, &loaded.image, pace.clock_hz, job))
+}
+
+/// A check that is ready to run.
+struct Check<'a> {
+    program: &'a Program,
+    compiled: &'a Compiled,
+    options: &'a Options,
+    places: Places,
+    hints: Hints,
+    eval: Evaluator,
+    disagreements: Vec<(String, String)>,
+    progress: &'a mut dyn FnMut(u64, u64),
+}
+
+impl Job for Check<'_> {
+    type Out = Report;
+
+    fn on<C: Target, F: Fn(u64) -> C>(self, power_up: F) -> Report {
+        let Check { program, compiled, options, places, hints, eval, disagreements, progress } = self;
+        let worst = compiled.map.worst_scan_cycles.into();
+        let bench = Bench { power_up, places: &places, hints: &hints, worst, eval: &eval };
+        run::run(program, compiled, options, &bench, disagreements, progress)
+    }
 }

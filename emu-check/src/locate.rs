@@ -1,9 +1,9 @@
 //! Which element went wrong: the differing scan once more, stopped at every element.
 
-use emu_core::cpu::Cpu;
 use ladder::{Element, ElementId, Program};
 use ladder_compile::Map;
 
+use crate::family::Target;
 use crate::goals::Seen;
 use crate::lockstep::{Bench, Differing, Mismatch, Pair};
 use crate::places::Point;
@@ -12,7 +12,7 @@ use crate::stimulus::Step;
 
 /// Finds the first element, in order of execution, whose result differs, and the symbol that shows it. `steps` end with
 /// the scan that differs.
-pub(crate) fn locate<C: Cpu, F: Fn(u64) -> C>(
+pub(crate) fn locate<C: Target, F: Fn(u64) -> C>(
     bench: &Bench<'_, C, F>,
     (program, map): (&Program, &Map),
     (ram_seed, steps): (u64, &[Step]),
@@ -47,7 +47,7 @@ fn element_at(map: &Map, byte: u32) -> Option<ElementId> {
 type Stops = Vec<(Option<ElementId>, Vec<i32>)>;
 
 /// Runs the last scan from element to element.
-fn walk<C: Cpu, F: Fn(u64) -> C>(
+fn walk<C: Target, F: Fn(u64) -> C>(
     bench: &Bench<'_, C, F>,
     map: &Map,
     ram_seed: u64,

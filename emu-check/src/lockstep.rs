@@ -1,11 +1,13 @@
 //! Chip and evaluator side by side, scan by scan, and what is compared when.
 
-use emu_core::cpu::{Cpu, Stop};
+use emu_core::cpu::Stop;
 use emu_core::pins::Level;
 use ladder_eval::Evaluator;
 
+use crate::family::Target;
 use crate::goals::Seen;
 use crate::hints::Hints;
+use crate::lines::Lines;
 use crate::places::{Places, Point};
 use crate::report::What;
 use crate::rig::{Astray, Rig};
@@ -18,6 +20,8 @@ pub(crate) struct Bench<'a, C, F: Fn(u64) -> C> {
     pub power_up: F,
     pub places: &'a Places,
     pub hints: &'a Hints,
+    /// Machine cycles of the longest scan, by the compiler's reckoning.
+    pub worst: u64,
     /// The evaluator at power-up.
     pub eval: &'a Evaluator,
 }
@@ -80,14 +84,21 @@ pub(crate) struct Pair<'a, C> {
     pub eval: Evaluator,
     places: &'a Places,
     hints: &'a Hints,
+    lines: Lines,
     first: bool,
 }
 
-impl<'a, C: Cpu> Pair<'a, C> {
+impl<'a, C: Target> Pair<'a, C> {
     /// Both sides from power-up.
     pub fn start<F: Fn(u64) -> C>(bench: &Bench<'a, C, F>, ram_seed: u64) -> Result<Self, Mismatch> {
-        let rig = Rig::start((bench.power_up)(ram_seed), bench.places).map_err(|a| astray(&a, bench.places))?;
-        Ok(Pair { rig, eval: bench.eval.clone(), places: bench.places, hints: bench.hints, first: true })
+        let (places, hints) = (bench.places, bench.hints);
+        let (mut cpu, mut eval) = ((bench.power_up)(ram_seed), bench.eval.clone());
+        for (addr, byte) in (0..).zip(places.peripherals.eeprom(ram_seed)) {
+            cpu.poke("eeprom", addr, byte);
+            eval.set_eeprom(addr as usize, byte);
+        }
+        let rig = Rig::start(cpu, places).map_err(|a| astray(&a, places))?;
+        Ok(Pair { rig, eval, places, hints, lines: Lines::new(places, bench.worst), first: true })
     }
 
     /// Drives the inputs, runs the chip to the next scan's start, looks whether it is punctual and as the last scan left
@@ -95,6 +106,7 @@ impl<'a, C: Cpu> Pair<'a, C> {
     pub fn begin(&mut self, step: &Step) -> Result<u64, Mismatch> {
         self.rig.drive(step.inputs.iter().copied());
         self.rig.drive_spare(step.spare);
+        self.lines.prepare(&mut self.rig, &self.eval, step);
         self.rig.reach_start().map_err(|a| astray(&a, self.places))?;
         let cycle = self.rig.cpu.cycle();
         let ((from, to), at) = self.rig.punctual();
@@ -106,7 +118,7 @@ impl<'a, C: Cpu> Pair<'a, C> {
             let (expected, found) = (format!("0x{first:04X}"), format!("0x{now:04X}"));
             return Err(Mismatch::words(What::Stack, cycle, expected, found));
         }
-        let mut compared = 2 + self.pins()?;
+        let mut compared = 2 + self.pins()? + self.lines.arrive(&mut self.rig, &mut self.eval)?;
         if self.first {
             self.first = false;
             let all = self.hints.bits.iter().chain(&self.hints.integers).copied();
@@ -124,12 +136,15 @@ impl<'a, C: Cpu> Pair<'a, C> {
         let mut compared = self.begin(step)?;
         let start = self.rig.cpu.cycle();
         let seen = Seen::scan(&mut self.eval);
+        self.lines.evaluated(&mut self.rig, &self.eval);
         let lost = |a: Astray| astray(&a, self.places);
-        if self.rig.reach_rungs().map_err(lost)? {
+        // A machine that paces itself has taken its inputs before the first instruction.
+        if self.rig.reach_rungs().map_err(lost)? || self.places.paces_itself() {
             self.flip(step);
         }
         self.rig.reach_end().map_err(lost)?;
         compared += self.symbols(What::Symbol, 0..self.eval.symbols().len())? + self.pins()? + self.wiring()?;
+        compared += self.lines.sent(&mut self.rig)?;
         Ok(Agreed { compared, cycles: self.rig.cpu.cycle() - start, seen })
     }
 
@@ -215,7 +230,7 @@ fn astray(astray: &Astray, places: &Places) -> Mismatch {
 
 /// Runs a row of steps from reset; gives the first mismatch and its scan, from 1. Scan 1 also stands for what goes wrong
 /// before it.
-pub(crate) fn replay<'a, C: Cpu, F: Fn(u64) -> C>(
+pub(crate) fn replay<'a, C: Target, F: Fn(u64) -> C>(
     bench: &Bench<'a, C, F>,
     ram_seed: u64,
     steps: &[Step],

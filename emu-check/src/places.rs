@@ -1,7 +1,7 @@
 //! The map, resolved: where on the chip everything is that a check looks at.
 
 use diag::{Diagnostic, Pos, Severity};
-use emu_core::chip::{Chip, PinDef};
+use emu_core::chip::{Chip, Family};
 use emu_core::cpu::Cpu;
 use emu_core::pins::PinId;
 use ladder::Program;
@@ -9,8 +9,9 @@ use ladder_compile::{Map, Place};
 use ladder_eval::Evaluator;
 
 use crate::codes;
-use crate::contract::{self, Pace};
-use crate::wiring;
+use crate::contract::Pace;
+use crate::family::{self, Nature};
+use crate::peripherals::Peripherals;
 
 /// A moment of a scan, at which the chip is stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,11 +42,12 @@ pub(crate) struct Places {
     pub outputs: Vec<(usize, PinId)>,
     /// Pins of the inputs, in the order of the evaluator's symbols; nothing for an input without a pin.
     pub inputs: Vec<PinId>,
+    /// What the program uses besides ports.
+    pub peripherals: Peripherals,
     /// Pins that the program does not name, and those of them that a board may drive.
     pub unnamed: Vec<PinId>,
     pub spare: Vec<PinId>,
-    /// The chip's pins.
-    pins: &'static [PinDef],
+    chip: &'static Chip,
     /// Bytes per program word.
     pub word_bytes: u32,
 }
@@ -54,7 +56,7 @@ impl Places {
     pub fn new(
         program: &Program,
         map: &Map,
-        chip: &Chip,
+        chip: &'static Chip,
         eval: &Evaluator,
         pace: Pace,
     ) -> Result<Places, Vec<Diagnostic>> {
@@ -85,11 +87,17 @@ impl Places {
                 None => fault(format!("the map has no pin of {} for `{}`", chip.name, symbol.name)),
             }
         }
-        if !faults.is_empty() {
-            return Err(faults);
-        }
-        let named: Vec<PinId> = inputs.iter().copied().chain(outputs.iter().map(|o: &(usize, PinId)| o.1)).collect();
-        let (unnamed, spare) = wiring::unnamed(chip, &named);
+        let peripherals = match Peripherals::new(program, map, chip, eval, &pace) {
+            Ok(peripherals) => Some(peripherals),
+            Err(causes) => {
+                causes.into_iter().for_each(&mut fault);
+                None
+            }
+        };
+        let Some(peripherals) = peripherals.filter(|_| faults.is_empty()) else { return Err(faults) };
+        let ports = inputs.iter().copied().chain(outputs.iter().map(|o: &(usize, PinId)| o.1));
+        let named: Vec<PinId> = ports.chain(peripherals.pins()).collect();
+        let (unnamed, spare) = family::unnamed(chip, &named);
         let word = |byte: u32| byte / chip.word_bytes.max(1);
         let points = [map.timer_start, map.scan_start, map.scan_end].map(word);
         let [timer_start, scan_start, scan_end] = points;
@@ -102,16 +110,33 @@ impl Places {
             symbols,
             outputs,
             inputs,
+            peripherals,
             unnamed,
             spare,
-            pins: chip.pins,
+            chip,
             word_bytes: chip.word_bytes.max(1),
         })
     }
 
     /// The chip's name of a pin.
     pub fn pin_name(&self, pin: PinId) -> &'static str {
-        self.pins.get(usize::from(pin)).map_or("?", |p| p.name)
+        self.chip.pins.get(usize::from(pin)).map_or("?", |p| p.name)
+    }
+
+    /// What stands behind a pin; nothing where the machine knows no pins that are not driven.
+    pub fn nature(&self, pin: PinId) -> Option<Nature> {
+        family::nature(self.chip, pin)
+    }
+
+    /// The machine itself paces its program: there is no timer that the program starts, inputs are taken before its first
+    /// instruction, and it needs no loop.
+    pub fn paces_itself(&self) -> bool {
+        self.chip.family == Family::Ap101
+    }
+
+    /// The pin of the supply, on a machine that halts where nothing is to come from outside.
+    pub fn supply(&self) -> Option<PinId> {
+        self.chip.pin("POWER").filter(|_| self.paces_itself())
     }
 
     /// Program word at which `point` is reached.
@@ -131,11 +156,11 @@ impl Places {
 
     /// The machine cycles in which scan `scan` (from 1) may start, counted from the start of the timer.
     pub fn window(&self, scan: u64) -> (u64, u64) {
-        let Pace { num, den, tick, .. } = self.pace;
+        let Pace { num, den, tick, poll, .. } = self.pace;
         let exact = u64::try_from(u128::from(scan).saturating_mul(num) / den).unwrap_or(u64::MAX);
         // An exact period has exact matches; where a tick is coarse or the period broken, one tick may be missing.
         let early = if tick == 1 && den == 1 { 0 } else { tick };
-        (exact.saturating_sub(early), exact.saturating_add(contract::POLL))
+        (exact.saturating_sub(early), exact.saturating_add(poll))
     }
 
     /// Reads a symbol on the chip; places outside of its memories read as 0.

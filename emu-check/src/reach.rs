@@ -7,7 +7,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use ladder::{CompareOp, CounterKind, Element, MathOp, Node, Operand, Program, SymbolKind, TimerKind};
+use ladder::{CompareOp, CounterKind, Dialect, Element, MathOp, Node, Operand, Program, SymbolKind, TimerKind};
 
 use crate::stimulus::SWEEP;
 
@@ -52,7 +52,7 @@ pub(crate) fn possible(program: &Program) -> Vec<Vec<u8>> {
     let mut falls = BTreeSet::new();
     loop {
         let pass = |world: u32| {
-            let mut pass = Pass::new(&falls);
+            let mut pass = Pass::new(&falls, program.dialect != Dialect::Ldmicro23);
             if split {
                 let levels = inputs.iter().zip(0..).map(|(name, n)| ((*name).to_owned(), only(world >> n & 1 == 1)));
                 pass.bits = levels.collect();
@@ -71,8 +71,9 @@ pub(crate) fn possible(program: &Program) -> Vec<Vec<u8>> {
     }
 }
 
-/// Values that an integer can hold; `None` is any.
-type Values = Option<Vec<i16>>;
+/// Values that an integer can hold; `None` is any. Only integers of 16 bits are followed: in dialect ldmicro-5 nothing is
+/// known of them.
+type Values = Option<Vec<i32>>;
 
 struct Pass<'a> {
     /// Positions of the OSFs whose rung can have been true before.
@@ -80,17 +81,19 @@ struct Pass<'a> {
     /// Positions of the OSFs whose rung can be true in this scan.
     risen: Vec<usize>,
     master: u8,
+    /// Integers have widths of their own.
+    wide: bool,
     /// What is known of bits; those not named can be both.
     bits: HashMap<String, u8>,
     /// What is known of integers.
-    integers: HashMap<String, Vec<i16>>,
+    integers: HashMap<String, Vec<i32>>,
     pairs: Vec<u8>,
 }
 
 impl<'a> Pass<'a> {
-    fn new(falls: &'a BTreeSet<usize>) -> Self {
+    fn new(falls: &'a BTreeSet<usize>, wide: bool) -> Self {
         let (bits, integers) = (HashMap::new(), HashMap::new());
-        Pass { falls, risen: Vec::new(), master: ONE, bits, integers, pairs: Vec::new() }
+        Pass { falls, risen: Vec::new(), master: ONE, wide, bits, integers, pairs: Vec::new() }
     }
 
     fn series(&mut self, nodes: &[Node], mut rung: u8) -> u8 {
@@ -154,7 +157,7 @@ impl<'a> Pass<'a> {
             }
             Element::Counter { kind, name, max, .. } => {
                 self.integers.remove(name);
-                let always = matches!(max, Operand::Const { value, .. } if *value <= i64::from(i16::MIN));
+                let always = !self.wide && matches!(max, Operand::Const { value, .. } if *value <= i64::from(i16::MIN));
                 match kind {
                     CounterKind::Ctc => same,
                     _ if always => when(P01, P11),
@@ -179,15 +182,31 @@ impl<'a> Pass<'a> {
                 let truth = self.compare(*op, op1, op2);
                 when(P00, if truth & ONE != 0 { P11 } else { 0 } | if truth & ZERO != 0 { P10 } else { 0 })
             }
-            // SHORT passes. The others have no meaning yet; whatever they do is taken for possible.
             Element::Short => same,
+            Element::ShiftRegister { name, stages } => {
+                (0..*stages).for_each(|n| _ = self.integers.remove(&format!("{name}{n}")));
+                same
+            }
+            Element::LookUpTable { dest: name, .. }
+            | Element::PiecewiseLinear { dest: name, .. }
+            | Element::ReadAdc { name, .. }
+            | Element::Persist { name } => {
+                self.integers.remove(name);
+                same
+            }
+            Element::SetPwm { .. } => same,
+            Element::UartRecv { name, .. } => {
+                self.integers.remove(name);
+                when(P00, P10 | P11)
+            }
+            // Sending is busy whatever the rung; whatever they do is taken for possible.
             _ => when(P00 | P01, P10 | P11),
         }
     }
 
     fn values(&self, operand: &Operand) -> Values {
         match operand {
-            Operand::Const { value, .. } => i16::try_from(*value).ok().map(|v| vec![v]),
+            Operand::Const { value, .. } => i32::try_from(*value).ok().map(|v| vec![v]),
             Operand::Var(name) => self.integers.get(name).cloned(),
         }
     }
@@ -196,6 +215,7 @@ impl<'a> Pass<'a> {
     fn store(&mut self, name: &str, values: Values, rung: u8) {
         let merged = match (rung, values, self.integers.get(name)) {
             (ZERO, _, _) => return,
+            _ if self.wide => return,
             (ONE, Some(values), _) => values,
             (_, Some(values), Some(old)) => [&values[..], old].concat(),
             _ => {
@@ -214,10 +234,11 @@ impl<'a> Pass<'a> {
         if op1 == op2 {
             return only(holds(op, 0, 0));
         }
+        let (least, most) = if self.wide { (i32::MIN, i32::MAX) } else { (i16::MIN.into(), i16::MAX.into()) };
         // Of "anything", the values around the other side's and the extremes tell all that can happen.
-        let around = |values: &[i16]| {
+        let around = |values: &[i32]| {
             let near = values.iter().flat_map(|v| [v.saturating_sub(1), *v, v.saturating_add(1)]);
-            near.chain([i16::MIN, i16::MAX]).collect::<Vec<_>>()
+            near.map(|v| v.clamp(least, most)).chain([least, most]).collect::<Vec<_>>()
         };
         let (a, b) = match (self.values(op1), self.values(op2)) {
             (Some(a), Some(b)) => (a, b),
@@ -241,13 +262,15 @@ pub(crate) fn outs(pairs: u8) -> u8 {
     zero | if pairs & (P01 | P11) != 0 { ONE } else { 0 }
 }
 
-fn few(mut values: Vec<i16>) -> Values {
+fn few(mut values: Vec<i32>) -> Values {
     values.sort_unstable();
     values.dedup();
     (values.len() <= MOST).then_some(values)
 }
 
-fn math(op: MathOp, a: &[i16], b: &[i16]) -> Values {
+fn math(op: MathOp, a: &[i32], b: &[i32]) -> Values {
+    let narrow = |values: &[i32]| values.iter().map(|&v| i16::try_from(v).ok()).collect::<Option<Vec<i16>>>();
+    let (a, b) = narrow(a).zip(narrow(b))?;
     if op == MathOp::Div && b.contains(&0) {
         return None;
     }
@@ -257,11 +280,11 @@ fn math(op: MathOp, a: &[i16], b: &[i16]) -> Values {
         MathOp::Mul => a.wrapping_mul(b),
         MathOp::Div => a.wrapping_div(b),
     };
-    few(a.iter().flat_map(|a| b.iter().map(move |b| one(*a, *b))).collect())
+    few(a.iter().flat_map(|a| b.iter().map(move |b| i32::from(one(*a, *b)))).collect())
 }
 
 /// The truth of a comparison.
-pub(crate) fn holds(op: CompareOp, a: i16, b: i16) -> bool {
+pub(crate) fn holds(op: CompareOp, a: i32, b: i32) -> bool {
     match op {
         CompareOp::Equ => a == b,
         CompareOp::Neq => a != b,

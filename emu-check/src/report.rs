@@ -71,6 +71,12 @@ pub enum What {
     Stack,
     /// A value before the first scan.
     Reset,
+    /// A byte on the serial line.
+    Serial,
+    /// The PWM output.
+    Pwm,
+    /// A cell of the EEPROM.
+    Eeprom,
     /// What the compiler's map says of chip, time and pins.
     Map,
 }
@@ -87,6 +93,9 @@ impl What {
             What::Stack => codes::DIFFERS_STACK,
             What::Reset => codes::DIFFERS_RESET,
             What::Map => codes::DIFFERS_MAP,
+            What::Serial => codes::DIFFERS_SERIAL,
+            What::Pwm => codes::DIFFERS_PWM,
+            What::Eeprom => codes::DIFFERS_EEPROM,
         }
     }
 }
@@ -167,6 +176,9 @@ impl Difference {
             (What::Pin, None) => "a pin by itself".to_owned(),
             (What::Period, None) => "the start of the scan".to_owned(),
             (What::Map, None) => "the compiler's map".to_owned(),
+            (What::Serial, None) => "the serial line".to_owned(),
+            (What::Pwm, None) => "the PWM output".to_owned(),
+            (What::Eeprom, None) => "the EEPROM".to_owned(),
             (What::Stack, None) => "the stack pointer".to_owned(),
             (_, None) => "the course of the program".to_owned(),
         };

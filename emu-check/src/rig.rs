@@ -1,9 +1,11 @@
 //! The chip on the bench: run from one moment of a scan to the next, with its pins wired.
 
-use emu_core::cpu::{Cpu, Stop};
+use emu_core::cpu::Stop;
 use emu_core::pins::{Level, Time};
 
+use crate::family::{High, Target};
 use crate::places::{Places, Point};
+use crate::tap::Tap;
 
 /// Cycles allowed from reset to the start of the timer, on top of some periods.
 const RESET: u64 = 200_000;
@@ -26,23 +28,35 @@ pub(crate) struct Astray {
 pub(crate) struct Rig<'a, C> {
     pub cpu: C,
     pub places: &'a Places,
-    /// Machine cycle at which the timer was started.
-    started: u64,
-    /// Scans started.
+    /// What listens to serial line and PWM output.
+    pub tap: Option<Tap>,
+    /// Machine cycle at which the timer was started; of a machine that paces itself the start of the first scan.
+    started: Option<u64>,
+    /// Periods since then.
     scans: u64,
     stack: Option<u32>,
 }
 
-impl<'a, C: Cpu> Rig<'a, C> {
+impl<'a, C: Target> Rig<'a, C> {
     /// A chip fresh from reset, run until its timer has started.
     pub fn start(mut cpu: C, places: &'a Places) -> Result<Self, Astray> {
         for point in [Point::TimerStart, Point::ScanStart, Point::FirstRung, Point::ScanEnd] {
             places.pc(point).into_iter().for_each(|pc| cpu.trap(pc, true));
         }
-        let mut rig = Rig { cpu, places, started: 0, scans: 0, stack: None };
+        let open = |pin| places.nature(pin).is_some_and(|nature| nature.high == High::Open);
+        for &(_, pin) in places.outputs.iter().filter(|output| open(output.1)) {
+            cpu.drive(Time::at(0), pin, Level::PullUp);
+        }
+        if let Some(pin) = places.peripherals.receive {
+            cpu.drive(Time::at(0), pin, Level::High);
+        }
+        let mut rig = Rig { cpu, places, tap: Tap::new(&places.peripherals), started: None, scans: 0, stack: None };
+        if places.paces_itself() {
+            return Ok(rig);
+        }
         rig.run_to(Point::TimerStart, RESET)?;
         let stop = rig.cpu.step(&mut ());
-        rig.started = rig.cpu.cycle();
+        rig.started = Some(rig.cpu.cycle());
         match stop {
             Stop::Limit => Ok(rig),
             stop => Err(rig.astray(Point::TimerStart, stop)),
@@ -68,7 +82,10 @@ impl<'a, C: Cpu> Rig<'a, C> {
     /// Runs to the next start of a scan.
     pub fn reach_start(&mut self) -> Result<(), Astray> {
         self.run_to(Point::ScanStart, 0)?;
-        self.scans += 1;
+        match self.started {
+            Some(_) => self.scans += 1,
+            None => self.started = Some(self.cpu.cycle()),
+        }
         Ok(())
     }
 
@@ -88,22 +105,51 @@ impl<'a, C: Cpu> Rig<'a, C> {
     /// Runs to whatever trap comes next; a wrong one is not an error here. Gives the program word.
     pub fn reach_next(&mut self) -> Result<u32, Astray> {
         let until = self.until(0);
-        match self.cpu.run(until, &mut ()) {
+        match self.go(until) {
             Stop::Trap { pc } => Ok(pc),
             stop => Err(self.astray(Point::ScanEnd, stop)),
         }
     }
 
+    /// Scans that have started.
+    pub fn started(&self) -> u64 {
+        self.scans + u64::from(self.places.paces_itself() && self.started.is_some())
+    }
+
+    /// The first machine cycle in which scan `scan` (from 1) may start.
+    pub fn starts(&self, scan: u64) -> u64 {
+        self.started.unwrap_or(0).saturating_add(self.places.window(scan).0)
+    }
+
+    /// Now, in clocks since power-up.
+    pub fn clock(&self) -> u64 {
+        self.places.peripherals.clock(Time::at(self.cpu.cycle()))
+    }
+
     /// At a scan's start: the cycles, since the timer was started, in which it may lie, and the one in which it does.
     pub fn punctual(&self) -> ((u64, u64), u64) {
-        (self.places.window(self.scans), self.cpu.cycle() - self.started)
+        (self.places.window(self.scans), self.cpu.cycle().saturating_sub(self.started.unwrap_or(0)))
     }
 
     /// At a scan's start: the stack pointer of the first scan's start and the present one, where they differ.
     pub fn stack_moved(&mut self) -> Option<(u32, u32)> {
-        let now = self.cpu.reg("sp")?;
+        let now = self.cpu.depth()?;
         let first = *self.stack.get_or_insert(now);
         (first != now).then_some((first, now))
+    }
+
+    /// Runs the chip. A controller that has settled halts where nothing more is to come; but more is.
+    fn go(&mut self, until: u64) -> Stop {
+        loop {
+            let stop = match &mut self.tap {
+                Some(tap) => self.cpu.run(until, tap),
+                None => self.cpu.run(until, &mut ()),
+            };
+            let Some(power) = self.places.supply().filter(|_| stop == Stop::Halted && self.cpu.cycle() < until) else {
+                return stop;
+            };
+            self.cpu.drive(Time::at(until), power, Level::High);
+        }
     }
 
     fn until(&self, extra: u64) -> u64 {
@@ -113,7 +159,7 @@ impl<'a, C: Cpu> Rig<'a, C> {
 
     fn run_to(&mut self, point: Point, extra: u64) -> Result<(), Astray> {
         let until = self.until(extra);
-        match self.cpu.run(until, &mut ()) {
+        match self.go(until) {
             Stop::Trap { pc } if Some(pc) == self.places.pc(point) => Ok(()),
             stop => Err(self.astray(point, stop)),
         }

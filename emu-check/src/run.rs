@@ -1,12 +1,12 @@
 //! The course of a check: runs from reset, scan after scan, until something differs or all scans are done.
 
 use diag::{Diagnostic, Pos, Severity};
-use emu_core::cpu::Cpu;
 use ladder::{Dialect, Format, Program};
 use ladder_compile::Compiled;
 
 use crate::Options;
 use crate::codes;
+use crate::family::Target;
 use crate::goals::Goals;
 use crate::locate::locate;
 use crate::lockstep::{Bench, FLOATS, Mismatch, Pair};
@@ -36,7 +36,7 @@ struct Run {
 }
 
 /// Checks `compiled` on a bench. `disagreements` are what was asked for and what the map says instead.
-pub(crate) fn run<'a, C: Cpu, F: Fn(u64) -> C>(
+pub(crate) fn run<'a, C: Target, F: Fn(u64) -> C>(
     program: &Program,
     compiled: &Compiled,
     options: &Options,
@@ -122,7 +122,7 @@ pub(crate) fn run<'a, C: Cpu, F: Fn(u64) -> C>(
 }
 
 /// Finds out all that can be said about a mismatch in the last step of `run`.
-fn difference<C: Cpu, F: Fn(u64) -> C>(
+fn difference<C: Target, F: Fn(u64) -> C>(
     program: &Program,
     compiled: &Compiled,
     options: &Options,
@@ -198,7 +198,7 @@ fn quoted(word: &str) -> String {
 }
 
 /// One step in words: `scan 3: Xa=1 Xb=0, changing later Xa; written Tx=49`.
-fn line<C: Cpu, F: Fn(u64) -> C>(bench: &Bench<'_, C, F>, step: &Step, scan: usize) -> String {
+fn line<C: Target, F: Fn(u64) -> C>(bench: &Bench<'_, C, F>, step: &Step, scan: usize) -> String {
     let name = |symbol: &usize| bench.eval.symbols().get(*symbol).map_or("?", |s| s.name.as_str());
     let inputs = bench.hints.inputs.iter().map(name);
     let levels: Vec<String> =

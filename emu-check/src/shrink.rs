@@ -1,7 +1,6 @@
 //! The shortest and plainest stimulus that still shows the same difference.
 
-use emu_core::cpu::Cpu;
-
+use crate::family::Target;
 use crate::lockstep::{Bench, Mismatch, replay};
 use crate::stimulus::Step;
 
@@ -9,7 +8,7 @@ use crate::stimulus::Step;
 const BUDGET: usize = 60_000;
 
 /// Shrinks `steps`, whose last scan differs as `mismatch` tells, all in one run from reset with the given RAM.
-pub(crate) fn shrink<C: Cpu, F: Fn(u64) -> C>(
+pub(crate) fn shrink<C: Target, F: Fn(u64) -> C>(
     bench: &Bench<'_, C, F>,
     ram_seed: u64,
     steps: Vec<Step>,
@@ -63,7 +62,7 @@ impl Search {
 
     /// In each scan: pins without a name low, fewer writes, no flips, inputs as in the scan before.
     fn simplify(&mut self, differs: &mut dyn FnMut(&[Step]) -> Option<usize>) {
-        for change in [no_spare, no_flips, no_writes, drop_write, keep_inputs, keep_input] {
+        for change in [no_spare, no_flips, no_byte, no_writes, drop_write, keep_inputs, keep_input, keep_analog] {
             let mut at = 0;
             while at < self.steps.len() {
                 let mut part = 0;
@@ -106,6 +105,31 @@ fn no_flips(steps: &mut Steps, at: usize, part: usize) -> Changed {
     match steps.get_mut(at) {
         Some(step) if part == 0 && !step.flips.is_empty() => {
             step.flips.clear();
+            Changed::Yes
+        }
+        _ => Changed::Over,
+    }
+}
+
+fn no_byte(steps: &mut Steps, at: usize, part: usize) -> Changed {
+    match steps.get_mut(at) {
+        Some(step) if part == 0 && step.byte.is_some() => {
+            step.byte = None;
+            Changed::Yes
+        }
+        _ => Changed::Over,
+    }
+}
+
+fn keep_analog(steps: &mut Steps, at: usize, part: usize) -> Changed {
+    let before = at.checked_sub(1).and_then(|at| steps.get(at)).map(|step| step.analog.clone());
+    match steps.get_mut(at) {
+        Some(step) if part == 0 && !step.analog.is_empty() => {
+            let before = before.unwrap_or_else(|| vec![0; step.analog.len()]);
+            if step.analog == before {
+                return Changed::Over;
+            }
+            step.analog = before;
             Changed::Yes
         }
         _ => Changed::Over,

@@ -19,6 +19,10 @@ pub(crate) struct Step {
     pub flips: Vec<bool>,
     /// Levels of the pins that the program does not name, a bit each; they must not matter.
     pub spare: u32,
+    /// What conversions of the analog inputs give, in the evaluator's order of them.
+    pub analog: Vec<u16>,
+    /// A byte that begins on its way to the receiver, unless one is under way or waits.
+    pub byte: Option<u8>,
     /// Symbols (by index) and the values written to them at the scan's start.
     pub writes: Vec<(usize, i32)>,
 }
@@ -27,7 +31,16 @@ impl Step {
     /// Gives the evaluator this scan's inputs and writes.
     pub fn apply(&self, hints: &Hints, eval: &mut Evaluator) {
         hints.inputs.iter().zip(&self.inputs).for_each(|(&symbol, &on)| eval.set(symbol, i32::from(on)));
+        hints.analog.iter().zip(&self.analog).for_each(|(&symbol, &value)| eval.set_adc(symbol, value));
         self.writes.iter().for_each(|&(symbol, value)| eval.set(symbol, value));
+    }
+
+    /// The same where there is no line on which a byte takes its time: it is there at once, unless one waits.
+    pub fn apply_at_once(&self, hints: &Hints, eval: &mut Evaluator) {
+        self.apply(hints, eval);
+        if let Some(byte) = self.byte.filter(|_| !eval.waiting()) {
+            eval.receive(byte);
+        }
     }
 }
 
@@ -108,6 +121,7 @@ pub(crate) struct Stimulus {
     kind: Kind,
     modes: Vec<(Mode, u64)>,
     inputs: Vec<bool>,
+    analog: Vec<u16>,
     /// Input combinations of a sweep that are still to come.
     sweep: Vec<u32>,
     wishes: Wishes,
@@ -124,6 +138,7 @@ impl Stimulus {
             kind: OPENING[0],
             modes: Vec::new(),
             inputs: Vec::new(),
+            analog: Vec::new(),
             sweep: Vec::new(),
             wishes,
         }
@@ -147,6 +162,7 @@ impl Stimulus {
         self.first = true;
         let inputs = hints.inputs.len();
         self.inputs = vec![false; inputs];
+        self.analog = vec![0; hints.analog.len()];
         self.modes = vec![(Mode::Hold(false), 0); inputs];
         self.sweep.clear();
         if self.kind.0 == Inputs::Sweep && inputs <= SWEEP {
@@ -172,6 +188,7 @@ impl Stimulus {
         };
         step.spare = self.spare.next_u64() as u32;
         self.inputs.clone_from(&step.inputs);
+        self.analog.clone_from(&step.analog);
         self.first = false;
         self.left = self.left.saturating_sub(1);
         step
@@ -211,14 +228,28 @@ impl Stimulus {
         };
         let flips = if self.rng.one_in(4) { self.coins(inputs.len()) } else { Vec::new() };
         let writes = self.writes(hints, eval);
-        Step { inputs, flips, spare: 0, writes }
+        let (analog, byte) = self.outside(hints);
+        Step { inputs, flips, spare: 0, analog, byte, writes }
     }
 
     /// Another step for the same scan: other writes, and where no sweep is under way sometimes other inputs.
     fn redraw(&mut self, hints: &Hints, eval: &Evaluator, step: &Step) -> Step {
         let sweeping = self.kind.0 == Inputs::Sweep && !self.inputs.is_empty() && self.inputs.len() <= SWEEP;
         let inputs = if sweeping || self.rng.one_in(2) { step.inputs.clone() } else { self.coins(step.inputs.len()) };
-        Step { inputs, flips: step.flips.clone(), spare: 0, writes: self.writes(hints, eval) }
+        let (analog, byte) = self.outside(hints);
+        Step { inputs, flips: step.flips.clone(), spare: 0, analog, byte, writes: self.writes(hints, eval) }
+    }
+
+    /// Analog inputs, and a byte for the receiver. Nothing is drawn for programs without them.
+    fn outside(&mut self, hints: &Hints) -> (Vec<u16>, Option<u8>) {
+        let (still, rng) = (self.kind.0 == Inputs::Low, &mut self.rng);
+        let moved = |(&symbol, &value): (&usize, &u16)| match still {
+            false if rng.one_in(3) => hints.conversion(symbol, rng),
+            _ => value,
+        };
+        let analog = hints.analog.iter().zip(&self.analog).map(moved).collect();
+        let byte = (hints.receives && !still && self.rng.one_in(2)).then(|| hints.byte(&mut self.rng));
+        (analog, byte)
     }
 
     fn coins(&mut self, n: usize) -> Vec<bool> {
@@ -261,12 +292,13 @@ impl Stimulus {
             (Writes::Rare, false) => return Vec::new(),
         };
         let mut writes = Vec::new();
-        for &symbol in &hints.bits {
+        let writable = |symbol: &&usize| hints.writable.get(**symbol) == Some(&true);
+        for &symbol in hints.bits.iter().filter(writable) {
             if bits > 0 && self.rng.one_in(bits) {
                 writes.push((symbol, self.rng.below(2) as i32));
             }
         }
-        for &symbol in &hints.integers {
+        for &symbol in hints.integers.iter().filter(writable) {
             if self.rng.one_in(integers) {
                 writes.push((symbol, hints.value(symbol, eval, &mut self.rng)));
             }

@@ -29,7 +29,7 @@ fn drawn(program: &Program, seed: u64, scans: usize) -> (Vec<(u64, Step)>, Goals
             (eval, run) = (power_up.clone(), ram_seed);
         }
         let step = stimulus.step(&hints, &eval, &goals);
-        step.apply(&hints, &mut eval);
+        step.apply_at_once(&hints, &mut eval);
         goals.mark(&Seen::scan(&mut eval));
         steps.push((run, step));
     }

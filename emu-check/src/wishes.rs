@@ -8,7 +8,7 @@ use ladder::{CompareOp, Element, Operand, Program, SymbolKind};
 use ladder_eval::Evaluator;
 
 use crate::goals::Seen;
-use crate::hints::{Hints, constants};
+use crate::hints::{Hints, constants, fit};
 use crate::reach::holds;
 use crate::stimulus::Step;
 
@@ -60,16 +60,16 @@ impl Wishes {
             };
             match element {
                 Element::Timer { name, .. } | Element::Counter { name, .. } => {
-                    let around = |limit: i32| [limit - 1, limit].map(Target::Value);
+                    let around = |limit: i32| [limit.wrapping_sub(1), limit].map(Target::Value);
                     wish(integer(name), constants(program, element).into_iter().flat_map(around).collect());
                 }
                 Element::Compare { op, op1, op2 } => match (op1, op2) {
                     (Operand::Var(name), Operand::Const { value, .. }) => {
-                        let values = turns(*op).map(|d| Target::Value(*value as i32 + d));
+                        let values = turns(*op).map(|d| Target::Value((*value as i32).wrapping_add(d)));
                         wish(integer(name), values.collect());
                     }
                     (Operand::Const { value, .. }, Operand::Var(name)) => {
-                        let values = turns(*op).map(|d| Target::Value(*value as i32 - d));
+                        let values = turns(*op).map(|d| Target::Value((*value as i32).wrapping_sub(d)));
                         wish(integer(name), values.collect());
                     }
                     (Operand::Var(a), Operand::Var(b)) if a != b => {
@@ -100,23 +100,31 @@ impl Wishes {
     /// Tries to grant a wish with `step`, changed to write the wanted value: true when it does.
     pub fn grant(&mut self, wish: usize, eval: &Evaluator, hints: &Hints, step: &mut Step) -> bool {
         let Some(wish) = self.wishes.get_mut(wish) else { return false };
+        if hints.writable.get(wish.symbol) != Some(&true) {
+            wish.failed = PATIENCE;
+            return false;
+        }
         step.writes.retain(|(symbol, _)| *symbol != wish.symbol);
         let value = match wish.target {
             Target::Value(value) => value,
             Target::Near(other, distance) => {
                 let written = step.writes.iter().find(|(symbol, _)| *symbol == other);
-                written.map_or_else(|| eval.get(other), |&(_, value)| value) + distance
+                written.map_or_else(|| eval.get(other), |&(_, value)| value).wrapping_add(distance)
             }
         };
-        step.writes.push((wish.symbol, i32::from(value as i16)));
+        let fit = |value: i32| fit(value.into(), hints.bytes.get(wish.symbol).copied().unwrap_or(2));
+        let value = fit(value);
+        step.writes.push((wish.symbol, value));
         let scan = |value: i32| {
             let mut eval = eval.clone();
-            step.apply(hints, &mut eval);
+            step.apply_at_once(hints, &mut eval);
             eval.set(wish.symbol, value);
             Seen::scan(&mut eval)
         };
         let with = scan(value);
-        wish.granted = [value - 1, value + 1].into_iter().any(|other| matters(wish, &self.stores, &with, &scan(other)));
+        wish.granted = [value.wrapping_sub(1), value.wrapping_add(1)]
+            .into_iter()
+            .any(|other| matters(wish, &self.stores, &with, &scan(other)));
         wish.failed += u32::from(!wish.granted);
         wish.granted
     }
@@ -124,8 +132,8 @@ impl Wishes {
 
 /// The distances of the left operand from the right one at which one more or less changes the outcome.
 fn turns(op: CompareOp) -> impl Iterator<Item = i32> {
-    let turns = move |d: i16| holds(op, d, 0) != holds(op, d - 1, 0) || holds(op, d, 0) != holds(op, d + 1, 0);
-    (-1..=1).filter(move |d| turns(*d)).map(i32::from)
+    let turns = move |d: i32| holds(op, d, 0) != holds(op, d - 1, 0) || holds(op, d, 0) != holds(op, d + 1, 0);
+    (-1..=1).filter(move |d| turns(*d))
 }
 
 /// True when the two scans, which differ by one in the wished integer, differ in what the element does and in what is

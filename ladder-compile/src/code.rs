@@ -72,6 +72,8 @@ enum Item<K, J> {
     Op(K, Vec<i32>, u32),
     /// An instruction one of whose operands is the byte `shift` of a label's address plus a constant.
     Refer(K, Vec<i32>, usize, Label, u8, i32),
+    /// An instruction one of whose operands is computed from a label's address.
+    ReferBy(K, Vec<i32>, usize, Label, fn(u32) -> i32),
     /// A jump, taken back at most so many times in a row (1 for all that go forward).
     Jump(J, Label, u32),
     Data(Vec<u16>),
@@ -152,6 +154,11 @@ impl<A: Arch> Asm<A> {
         self.items.push(Item::Refer(kind, operands.to_vec(), at, label, byte, plus));
     }
 
+    /// An instruction whose operand `at` is what `value` makes of the label's address in words.
+    pub fn refer_by(&mut self, kind: A::Kind, operands: &[i32], at: usize, label: Label, value: fn(u32) -> i32) {
+        self.items.push(Item::ReferBy(kind, operands.to_vec(), at, label, value));
+    }
+
     /// A jump forward, or a call.
     pub fn jump(&mut self, jump: A::Jump, to: Label) {
         self.items.push(Item::Jump(jump, to, 1));
@@ -190,6 +197,13 @@ impl<A: Arch> Asm<A> {
                     let value = code.at_label(*label) as i32 + plus;
                     if let Some(operand) = operands.get_mut(*at) {
                         *operand = value >> (8 * byte) & 0xFF;
+                    }
+                    self.push(&mut code, *kind, &operands, (None, 1, 0))?;
+                }
+                Item::ReferBy(kind, operands, at, label, value) => {
+                    let mut operands = operands.clone();
+                    if let Some(operand) = operands.get_mut(*at) {
+                        *operand = value(code.at_label(*label));
                     }
                     self.push(&mut code, *kind, &operands, (None, 1, 0))?;
                 }
@@ -262,7 +276,7 @@ impl<A: Arch> Asm<A> {
 
     fn shortest(&self, item: &Item<A::Kind, A::Jump>) -> u32 {
         match item {
-            Item::Op(kind, ..) | Item::Refer(kind, ..) => self.arch.len(*kind),
+            Item::Op(kind, ..) | Item::Refer(kind, ..) | Item::ReferBy(kind, ..) => self.arch.len(*kind),
             Item::Data(words) => words.len() as u32,
             Item::Jump(jump, ..) => {
                 let steps = (0..8).find_map(|level| self.arch.form(*jump, level, 0, 0)).unwrap_or_default();

@@ -9,6 +9,8 @@ use std::fmt;
 
 use ladder::{ElementId, SymbolKind};
 
+pub use crate::modules::Module;
+
 /// A bit cell, an index into [`Ir::bits`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Bit(pub u32);
@@ -277,6 +279,16 @@ pub enum Op {
         /// What a write takes.
         scans: i32,
     },
+    /// acc := what a timer or counter gives whose in is acc; the word is its integer, all other state is the operation's own. Only for
+    /// chips that have such modules ([`Target::has_modules`](crate::target::Target::has_modules)); for others it is lowered to the operations above.
+    Module {
+        /// What it is.
+        is: Module,
+        /// Its integer.
+        word: Word,
+        /// P or max.
+        limit: Value,
+    },
     /// Executes one of two lists.
     If {
         /// What decides.
@@ -432,6 +444,7 @@ impl Ir {
             Op::Persist { src, addr, busy, scans } => {
                 format!("eeprom {addr} := {}, {} := {scans}", self.word(*src), self.word(*busy))
             }
+            Op::Module { is, word, limit } => format!("{is} {}, {}", self.word(*word), self.value(*limit)),
             Op::If { cond, then, otherwise } => {
                 let cond = match cond {
                     Cond::Acc => "acc".to_owned(),

@@ -2,9 +2,9 @@
 //! operand, a constant by one, a polarity, a store left out. They show what a check of compiled programs can find.
 
 use diag::Diagnostic;
-use ladder::{ElementId, Program};
+use ladder::{CounterKind, ElementId, Program, TimerKind};
 
-use crate::ir::{Bit, BitRole, Compare, Cond, Ir, Math, Op, Rel, Value, Word};
+use crate::ir::{Bit, BitRole, Compare, Cond, Ir, Math, Module, Op, Rel, Value, Word};
 use crate::{Compiled, Options, compile_with, lower, optimise};
 
 /// One fault.
@@ -41,24 +41,29 @@ pub fn mutants(program: &Program) -> Vec<Mutant> {
 /// # Errors
 /// As [`crate::compile`].
 pub fn compile_mutant(program: &Program, options: &Options, id: u32) -> Result<Compiled, Vec<Diagnostic>> {
-    compile_with(program, options, |ir| {
-        let mut left = id as usize;
-        let source = ir.clone();
-        for rung in &mut ir.rungs {
-            for (n, step) in rung.steps.iter_mut().enumerate() {
-                let count = variants(&source, &step.op).len();
-                if left >= count {
-                    left -= count;
-                    continue;
+    compile_with(
+        program,
+        options,
+        |ir| {
+            let mut left = id as usize;
+            let source = ir.clone();
+            for rung in &mut ir.rungs {
+                for (n, step) in rung.steps.iter_mut().enumerate() {
+                    let count = variants(&source, &step.op).len();
+                    if left >= count {
+                        left -= count;
+                        continue;
+                    }
+                    match replaced(&source, &step.op, left) {
+                        Some(op) => step.op = op,
+                        None => _ = rung.steps.remove(n),
+                    }
+                    return;
                 }
-                match replaced(&source, &step.op, left) {
-                    Some(op) => step.op = op,
-                    None => _ = rung.steps.remove(n),
-                }
-                return;
             }
-        }
-    })
+        },
+        |_| {},
+    )
 }
 
 /// The faults of one operation and of those within it: the operation that is changed, and what it becomes (`None`: it is
@@ -168,6 +173,11 @@ fn own(ir: &Ir, op: &Op) -> Vec<Option<Op>> {
             out.push(None)
         }
         Op::Recall { .. } | Op::Persist { .. } => out.push(None),
+        Op::Module { is, word, limit } => {
+            values(ir, limit).into_iter().for_each(|limit| new(Op::Module { is, word, limit }));
+            other_modules(is).into_iter().for_each(|is| new(Op::Module { is, word, limit }));
+            out.push(None);
+        }
         Op::If { cond, then, otherwise } => {
             new(Op::If { cond, then: otherwise.clone(), otherwise: then.clone() });
             if let Cond::Compare(compare) = cond {
@@ -179,6 +189,21 @@ fn own(ir: &Ir, op: &Op) -> Vec<Option<Op>> {
         }
     }
     out
+}
+
+/// The other kinds of timers, or of counters.
+fn other_modules(is: Module) -> Vec<Module> {
+    let timers = [TimerKind::Ton, TimerKind::Tof, TimerKind::Rto].map(Module::Timer).to_vec();
+    let counters = |input, bounded| {
+        [CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc]
+            .map(|kind| Module::Counter { kind, input, bounded })
+            .to_vec()
+    };
+    let all = match is {
+        Module::Timer(_) => timers,
+        Module::Counter { input, bounded, .. } => counters(input, bounded),
+    };
+    all.into_iter().filter(|other| *other != is).collect()
 }
 
 fn compares(ir: &Ir, compare: Compare) -> Vec<Compare> {

@@ -191,7 +191,7 @@ fn one(op: Op, known: &mut Known, temporary: &HashSet<Bit>, out: &mut Vec<Op>) {
                 out.push(op);
             }
         }
-        Op::Receive { .. } => {
+        Op::Receive { .. } | Op::Module { .. } => {
             known.acc = known.fresh();
             out.push(op);
         }
@@ -294,6 +294,10 @@ impl Live {
             }
             Op::Receive { .. } => {
                 self.acc = false;
+                Some(op)
+            }
+            Op::Module { .. } => {
+                self.acc = true;
                 Some(op)
             }
             Op::Logic { is, .. } => {

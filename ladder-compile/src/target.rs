@@ -1,6 +1,6 @@
 //! What a back end is asked for and what it gives: the same for every family.
 
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, Family};
 use ladder::ElementId;
 
 use crate::ir::Ir;
@@ -24,6 +24,20 @@ pub struct Target {
     pub eeprom: u16,
     /// Makes an image.
     pub build: fn(&Job<'_>) -> Result<Built, Refusal>,
+}
+
+impl Target {
+    /// The chip has timers and counters as modules: what is lowered for it keeps them whole.
+    #[must_use]
+    pub fn has_modules(&self) -> bool {
+        self.chip.family == Family::Ap101
+    }
+
+    /// A pin can be an output, or else an input. Only a controller with channels has pins that cannot be both.
+    #[must_use]
+    pub fn can_be(&self, pin: &str, output: bool) -> bool {
+        self.chip.family != Family::Ap101 || pin.starts_with('E') == output
+    }
 }
 
 /// One compilation.
@@ -88,6 +102,8 @@ pub enum Refusal {
         /// The element that asks for it, where there is one.
         element: Option<ElementId>,
     },
+    /// Several reasons at once, each of the kinds above.
+    Many(Vec<Refusal>),
     /// An instruction could not be encoded: a fault of the compiler.
     Internal(String),
 }
@@ -107,6 +123,14 @@ pub enum Mark {
     Rung(u32),
     /// An element.
     Element(ElementId),
+    /// An operation of a rung, both by number from 0: for listings of code that is not optimised. A back end that sets none gets
+    /// the operations listed element by element.
+    Step {
+        /// The rung.
+        rung: u32,
+        /// The operation, an index into its steps.
+        step: u32,
+    },
     /// The end of the last rung.
     RungsEnd,
     /// The last instruction of a scan.

@@ -5,10 +5,13 @@
 //! the two means that one of them is wrong. The meaning itself is told in prose in `docs/semantics.md`; section numbers
 //! in this crate ("2.3") are those of its headings.
 //!
-//! `build` flattens the model once, `exec` runs the flat form; everything that names things is resolved in between.
+//! `build` flattens the model once (`devices` the elements that use a part of the chip), `exec` runs the flat form and
+//! `parts` holds what lies outside of the program's memory; everything that names things is resolved in between.
 
 mod build;
+mod devices;
 mod exec;
+mod parts;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -39,22 +42,21 @@ pub struct Unsupported {
 struct Code {
     symbols: Vec<Symbol>,
     by_name: HashMap<String, usize>,
-    steps: Vec<exec::Step>,
+    flat: exec::Code,
 }
 
 impl Evaluator {
-    /// The program in its power-up state: every bit, integer and memory 0, the master relay on (2.1).
+    /// The program in its power-up state: every bit, integer and memory 0 (in ldmicro-5 a counter its start value), the
+    /// EEPROM erased, nothing sent, received or converted (2.1).
     ///
     /// # Errors
-    /// The first element, in text order, that has no meaning here: an element outside the list of `docs/semantics.md`,
-    /// a timer whose count does not lie in 1..=32767, an operand outside 16 bits, a name used both as a bit and as an
-    /// integer, or a meaning that only dialect `ldmicro-5` has.
+    /// The first element, in text order, that has no meaning here: section 4 of `docs/semantics.md` lists them.
     pub fn new(program: &Program) -> Result<Evaluator, Unsupported> {
         let symbols = program.symbols();
         let by_name = symbols.iter().enumerate().map(|(i, s)| (s.name.clone(), i)).collect();
         let flat = build::flatten(program, &symbols, &by_name)?;
-        let state = exec::State::power_up(symbols.len(), flat.memories, flat.depth);
-        Ok(Evaluator { code: Arc::new(Code { symbols, by_name, steps: flat.steps }), state })
+        let state = exec::State::power_up(&flat);
+        Ok(Evaluator { code: Arc::new(Code { symbols, by_name, flat }), state })
     }
 
     /// All symbols, in the order of [`Program::symbols`]; the position is the index that `get` and `set` take.
@@ -69,39 +71,113 @@ impl Evaluator {
         self.code.by_name.get(name).copied()
     }
 
-    /// The value of a symbol now: 0 or 1 for a bit, -32768 to 32767 for an integer. An index past the last symbol
-    /// reads 0.
+    /// The value of a symbol now: 0 or 1 for a bit, a signed number of its width for an integer. An index past the last
+    /// symbol reads 0.
     #[must_use]
     pub fn get(&self, symbol: usize) -> i32 {
-        self.state.values.get(symbol).copied().map_or(0, i32::from)
+        self.state.values.get(symbol).copied().unwrap_or(0)
     }
 
     /// Gives a symbol a value: inputs before a scan, anything else at will. A bit becomes 1 for every value but 0; an
-    /// integer keeps the low 16 bits. An index past the last symbol changes nothing.
+    /// integer keeps the low bytes of its width. An index past the last symbol changes nothing.
     pub fn set(&mut self, symbol: usize, value: i32) {
-        let (Some(slot), Some(Symbol { kind, .. })) =
-            (self.state.values.get_mut(symbol), self.code.symbols.get(symbol))
+        let (Some(slot), Some(Symbol { kind, .. }), Some(&width)) =
+            (self.state.values.get_mut(symbol), self.code.symbols.get(symbol), self.code.flat.cut.get(symbol))
         else {
             return;
         };
-        *slot = if kind.is_bit() { i16::from(value != 0) } else { value as i16 };
+        *slot = if kind.is_bit() { i32::from(value != 0) } else { exec::cut(value.into(), width) };
     }
 
     /// One scan: all rungs, top to bottom. Inputs are those last set and hold for the whole scan.
     pub fn scan(&mut self) {
-        self.state.scan(&self.code.steps, |_, _, _| {});
+        self.state.scan(&self.code.flat, |_, _, _| {});
     }
 
     /// One scan that calls `watch` after each element with the rung's bit before and after it. Comments are not elements
     /// of the scan and are never reported; each other element is reported exactly once, in order of execution, which is
     /// text order.
     pub fn scan_watched(&mut self, watch: &mut dyn FnMut(ElementId, bool, bool)) {
-        self.state.scan(&self.code.steps, watch);
+        self.state.scan(&self.code.flat, watch);
     }
 
     /// Scans run since power-up.
     #[must_use]
     pub fn scans(&self) -> u64 {
         self.state.scans
+    }
+
+    /// What a conversion of the analog input of a READ_ADC symbol gives from now on, 0 to 1023 (a greater value counts as
+    /// 1023). Nothing changes where READ_ADC does not name the symbol; the symbol itself changes when READ_ADC runs.
+    pub fn set_adc(&mut self, symbol: usize, value: u16) {
+        let input = self.code.flat.adc.iter().position(|&adc| adc as usize == symbol);
+        if let Some(level) = input.and_then(|input| self.state.parts.adc.get_mut(input)) {
+            *level = value.min(1023);
+        }
+    }
+
+    /// The symbols that READ_ADC names, ascending.
+    pub fn adc_symbols(&self) -> impl Iterator<Item = usize> {
+        self.code.flat.adc.iter().map(|&symbol| symbol as usize)
+    }
+
+    /// A byte has arrived completely on the serial line before the next scan. False, and nothing changes, while another
+    /// waits to be taken: what the chip does then has no meaning here.
+    pub fn receive(&mut self, byte: u8) -> bool {
+        let free = self.state.parts.waiting.is_none();
+        if free {
+            self.state.parts.waiting = Some(byte);
+        }
+        free
+    }
+
+    /// Whether a byte has arrived that no UART_RECV has taken.
+    #[must_use]
+    pub fn waiting(&self) -> bool {
+        self.state.parts.waiting.is_some()
+    }
+
+    /// The byte that the last scan sent; a scan sends one at most.
+    #[must_use]
+    pub fn sent(&self) -> Option<u8> {
+        self.state.parts.sent
+    }
+
+    /// How many scans the transmitter is busy: a scan can send when this many have started, 0 and 1 mean the next.
+    #[must_use]
+    pub fn uart_busy(&self) -> u32 {
+        self.state.parts.busy
+    }
+
+    /// The duty of the pulse width output in percent, 0 to 100; `None` until a SET_PWM has run, while the pin is low.
+    #[must_use]
+    pub fn pwm(&self) -> Option<u8> {
+        self.state.parts.duty
+    }
+
+    /// The frequency in Hz that the program's SET_PWM name; `None` for a program without one.
+    #[must_use]
+    pub fn pwm_hz(&self) -> Option<u32> {
+        self.code.flat.pwm_hz
+    }
+
+    /// The cells of the EEPROM that PERSIST uses, from address 0; FFh each at power-up.
+    #[must_use]
+    pub fn eeprom(&self) -> &[u8] {
+        &self.state.parts.cells
+    }
+
+    /// Gives a cell of the EEPROM a value, as it may hold one from before power-up. An address past the last cell changes
+    /// nothing.
+    pub fn set_eeprom(&mut self, addr: usize, byte: u8) {
+        if let Some(cell) = self.state.parts.cells.get_mut(addr) {
+            *cell = byte;
+        }
+    }
+
+    /// How many scans the EEPROM is busy, as [`Evaluator::uart_busy`] counts them.
+    #[must_use]
+    pub fn eeprom_busy(&self) -> u32 {
+        self.state.parts.writing
     }
 }

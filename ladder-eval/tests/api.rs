@@ -111,6 +111,18 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         init: init.map(constant),
         input,
     };
+    let max5 = Element::Counter { kind: CounterKind::Ctu, name: name(), max: var("m"), init: None, input: None };
+    let curve =
+        |points: &[(i64, i64)]| Element::PiecewiseLinear { dest: name(), index: var("m"), points: points.to_vec() };
+    let pwm = |hertz, resolution: Option<&str>| {
+        let output = resolution.map(|r| ("Pout".to_owned(), r.to_owned()));
+        Element::SetPwm { duty: var("n"), hertz, output }
+    };
+    let text = |var: Option<&str>, text: &str| Element::FormattedString {
+        var: var.map(str::to_owned),
+        text: text.to_owned(),
+        quoted: true,
+    };
     let flags = |negated, set, reset| Element::Coil { name: "Yq".to_owned(), negated, set, reset, ttrigger: None };
     let delay = Element::Timer { kind: TimerKind::Ton, name: "Tt".to_owned(), delay: var("n"), adjust: None };
     let max = Element::Counter { kind: CounterKind::Ctu, name: name(), max: var("m"), init: None, input: None };
@@ -118,15 +130,34 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
     let cases: Vec<(Element, &str)> = vec![
         // element, part of the reason; an empty reason is a meaning
         (Element::Placeholder,                                                      "not complete"),
-        (Element::ShiftRegister { name: name(), stages: 3 },                        "no meaning here yet"),
-        (Element::LookUpTable { dest: name(), index: constant(0), as_string: false, values: vec![1] }, "no meaning here yet"),
-        (Element::PiecewiseLinear { dest: name(), index: var("m"), points: vec![(0, 0)] }, "no meaning here yet"),
-        (Element::ReadAdc { name: "Ain".to_owned(), refs: None },                   "no meaning here yet"),
-        (Element::SetPwm { duty: var("n"), hertz: constant(1000), output: None },   "no meaning here yet"),
-        (Element::UartRecv { name: name(), rest: None },                            "no meaning here yet"),
-        (Element::UartSend { name: name(), rest: None },                            "no meaning here yet"),
-        (Element::Persist { name: name() },                                         "no meaning here yet"),
-        (Element::FormattedString { var: None, text: "a".to_owned(), quoted: false }, "no meaning here yet"),
+        (Element::ShiftRegister { name: name(), stages: 3 },                        ""),
+        (Element::LookUpTable { dest: name(), index: constant(0), as_string: false, values: vec![32_768] }, "a value of the table is 32768"),
+        (Element::LookUpTable { dest: name(), index: constant(0), as_string: false, values: vec![] }, ""),
+        (curve(&[]),                                                                "0 point(s)"),
+        (curve(&[(0, 0)]),                                                          "1 point(s)"),
+        (curve(&[(0, 0), (0, 1)]),                                                  "x must rise"),
+        (curve(&[(0, 0), (-1, 1)]),                                                 "x must rise"),
+        (curve(&[(0, 0), (181, 181)]),                                              ""),
+        (curve(&[(0, 0), (1, 32_767)]),                                             ""),
+        (curve(&[(0, 0), (2, 16_384)]),                                             "does not fit -32767 to 32767"),
+        (curve(&[(-1, 0), (32_767, 0)]),                                            "the segment of 32768 by 0"),
+        (curve(&[(0, 0), (1, 40_000)]),                                             "a coordinate is 40000"),
+        (Element::ReadAdc { name: "Ain".to_owned(), refs: None },                   ""),
+        (Element::ReadAdc { name: "Ain".to_owned(), refs: Some(1) },                "reference selection is 1"),
+        (pwm(constant(1000), None),                                                 ""),
+        (pwm(constant(0), None),                                                    "no constant of at least 1 Hz"),
+        (pwm(var("n"), None),                                                       "no constant of at least 1 Hz"),
+        (pwm(constant(1000), Some("0-100")),                                        "dialect ldmicro-5"),
+        (Element::UartRecv { name: name(), rest: Some((1, 0)) },                    ""),
+        (Element::UartRecv { name: name(), rest: Some((2, 0)) },                    "2 byte(s) with wait 0"),
+        (Element::UartSend { name: name(), rest: Some((1, 1)) },                    "1 byte(s) with wait 1"),
+        (Element::Persist { name: name() },                                         ""),
+        (text(None, "a"),                                                           ""),
+        (text(None, "\\q"),                                                         "`\\q` is no escape"),
+        (text(None, "\\3"),                                                         "needs its variable"),
+        (text(Some("n"), "a"),                                                      "takes none"),
+        (text(Some("n"), "\\-5"),                                                   ""),
+        (text(Some("Ra"), "\\-5"),                                                  "`Ra` is a bit"),
         (timer("Tt", 19_999),                                 "19999 us / 10000 us - 1 = 0 scans, wanted 1 to 32767"),
         (timer("Tt", 20_000),                                                       ""),
         (timer("Tt", 327_689_999),                                                  ""),
@@ -134,14 +165,14 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         (timer("Tt", 0),                                                            "= -1 scans"),
         (timer("Tt", i64::MIN),                                                     "wanted 1 to 32767"),
         (timer("Tt", i64::MAX),                                                     "wanted 1 to 32767"),
-        (delay,                                                                     "belongs to dialect ldmicro-5"),
+        (delay,                                                                     "held in a variable has no meaning"),
         (with(-1),                                                                  ""),
         (with(0),                                                                   "belongs to dialect ldmicro-5"),
         (timer("Ra", 50_000),                                                       "`Ra` is a bit"),
         (counter("Cn", 32_767),                                                     ""),
         (counter("Cn", 32_768),                                                     "the limit of a counter is 32768"),
         (counter("Cn", -32_769),                                                    "the limit of a counter is -32769"),
-        (max,                                                                       "the variable `m`"),
+        (max,                                                                       "the variable `m` as the limit of a counter belongs to dialect ldmicro-5"),
         (count(Some(0), Some('/')),                                                 ""),
         (count(Some(1), None),                                                      "start value"),
         (count(None, Some('\\')),                                                   "input kind `\\`"),
@@ -164,24 +195,39 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
     for (element, reason) in cases {
         expect(&element, reason, refusal(|_| {}, element.clone()));
     }
-    let shift =
-        refusal(|_| {}, Element::ShiftRegister { name: "reg".to_owned(), stages: 3 }).map_err(|e| e.to_string());
-    let told = "rung 2, element 3: `SHIFT_REGISTER reg 3`: this element has no meaning here yet";
-    assert_eq!(shift, Err(told.to_owned()));
+    let placeholder = refusal(|_| {}, Element::Placeholder).map_err(|e| e.to_string());
+    let told = "rung 2, element 3: `PLACEHOLDER`: an empty place: the rung is not complete";
+    assert_eq!(placeholder, Err(told.to_owned()));
     #[rustfmt::skip]
     let in_dialect_5: Vec<(Element, &str)> = vec![
-        (Element::Osf,                                                              ""),
-        (coil("Yq"),                                                                ""),
-        (timer("Tt", 50_000),                                                       "dialect ldmicro-5"),
-        (counter("Cn", 3),                                                          "dialect ldmicro-5"),
-        (Element::Res { name: name() },                                             "dialect ldmicro-5"),
-        (mv("n", 1),                                                                "dialect ldmicro-5"),
-        (Element::Math { op: MathOp::Add, dest: name(), op1: var("n"), op2: constant(1) }, "dialect ldmicro-5"),
-        (Element::Compare { op: CompareOp::Equ, op1: constant(1), op2: constant(1) }, "dialect ldmicro-5"),
+        (timer("Tt", 10_000),                                                       "10000 us / 10000 us - 1 = 0 scans, wanted 1 to 127"),
+        (with(0),                                                                   ""),
+        (with(-5),                                                                  "50000 us / 10000 us - 5 = 0 scans"),
+        (timer("Tt", i64::MAX),                                                     "wanted 1 to 2147483647"),
+        (max5,                                                                      ""),
+        (count(Some(1), Some('o')),                                                 ""),
+        (count(Some(1), Some('?')),                                                 "input kind `?` has no meaning"),
+        (counter("Cn", 1 << 31),                                                    "the limit of a counter is 2147483648"),
+        (mv("n", -1 << 31),                                                         ""),
+        (mv("n", 1 << 31),                                                          "an operand is 2147483648"),
+        (curve(&[(0, 0), (2, 16_384)]),                                             "does not fit -32767 to 32767"),
+        (curve(&[(0, 0), (2, 16_384), (40_000, 0)]),                                ""),
+        (curve(&[(0, 0), (70_000, 70_000)]),                                        "does not fit -2147483647 to 2147483647"),
+        (pwm(constant(1000), Some("0-100")),                                        ""),
+        (pwm(constant(1000), Some("0-256")),                                        "the resolution `0-256`"),
+        (Element::UartSend { name: name(), rest: Some((2, 0)) },                    "2 byte(s)"),
     ];
     for (element, reason) in in_dialect_5 {
         expect(&element, reason, refusal(|p| p.dialect = Dialect::Ldmicro5, element.clone()));
     }
+    let no_rate = |p: &mut ladder::Program| p.settings.baud = None;
+    for element in [Element::UartSend { name: name(), rest: None }, text(None, "a")] {
+        expect(&element, "BAUD= is missing", refusal(no_rate, element.clone()));
+    }
+    let first = vec![leaf(pwm(constant(1000), None))];
+    let two = |second: Element| Evaluator::new(&program(vec![first.clone(), vec![leaf(second)]])).map(|_| ());
+    assert_eq!(two(pwm(constant(1000), None)), Ok(()));
+    assert!(two(pwm(constant(1001), None)).is_err_and(|e| e.why.contains("another frequency")));
     let free_running = refusal(|p| p.settings.cycle_us = 0, timer("Tt", 50_000));
     expect(&timer("Tt", 50_000), "CYCLE is 0", free_running);
 }

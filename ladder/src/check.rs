@@ -4,15 +4,17 @@ use diag::{Diagnostic, Pos, Severity};
 
 use crate::chips;
 use crate::codes;
-use crate::model::{Dialect, Element, ElementId, MathOp, Node, Operand, Program, TimerKind};
+use crate::model::{Dialect, Element, ElementId, MathOp, Node, Operand, Program};
+use crate::parts;
 use crate::whole;
+use crate::widths::{self, Widths};
 use crate::write::element_text;
 
 /// Checks a program against its dialect. Errors mean that it cannot be evaluated or compiled; the list is sorted by
 /// place. Every message about an element names it as `rung N, element M` with its text.
 #[must_use]
 pub fn check(program: &Program) -> Vec<Diagnostic> {
-    let mut found = Checker { program, diagnostics: Vec::new() };
+    let mut found = Checker { program, widths: Widths::new(program), diagnostics: Vec::new() };
     if program.settings.cycle_us == 0 {
         let cause = "CYCLE=0: the scan has no fixed time";
         found.whole(Severity::Error, codes::CYCLE_ZERO, cause, "choose a cycle, such as CYCLE=10000");
@@ -26,15 +28,10 @@ pub fn check(program: &Program) -> Vec<Diagnostic> {
         last(&mut found, &rung.series, true, &mut next);
     }
     whole::names(&mut found);
-    if program.dialect == Dialect::Ldmicro5 {
-        whole::ldmicro5(&mut found);
-    }
+    parts::pwm(&mut found);
     found.diagnostics.sort_by_key(|d| d.pos);
     found.diagnostics
 }
-
-/// The largest count of scans that a timer can hold.
-const MAX_COUNT: u128 = 32767;
 
 #[derive(Clone, Copy)]
 pub(crate) struct At<'a> {
@@ -45,6 +42,7 @@ pub(crate) struct At<'a> {
 
 pub(crate) struct Checker<'a> {
     pub program: &'a Program,
+    pub widths: Widths<'a>,
     diagnostics: Vec<Diagnostic>,
 }
 
@@ -100,80 +98,57 @@ fn one(found: &mut Checker<'_>, at: At<'_>) {
                 found.error(codes::COIL_FLAGS, at, cause, "choose one of them");
             }
         }
-        Element::Timer { kind, delay, adjust, .. } => timer(found, at, *kind, delay, adjust.as_ref()),
+        Element::Timer { name, delay, adjust, .. } => timer(found, at, name, delay, adjust.as_ref()),
         Element::Counter { max, init, input, .. } => counter(found, at, max, init.as_ref(), *input),
         Element::Math { op: MathOp::Div, op2: Operand::Const { value: 0, .. }, .. } => {
             let cause = "divides by 0, which gives -1 for a dividend from 0 and 1 below";
             found.warning(codes::DIVISION_BY_ZERO, at, cause, "test the divisor first");
         }
-        Element::LookUpTable { dest, index: Operand::Var(index), .. } if dest == index => alias(found, at, dest),
-        Element::PiecewiseLinear { dest, index, points } => {
-            if *index == Operand::Var(dest.clone()) {
-                alias(found, at, dest);
-            }
-            for pair in points.windows(2) {
-                if let [(a, _), (b, _)] = pair
-                    && a >= b
-                {
-                    let cause = format!("x = {b} follows x = {a}, but x must rise");
-                    found.error(codes::NOT_RISING, at, cause, "sort the points by x, each x once");
-                }
-            }
-        }
-        Element::ReadAdc { refs: Some(1..), .. } => only5(found, at, "the reference selection"),
-        Element::SetPwm { output: Some(_), .. } => only5(found, at, "the choice of the output"),
-        Element::UartRecv { rest: Some(rest), .. } | Element::UartSend { rest: Some(rest), .. } if *rest != (1, 0) => {
-            only5(found, at, "another choice than one byte without waiting");
-        }
-        Element::FormattedString { text, quoted: false, .. } => {
-            if let Some(code) = text.chars().map(u32::from).find(|c| *c < 32) {
-                let cause = format!("the character code {code} is read as X");
-                found.warning(codes::STRING_CODE, at, cause, "write a backslash escape, such as 92 110 for a new line");
-            }
-        }
-        _ => {}
+        _ => parts::one(found, at),
     }
 }
 
-fn alias(found: &mut Checker<'_>, at: At<'_>, dest: &str) {
-    let cause = format!("{dest} is both index and result; LDmicro's own compilers get this wrong");
-    found.warning(codes::TABLE_ALIAS, at, cause, "use another variable for the result");
+/// An argument that says something else than what it stands for when it is left out.
+pub(crate) fn argument(found: &mut Checker<'_>, at: At<'_>, what: &str) {
+    let cause = match found.program.dialect {
+        Dialect::Ldmicro23 => format!("{what} has a meaning in LDmicro 5 only"),
+        Dialect::Ldmicro5 => format!("{what} has no meaning here"),
+    };
+    found.error(codes::ARGUMENT_LDMICRO5, at, cause, "leave the argument out");
 }
 
-/// An argument that may not say anything but what release 2.3 does.
+/// An argument with a meaning in ldmicro-5 alone.
 fn only5(found: &mut Checker<'_>, at: At<'_>, what: &str) {
     if found.program.dialect == Dialect::Ldmicro23 {
-        let cause = format!("{what} has a meaning in LDmicro 5 only");
-        found.error(codes::ARGUMENT_LDMICRO5, at, cause, "leave the argument out");
+        argument(found, at, what);
     }
 }
 
-fn timer(found: &mut Checker<'_>, at: At<'_>, kind: TimerKind, delay: &Operand, adjust: Option<&Operand>) {
-    if found.program.dialect == Dialect::Ldmicro5 {
-        return refuse(found, at, crate::write::timer(kind));
+fn timer(found: &mut Checker<'_>, at: At<'_>, name: &str, delay: &Operand, adjust: Option<&Operand>) {
+    match adjust {
+        Some(Operand::Var(_)) => argument(found, at, "a variable as the adjust"),
+        // In release 2.3 one scan is taken off the delay, which LDmicro 5 writes as an adjust of -1.
+        Some(Operand::Const { value, .. }) if *value != -1 => only5(found, at, "an adjust other than -1"),
+        _ => {}
     }
-    // In release 2.3 one scan is taken off the delay, which LDmicro 5 writes as an adjust of -1.
-    if adjust.is_some_and(|a| !matches!(a, Operand::Const { value: -1, .. })) {
-        only5(found, at, "an adjust other than -1");
-    }
-    let cycle = u128::from(found.program.settings.cycle_us);
+    let cycle = i128::from(found.program.settings.cycle_us);
     let Operand::Const { value, .. } = delay else {
-        return only5(found, at, "a variable as the delay");
+        return argument(found, at, "a variable as the delay");
     };
-    let Ok(delay) = u128::try_from(*value) else {
-        let cause = format!("the delay of {value} us is negative");
+    let p = widths::preset(found.program, delay, adjust);
+    let delay = i128::from(*value);
+    if delay < 0 {
+        let cause = format!("the delay of {delay} us is negative");
         return found.error(codes::TIMER_RANGE, at, cause, "choose a positive delay");
-    };
-    if cycle == 0 {
-        return;
     }
-    let scans = delay / cycle;
-    if !(2..=MAX_COUNT + 1).contains(&scans) {
+    let Some(p) = p else { return };
+    let (scans, most) = (delay / cycle, widths::largest(found.widths.of(name)));
+    if !(1..=most).contains(&p) {
         // The longest delay is the last microsecond that is still rounded down to the largest count.
-        let (shortest, longest) = (2 * cycle, (MAX_COUNT + 2) * cycle - 1);
-        let p = scans as i128 - 1;
+        let taken = scans - p;
+        let (shortest, longest) = ((1 + taken).max(0) * cycle, (most + taken + 1) * cycle - 1);
         let cause = format!(
-            "a delay of {delay} us at a cycle of {cycle} us gives P = {p}, allowed is 1 to {MAX_COUNT}: {shortest} us to {longest} us"
+            "a delay of {delay} us at a cycle of {cycle} us gives P = {p}, allowed is 1 to {most}: {shortest} us to {longest} us"
         );
         return found.error(codes::TIMER_RANGE, at, cause, "change the delay or CYCLE=");
     }
@@ -191,8 +166,10 @@ fn counter(found: &mut Checker<'_>, at: At<'_>, max: &Operand, init: Option<&Ope
     if let Operand::Var(_) = max {
         only5(found, at, "a variable as the limit");
     }
-    if init.is_some_and(|i| !matches!(i, Operand::Const { value: 0, .. })) {
-        only5(found, at, "a start value other than 0");
+    match init {
+        Some(Operand::Var(_)) => argument(found, at, "a variable as the start value"),
+        Some(Operand::Const { value, .. }) if *value != 0 => only5(found, at, "a start value other than 0"),
+        _ => {}
     }
     if input.is_some_and(|kind| kind != '/') {
         only5(found, at, "an input kind other than /");
@@ -240,9 +217,4 @@ fn last(found: &mut Checker<'_>, series: &[Node], at_rail: bool, next: &mut Elem
             Node::Parallel(branches, _) => branches.iter().for_each(|b| last(found, b, at_rail, next)),
         }
     }
-}
-
-pub(crate) fn refuse(found: &mut Checker<'_>, at: At<'_>, keyword: &str) {
-    let cause = format!("{keyword} means something else in ldmicro-5, which is not built yet");
-    found.error(codes::DIALECT, at, cause, "choose the dialect ldmicro-2.3 if the program was made for it");
 }

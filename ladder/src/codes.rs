@@ -61,7 +61,7 @@ codes! {
     NOT_A_NUMBER "LD024" "not a number"
         "A number is decimal with an optional minus sign, 0x hexadecimal, 0o octal, 0b binary, or a character such as 'a' or '\\n'.";
     OUT_OF_RANGE "LD025" "number out of range"
-        "Integers have 16 bits: constants lie in -32768 to 32767. Flags are 0 or 1, character codes 0 to 255, delays 0 to 1,000,000,000,000 microseconds, stages 1 to 256.";
+        "Constants lie in -32768 to 32767, in ldmicro-5 in -2147483648 to 2147483647. Flags are 0 or 1, character codes 0 to 255, delays 0 to 1,000,000,000,000 microseconds, stages 1 to 256.";
     BAD_NAME "LD026" "bad characters in a name"
         "A name consists of the letters A to Z and a to z, digits and underscores, does not begin with a digit and has at most 127 characters. Capitals matter.";
     CONTACT_KIND "LD027" "a contact needs an X, Y or R name"
@@ -71,7 +71,7 @@ codes! {
     CONSTANT_TARGET "LD029" "a constant where a variable must stand"
         "The first argument of MOVE, ADD and the like is written by the element, so it must be the name of a variable.";
     BIT_AND_INTEGER "LD030" "one name as bit and as integer"
-        "The name is used by a contact, a coil or IO LIST as one bit, and by this element as a 16-bit integer. They would be two different things under one name.";
+        "The name is used by a contact, a coil or IO LIST as one bit, and by this element as an integer. They would be two different things under one name.";
     UNCLOSED "LD031" "RUNG, PARALLEL or SERIES is not closed"
         "Every RUNG, PARALLEL and SERIES needs its own END. The place is that of the opening line.";
     STRAY_END "LD032" "END without a beginning"
@@ -87,7 +87,7 @@ codes! {
     BAD_STRING "LD037" "FORMATTED_STRING without its text"
         "Two spellings exist: a length followed by as many decimal character codes, or (LDmicro 5) one text between double quotes.";
     TIMER_RANGE "LD101" "a delay cannot be counted"
-        "A timer counts scans: P = delay / cycle, rounded down, less 1, and P must lie in 1 to 32767. Shorter delays are under two scans, longer ones do not fit 16 bits. Change the delay or CYCLE=.";
+        "A timer counts scans: P = delay / cycle, rounded down, less 1, and P must lie in 1 to 32767. Shorter delays are under two scans, longer ones do not fit 16 bits. In ldmicro-5 the adjust takes the place of the 1, and the width of the timer that of the 16 bits. Change the delay or CYCLE=.";
     NOT_LAST "LD102" "an element that must stand last is not last"
         "Coils, RES, MOVE, arithmetic, SHIFT_REGISTER, the tables, READ_ADC, SET_PWM, MASTER_RELAY and PERSIST end their path to the right rail: nothing may follow them in their series, nor follow a group that holds them.";
     PLACEHOLDER "LD103" "an empty place is left"
@@ -98,14 +98,20 @@ codes! {
         "The third argument of CONTACTS and the fifth of COIL must be 0: what else they may be has no meaning here.";
     COIL_FLAGS "LD106" "more than one of negated, set and reset"
         "A coil is plain, negated, set-only or reset-only; at most one of the three flags may be 1.";
-    DIALECT "LD107" "the element means something else in ldmicro-5"
-        "CTU, CTD, RES, TON, TOF and RTO count differently in LDmicro 5, and that dialect is not built yet. If the program was made for release 2.3, choose the dialect ldmicro-2.3.";
-    WIDTH "LD108" "an integer whose width is not two bytes"
-        "In ldmicro-5 an integer has as many bytes as VAR LIST says, and a chosen number where it is not listed. Only two bytes are supported: declare the name as `2 bytes name`.";
     NOT_RISING "LD109" "the x values of PIECEWISE_LINEAR do not rise"
         "The points are searched from left to right, so each x must be greater than the one before.";
     ARGUMENT_LDMICRO5 "LD110" "an argument that only LDmicro 5 understands"
-        "The longer argument lists are read in every dialect, but in ldmicro-2.3 they may only say what release 2.3 does anyway: adjust -1, start value 0 on rising edges, constants for delays and limits, one byte without waiting.";
+        "The longer argument lists are read in every dialect, but in ldmicro-2.3 they may only say what release 2.3 does anyway: adjust -1, start value 0 on rising edges, constants for delays and limits, one byte without waiting. In ldmicro-5 a variable as delay, adjust or start value, the reference of READ_ADC, the resolution of SET_PWM, and other numbers of bytes than one have no meaning here.";
+    STRING_ESCAPE "LD111" "an escape in FORMATTED_STRING means nothing"
+        "A backslash begins one of \\r \\n \\b \\f \\t \\v \\a \\\\, \\x with two hexadecimal digits, or the place of a number: \\1 to \\5 for as many digits, \\-1 to \\-5 for a sign and as many digits. One number may stand in a text. A character beyond U+00FF is no single byte.";
+    STRING_VARIABLE "LD112" "FORMATTED_STRING and its variable do not fit"
+        "A text with the place of a number (\\5, \\-5) needs the variable that stands there; a text without one takes (none).";
+    CURVE "LD113" "PIECEWISE_LINEAR cannot be computed"
+        "The value between two points is y + (index - x) * dy / dx, computed in 16 bits (in 32 where LDmicro 5's widths ask for it). So there must be at least two points, and for each two neighbours dx and dx * dy must fit.";
+    PWM "LD114" "SET_PWM without one output and one frequency"
+        "A program has one pulse width output. Its frequency is a constant of at least 1 Hz, and all SET_PWM name the same output and frequency; the duty may differ.";
+    NO_BAUD "LD115" "the serial line has no rate"
+        "UART_SEND, UART_RECV and FORMATTED_STRING need BAUD= above the lists: how many scans a byte takes depends on it.";
     COIL_TWICE "LD120" "a coil is driven twice"
         "Two elements write the bit in each scan, so the last one wins and the other has no lasting effect. A set coil together with a reset coil is the usual latch and is not reported.";
     NEVER_DRIVEN "LD121" "a contact is never driven"

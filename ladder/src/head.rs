@@ -269,7 +269,8 @@ fn io_checks(reader: &mut Reader<'_>, line: &Line<'_>, entry: &IoEntry, before: 
     if entry.name.starts_with(['X', 'Y', 'R']) {
         reader.use_as_bit(&entry.name);
     }
-    if !entry.name.starts_with(['X', 'Y', 'A']) {
+    let pwm = reader.dialect == Dialect::Ldmicro5 && entry.name.starts_with('P');
+    if !entry.name.starts_with(['X', 'Y', 'A']) && !pwm {
         let cause = format!("{} is neither an input X.., an output Y.. nor an analog A..", entry.name);
         let hint = "the line is kept, but has no effect";
         reader.tell(Severity::Warning, codes::IO_KIND, line.pos, cause, hint);

@@ -181,7 +181,7 @@ fn counter(
     rest: &[Token<'_>],
 ) -> Option<Element> {
     let name = r.integer(keyword, name);
-    let max = rest.first().and_then(|t| ranged(r, keyword, *t, "the counter's limit", -32768, 32767));
+    let max = rest.first().and_then(|t| constant(r, keyword, *t, "the counter's limit"));
     let init = rest.get(1).map(|t| operand(r, keyword, *t));
     let input = rest.get(2).map(|t| match t.text {
         "/" => Some('/'),
@@ -265,9 +265,15 @@ pub(crate) fn target(r: &mut Reader<'_>, keyword: &'static str, token: Token<'_>
     r.integer(keyword, token)
 }
 
-/// A variable or a 16-bit constant.
+/// A variable or a constant.
 pub(crate) fn operand(r: &mut Reader<'_>, keyword: &'static str, token: Token<'_>) -> Option<Operand> {
-    ranged(r, keyword, token, "a constant", -32768, 32767)
+    constant(r, keyword, token, "a constant")
+}
+
+/// A variable or a constant of the dialect's range; `what` names it in messages.
+fn constant(r: &mut Reader<'_>, keyword: &'static str, token: Token<'_>, what: &str) -> Option<Operand> {
+    let (low, high) = r.constants();
+    ranged(r, keyword, token, what, low, high)
 }
 
 fn ranged(

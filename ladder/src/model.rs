@@ -138,7 +138,7 @@ impl std::fmt::Display for ElementId {
 pub enum Operand {
     /// An integer variable (also a timer's or counter's accumulator).
     Var(String),
-    /// A constant, -32768 to 32767 in dialect 2.3.
+    /// A constant, -32768 to 32767 in dialect 2.3, of 32 bits in ldmicro-5.
     Const {
         /// Its value.
         value: i64,
@@ -405,10 +405,15 @@ pub struct Symbol {
     pub kind: SymbolKind,
     /// Package pin from `IO LIST`, 0 when not assigned or not a pin.
     pub pin: u32,
+    /// Width in bytes, 1 to 4; 0 for a bit. Always 2 in dialect 2.3. In ldmicro-5 what `VAR LIST` says; else for a
+    /// counter the least that holds its limit and start value, for a timer the least that holds the scans that it
+    /// counts (the largest where several elements share the name), else 2.
+    pub bytes: u8,
 }
 
 impl Program {
-    /// All symbols that the rungs use or `IO LIST` names, each once, sorted by kind and then by name.
+    /// All symbols that the rungs use, and inputs, outputs, relays and analog inputs of `IO LIST`, each once, sorted by kind
+    /// and then by name.
     ///
     /// Bits are what contacts and coils name (by their first letter X, Y, R); a name is a timer or a counter when a timer
     /// or counter element uses it as its accumulator (the first such element in text order decides), analog when

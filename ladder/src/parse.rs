@@ -100,6 +100,11 @@ fn read(reader: &mut Reader<'_>, text: &str, options: Options) -> Option<Program
             Format::V01
         }
     };
+    let default = match format {
+        Format::V01 => Dialect::Ldmicro23,
+        Format::V02 => Dialect::Ldmicro5,
+    };
+    reader.dialect = options.dialect.unwrap_or(default);
     // Where the header is missing, its place holds a line of the head.
     let kept = (!first.text.starts_with("LDmicro")).then_some(first);
     let mut lines = kept.into_iter().chain(lines);
@@ -108,12 +113,7 @@ fn read(reader: &mut Reader<'_>, text: &str, options: Options) -> Option<Program
         return None;
     }
     let rungs = rungs(reader, &mut lines);
-    let default = match format {
-        Format::V01 => Dialect::Ldmicro23,
-        Format::V02 => Dialect::Ldmicro5,
-    };
-    let dialect = options.dialect.unwrap_or(default);
-    Some(parts.program(reader.file, format, dialect, rungs))
+    Some(parts.program(reader.file, format, reader.dialect, rungs))
 }
 
 /// Refuses what is no text of a sensible size.

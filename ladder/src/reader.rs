@@ -6,6 +6,7 @@ use diag::{Diagnostic, Pos, Severity};
 
 use crate::codes;
 use crate::lex::{self, Token};
+use crate::model::Dialect;
 
 /// Most errors told about one file.
 const MAX_ERRORS: usize = 100;
@@ -13,6 +14,8 @@ const MAX_ERRORS: usize = 100;
 /// State of reading one file.
 pub(crate) struct Reader<'a> {
     pub file: &'a str,
+    /// How wide constants may be; 2.3 until the header is read.
+    pub dialect: Dialect,
     diagnostics: Vec<Diagnostic>,
     errors: usize,
     bits: BTreeSet<String>,
@@ -21,7 +24,14 @@ pub(crate) struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     pub fn new(file: &'a str) -> Self {
-        Reader { file, diagnostics: Vec::new(), errors: 0, bits: BTreeSet::new(), misused: Vec::new() }
+        Reader {
+            file,
+            dialect: Dialect::Ldmicro23,
+            diagnostics: Vec::new(),
+            errors: 0,
+            bits: BTreeSet::new(),
+            misused: Vec::new(),
+        }
     }
 
     pub fn error(&mut self, code: &'static str, pos: Pos, cause: impl Into<String>, hint: impl Into<String>) {
@@ -48,6 +58,14 @@ impl<'a> Reader<'a> {
     /// Notes that a contact, a coil or `IO LIST` uses the name as a bit.
     pub fn use_as_bit(&mut self, name: &str) {
         self.bits.insert(name.to_owned());
+    }
+
+    /// The range of constants.
+    pub const fn constants(&self) -> (i64, i64) {
+        match self.dialect {
+            Dialect::Ldmicro23 => (i16::MIN as i64, i16::MAX as i64),
+            Dialect::Ldmicro5 => (i32::MIN as i64, i32::MAX as i64),
+        }
     }
 
     /// A name of any kind.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::model::{Element, Operand, Program, Symbol, SymbolKind};
+use crate::widths::Widths;
 
 pub(crate) fn symbols(program: &Program) -> Vec<Symbol> {
     let mut found: BTreeMap<String, SymbolKind> = BTreeMap::new();
@@ -16,15 +17,20 @@ pub(crate) fn symbols(program: &Program) -> Vec<Symbol> {
         });
     }
     for entry in &program.io {
+        // Pins of other kinds (a pulse width output of LDmicro 5) hold nothing that a program could read.
         let kind = by_letter(&entry.name);
-        found.entry(entry.name.clone()).or_insert(kind);
+        if kind != SymbolKind::Variable {
+            found.entry(entry.name.clone()).or_insert(kind);
+        }
     }
+    let widths = Widths::new(program);
     let pins: BTreeMap<&str, u32> = program.io.iter().rev().map(|e| (e.name.as_str(), e.pin)).collect();
     let mut list: Vec<Symbol> = found
         .into_iter()
         .map(|(name, kind)| {
             let pin = pins.get(name.as_str()).copied().unwrap_or(0);
-            Symbol { name, kind, pin }
+            let bytes = if kind.is_bit() { 0 } else { widths.of(&name) };
+            Symbol { name, kind, pin, bytes }
         })
         .collect();
     list.sort_by(|a, b| (a.kind, &a.name).cmp(&(b.kind, &b.name)));

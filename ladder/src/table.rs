@@ -15,7 +15,8 @@ pub(crate) fn look_up(r: &mut Reader<'_>, row: &Row, head: [Token<'_>; 4], value
     let (dest, at) = (target(r, row.0, dest), operand(r, row.0, index));
     let as_string = r.small(flag, "the flag `as_string`", 0, 1);
     let wanted = r.small(count, "the number of values", 0, MAX_VALUES);
-    let values = all_values(r, row, count, wanted, values, "a value of the table", (-32768, 32767));
+    let range = r.constants();
+    let values = all_values(r, row, count, wanted, values, "a value of the table", range);
     Some(Element::LookUpTable { dest: dest?, index: at?, as_string: as_string? == 1, values: values? })
 }
 
@@ -23,7 +24,8 @@ pub(crate) fn piecewise(r: &mut Reader<'_>, row: &Row, head: [Token<'_>; 3], val
     let [dest, index, count] = head;
     let (dest, at) = (target(r, row.0, dest), operand(r, row.0, index));
     let wanted = r.small(count, "the number of points", 0, MAX_VALUES).map(|n| 2 * n);
-    let values = all_values(r, row, count, wanted, values, "a coordinate", (-32768, 32767));
+    let range = r.constants();
+    let values = all_values(r, row, count, wanted, values, "a coordinate", range);
     let points = values?.chunks_exact(2).filter_map(|p| Some((*p.first()?, *p.get(1)?))).collect();
     Some(Element::PiecewiseLinear { dest: dest?, index: at?, points })
 }

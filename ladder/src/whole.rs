@@ -4,10 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use diag::Severity;
 
-use crate::check::{At, Checker, refuse};
+use crate::check::{At, Checker};
 use crate::codes;
-use crate::model::{CounterKind, Element, ElementId, Operand, SymbolKind};
-use crate::symbols;
+use crate::model::{CounterKind, Element, ElementId};
 
 /// Double coils, undriven contacts, shared accumulators, RES of anything.
 pub(crate) fn names(found: &mut Checker<'_>) {
@@ -84,49 +83,4 @@ fn shared(found: &mut Checker<'_>, at: At<'_>, name: &str, first: ElementId, oth
     }
     let cause = format!("{name} is also used by {first}, and each disturbs the other");
     found.warning(codes::SHARED, at, cause, "give each timer and counter a name of its own");
-}
-
-/// Refuses what LDmicro 5 understands otherwise (timers are refused where they are checked).
-pub(crate) fn ldmicro5(found: &mut Checker<'_>) {
-    let program = found.program;
-    let width = |name: &str| program.vars.iter().flatten().find(|v| v.name == name).map(|v| v.bytes);
-    let counted: BTreeSet<&str> = program.elements().filter_map(|(_, e, _)| accumulator(e)).collect();
-    let is_ctc = |e: &Element| matches!(e, Element::Counter { kind: CounterKind::Ctc, .. });
-    let circular: BTreeSet<&str> =
-        program.elements().filter(|(_, e, _)| is_ctc(e)).filter_map(|(_, e, _)| accumulator(e)).collect();
-    let mut told: BTreeSet<String> = BTreeSet::new();
-    for (id, element, pos) in program.elements() {
-        let at = At { id, element, pos };
-        match element {
-            Element::Counter { kind: CounterKind::Ctu, .. } => refuse(found, at, "CTU"),
-            Element::Counter { kind: CounterKind::Ctd, .. } => refuse(found, at, "CTD"),
-            Element::Counter { kind: CounterKind::Ctc, init, input, max, .. } => {
-                let plain = matches!(max, Operand::Const { .. })
-                    && init.as_ref().is_none_or(|i| matches!(i, Operand::Const { value: 0, .. }))
-                    && input.is_none_or(|k| k == '/');
-                if !plain {
-                    refuse(found, at, "CTC with a start value, an input kind or a variable limit");
-                }
-            }
-            Element::Res { .. } => refuse(found, at, "RES"),
-            _ => {}
-        }
-        symbols::uses(element, &mut |name, kind| {
-            // Refused timers and counters need no second complaint about their width.
-            let refused = counted.contains(name) && !circular.contains(name);
-            if kind.is_bit()
-                || kind == SymbolKind::Timer
-                || refused
-                || width(name) == Some(2)
-                || !told.insert(name.to_owned())
-            {
-                return;
-            }
-            let cause = match width(name) {
-                Some(bytes) => format!("{name} is declared with {bytes} byte(s), only 2 are supported in ldmicro-5"),
-                None => format!("{name} is not in VAR LIST, so LDmicro 5 chooses its width"),
-            };
-            found.error(codes::WIDTH, at, cause, format!("put `2 bytes {name}` into VAR LIST"));
-        });
-    }
 }

@@ -13,8 +13,16 @@
 //! *9 0 | 0    # nine scans; the values after the last
 //! ```
 //!
-//! Left of the bar: values given before the scan (`.` leaves a symbol alone); right: values wanted after it. Every case
-//! starts at power-up with a cycle of 10 ms. Every line of values cites a section of `docs/semantics.md`.
+//! Left of the bar: values given before the scan (`.` leaves a symbol alone); right: values wanted after it (`-` is none). Every
+//! case starts at power-up, with a cycle of 10 ms and 1000 baud. Lines before the first RUNG go into the head: another header
+//! (LDmicro0.2), CYCLE=, BAUD=, a VAR LIST. Every line of values cites a section of `docs/semantics.md`. A value is a number or
+//! a character in quotes. Columns that are no symbols:
+//!
+//! ```text
+//! level(Ain)   given: what the converter reads at Ain      sent     wanted: the byte that the scan sent
+//! received     given: a byte that has arrived              duty     wanted: of the pulse width output, in percent
+//! cell(0)      given and wanted: a cell of the EEPROM
+//! ```
 
 /// The tables.
 pub const FILES: &[(&str, &str)] = &[
@@ -22,7 +30,42 @@ pub const FILES: &[(&str, &str)] = &[
     ("timers.txt", include_str!("timers.txt")),
     ("counters.txt", include_str!("counters.txt")),
     ("integers.txt", include_str!("integers.txt")),
+    ("tables.txt", include_str!("tables.txt")),
+    ("devices.txt", include_str!("devices.txt")),
+    ("strings.txt", include_str!("strings.txt")),
+    ("ldmicro5.txt", include_str!("ldmicro5.txt")),
 ];
+
+/// What a column is about.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Column {
+    /// A symbol.
+    Symbol(String),
+    /// What the converter reads at the input of this symbol.
+    Level(String),
+    /// A byte that has arrived on the serial line.
+    Received,
+    /// A byte sent.
+    Sent,
+    /// The duty of the pulse width output.
+    Duty,
+    /// A cell of the EEPROM.
+    Cell(usize),
+}
+
+impl Column {
+    fn new(text: &str) -> Column {
+        let inside = |name: &str| text.strip_prefix(name)?.strip_prefix('(')?.strip_suffix(')').map(str::to_owned);
+        match (text, inside("level"), inside("cell")) {
+            ("received", ..) => Column::Received,
+            ("sent", ..) => Column::Sent,
+            ("duty", ..) => Column::Duty,
+            (_, Some(name), _) => Column::Level(name),
+            (_, _, Some(cell)) => Column::Cell(cell.parse().expect("the number of a cell")),
+            _ => Column::Symbol(text.to_owned()),
+        }
+    }
+}
 
 /// One case.
 pub struct Case {
@@ -30,10 +73,10 @@ pub struct Case {
     pub name: String,
     /// A whole `.ld` text.
     pub program: String,
-    /// Symbols given before a scan.
-    pub given: Vec<String>,
-    /// Symbols wanted after it.
-    pub wanted: Vec<String>,
+    /// What is given before a scan.
+    pub given: Vec<Column>,
+    /// What is wanted after it.
+    pub wanted: Vec<Column>,
     /// The lines of values.
     pub rows: Vec<Row>,
 }
@@ -46,8 +89,8 @@ pub struct Row {
     pub times: u32,
     /// Given values; `None` leaves a symbol alone.
     pub given: Vec<Option<i32>>,
-    /// Wanted values.
-    pub wanted: Vec<i32>,
+    /// Wanted values; `None` where there is to be none.
+    pub wanted: Vec<Option<i32>>,
 }
 
 /// All cases of all tables.
@@ -63,9 +106,9 @@ pub fn cases() -> Vec<Case> {
             if let Some(title) = line.strip_prefix("case ") {
                 (name, rungs) = (format!("{file}: {title}"), String::new());
             } else if let Some(columns) = line.strip_prefix("scan ") {
-                let names = |text: &str| text.split_whitespace().map(str::to_owned).collect();
+                let names = |text: &str| text.split_whitespace().map(Column::new).collect();
                 let (given, wanted) = columns.split_once('|').unwrap_or_else(|| panic!("{place}: no bar"));
-                let program = format!("LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nIO LIST\nEND\nPROGRAM\n{rungs}\n");
+                let program = program(&rungs);
                 let (name, rows) = (std::mem::take(&mut name), Vec::new());
                 cases.push(Case { name, program, given: names(given), wanted: names(wanted), rows });
             } else if name.is_empty() {
@@ -83,23 +126,41 @@ pub fn cases() -> Vec<Case> {
             }
         }
     }
-    assert!(cases.iter().all(|c| !c.rows.is_empty()) && cases.iter().map(|c| c.rows.len()).sum::<usize>() > 300);
+    assert!(cases.iter().all(|c| !c.rows.is_empty()) && cases.iter().map(|c| c.rows.len()).sum::<usize>() > 500);
     cases
 }
 
+/// A whole program from what stands in a case.
+fn program(text: &str) -> String {
+    let (head, rungs) = text.split_at(text.find("RUNG\n").expect("a rung"));
+    let (header, head) = head.strip_prefix("LDmicro0.2\n").map_or(("LDmicro0.1", head), |rest| ("LDmicro0.2", rest));
+    let usual = |name: &str, line: &'static str| if head.contains(name) { "" } else { line };
+    let (cycle, baud) = (usual("CYCLE=", "CYCLE=10000\n"), usual("BAUD=", "BAUD=1000\n"));
+    format!("{header}\n{cycle}{baud}CRYSTAL=4000000\n{head}IO LIST\nEND\nPROGRAM\n{rungs}\n")
+}
+
 fn row(place: &str, line: &str) -> Row {
-    let (values, rule) = line.split_once('#').unwrap_or_else(|| panic!("{place}: cites no rule"));
-    assert!(rule.trim().starts_with(['1', '2', '3']), "{place}: cites no section");
+    let (values, rule) = line.split_once("# ").unwrap_or_else(|| panic!("{place}: cites no rule"));
+    assert!(rule.trim().starts_with(['1', '2', '3', '5']), "{place}: cites no section");
     let (left, right) = values.split_once('|').unwrap_or_else(|| panic!("{place}: no bar"));
     let (times, left) = match left.trim().strip_prefix('*') {
         Some(rest) => rest.split_once(' ').unwrap_or((rest, "")),
         None => ("1", left),
     };
     let number = |text: &str| text.parse::<i32>().unwrap_or_else(|_| panic!("{place}: `{text}` is no number"));
+    let value = |text: &str| match text.strip_prefix('\'').and_then(|t| t.strip_suffix('\'')) {
+        Some(character) => i32::from(character.as_bytes()[0]),
+        None => number(text),
+    };
+    // A space in quotes is a value too.
+    let words = |text: &str| -> Vec<String> {
+        let text = text.replace("' '", "32");
+        text.split_whitespace().map(str::to_owned).collect()
+    };
     Row {
         text: place.to_owned(),
         times: number(times) as u32,
-        given: left.split_whitespace().map(|v| (v != ".").then(|| number(v))).collect(),
-        wanted: right.split_whitespace().map(number).collect(),
+        given: words(left).iter().map(|v| (v != ".").then(|| value(v))).collect(),
+        wanted: words(right).iter().map(|v| (v != "-").then(|| value(v))).collect(),
     }
 }

@@ -77,6 +77,19 @@ fn without_a_block_there_is_one_program_and_all_channels() {
 }
 
 #[test]
+fn a_configuration_writes_its_block() {
+    let mut full = Block { live: true, reconfigurable: true, hz: 32_768, period: 70_000, ..Block::EMPTY };
+    (full.programs[0], full.programs[2], full.programs[7]) = ([0, 9, 3, 3], [4, 2047, 0, 1], [0, 0, 0, 2]);
+    (full.modules[1], full.modules[127]) = ((1, 2, 500), (6, 0, 0xFFFF));
+    // A clock that is not said is written as what it is.
+    let plain = Block { hz: 1_000_000, ..Block::EMPTY };
+    for block in [plain, full] {
+        let config = Config::of(&image(&words("nop"), Some(&block))).expect("sound");
+        assert_eq!(config.block(), block.bytes());
+    }
+}
+
+#[test]
 fn an_image_comes_back_from_its_hex_file() {
     let program = words("ld I1; and I2; sto M1; ld I3; or M1; stoc E1; .word 0xF064; nop; jmp 0");
     let block = Block { hz: 32_768, period: 77, ..Block::EMPTY };

@@ -1,6 +1,7 @@
 //! The crate by itself: its table, its block of the configuration, its diagnostics, and that any way of running gives the same machine.
 
 mod block;
+mod counts;
 mod flow;
 mod lints;
 mod rig;

@@ -142,7 +142,7 @@ impl<'a> Select<'a> {
             Op::Math { op, dst, a, b } => self.math(*op, *dst, *a, *b),
             Op::If { cond, then, otherwise } => self.branch(*cond, then, otherwise),
             Op::Logic { .. } | Op::Lookup { .. } | Op::ReadAdc { .. } | Op::SetPwm { .. } | Op::Send { .. } => {}
-            Op::Receive { .. } | Op::Recall { .. } | Op::Persist { .. } => {}
+            Op::Receive { .. } | Op::Recall { .. } | Op::Persist { .. } | Op::Module { .. } => {}
         }
     }
 

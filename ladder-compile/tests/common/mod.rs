@@ -1,6 +1,10 @@
 //! What the test tables share: splitting them, programs from their rungs, and the chip that runs an image.
 #![allow(dead_code)]
 
+pub mod bench;
+pub mod interp;
+pub mod programs;
+
 use emu_avr::Avr;
 use emu_core::{Cpu, RamInit};
 use ladder::Program;

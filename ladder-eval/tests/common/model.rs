@@ -15,7 +15,7 @@ pub fn program(rungs: Vec<Vec<Node>>) -> Program {
             cycle_rest: String::new(),
             crystal_hz: 4_000_000,
             crystal_rest: String::new(),
-            baud: None,
+            baud: Some(2400),
             baud_rest: String::new(),
             compiler: None,
             compiled: None,

@@ -1,0 +1,171 @@
+//! What differs from family to family: how a machine is made, what its pacing timer can do, what stands behind its pins.
+//!
+//! These are the checker's own facts, by the data sheets; nothing of them comes from the compiler.
+
+use emu_8051::Mcs51;
+use emu_ap101::Ap101;
+use emu_ap101::chips::FIRST_OUTPUT;
+use emu_avr::Avr;
+use emu_core::chip::{Chip, Family};
+use emu_core::cpu::{Cpu, RamInit};
+use emu_core::image::Image;
+use emu_core::pins::PinId;
+use emu_pic16::Pic16;
+
+/// Time on the chips of a family.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Facts {
+    /// Oscillator clocks of a machine cycle.
+    pub clocks: u64,
+    /// Machine cycles that a tick of the pacing timer can have, finest first.
+    pub ticks: &'static [u64],
+    /// Most ticks of one period.
+    pub most_ticks: u128,
+    /// The longest time in machine cycles from a match to the first instruction of its scan: one turn of a waiting loop that just
+    /// missed the match, and the look that sees it.
+    pub poll: u64,
+}
+
+/// A look at TIFR by SBIS takes one cycle, or two when it skips, and the jump back two; a TIFR out of reach of SBIS takes LDS and
+/// SBRS, two cycles more. Prescalers of timer 1: DS40002061, table 16-5; they are the same on all chips of the family.
+const AVR: Facts = Facts { clocks: 1, ticks: &[1, 8, 64, 256, 1024], most_ticks: 1 << 16, poll: 5 };
+
+/// JNB takes two cycles, as does SJMP; a timer counts machine cycles, and software counts its periods where one is too short.
+const MCS51: Facts = Facts { clocks: 12, ticks: &[1], most_ticks: u128::MAX, poll: 6 };
+
+/// BTFSS takes one cycle, or two when it skips, GOTO two; the prescaler of timer 1 is 1 to 8 (DS33023, section 12.4).
+const PIC16: Facts = Facts { clocks: 4, ticks: &[1, 2, 4, 8], most_ticks: 1 << 16, poll: 6 };
+
+/// The machine itself waits for the end of the period, and is exact.
+const AP101: Facts = Facts { clocks: 2, ticks: &[1], most_ticks: u128::MAX, poll: 2 };
+
+/// The facts of a chip's family.
+pub(crate) fn facts(chip: &Chip) -> Facts {
+    match chip.family {
+        // SBIS reaches the I/O registers at data addresses 20h to 3Fh (DS40002061, 7.4).
+        Family::Avr if chip.reg("TIFR1").or(chip.reg("TIFR")).is_some_and(|addr| addr >= 0x40) => {
+            Facts { poll: 7, ..AVR }
+        }
+        Family::Avr => AVR,
+        Family::Mcs51 => MCS51,
+        Family::Pic16 => PIC16,
+        Family::Ap101 => AP101,
+    }
+}
+
+/// What stands behind a port's pin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Nature {
+    pub pull_up: PullUp,
+    pub high: High,
+}
+
+/// The resistor of a pin that the chip does not drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum PullUp {
+    /// The compiler switches it on, for inputs only.
+    Inputs,
+    /// It is always there.
+    Always,
+    /// It is on or off for a whole port.
+    Maybe,
+    Never,
+}
+
+/// What the chip does for a high level at an output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum High {
+    /// It drives the pin.
+    Strong,
+    /// A resistor pulls it up.
+    Weak,
+    /// Nothing: the board has to pull it up.
+    Open,
+}
+
+/// The pin of a chip; nothing where the machine has no such thing as a pin that is not driven.
+pub(crate) fn nature(chip: &Chip, pin: PinId) -> Option<Nature> {
+    let def = chip.pins.get(usize::from(pin))?;
+    let (pull_up, high) = match chip.family {
+        Family::Avr => (PullUp::Inputs, High::Strong),
+        Family::Mcs51 if def.name.starts_with("P0.") => (PullUp::Never, High::Open),
+        Family::Mcs51 => (PullUp::Always, High::Weak),
+        Family::Pic16 if def.note.contains("open drain") => (PullUp::Never, High::Open),
+        Family::Pic16 if def.name.starts_with("RB") => (PullUp::Maybe, High::Strong),
+        Family::Pic16 => (PullUp::Never, High::Strong),
+        Family::Ap101 => return None,
+    };
+    Some(Nature { pull_up, high })
+}
+
+/// Pins that carry something else than a port, by what the chip's data say of them.
+const RESERVED: [&str; 9] = ["XTAL1", "XTAL2", "RESET", "reset", "MCLR", "OSC1", "OSC2", "absent", "PEN"];
+
+/// The pins that the program does not name: those that must not be driven by the chip, and those that a board may drive.
+pub(crate) fn unnamed(chip: &Chip, named: &[PinId]) -> (Vec<PinId>, Vec<PinId>) {
+    let free = (0..chip.pins.len() as PinId).filter(|pin| !named.contains(pin));
+    if chip.family == Family::Ap101 {
+        return (Vec::new(), free.take_while(|&pin| pin < FIRST_OUTPUT).collect());
+    }
+    let note = |pin: PinId| chip.pins.get(usize::from(pin)).map_or("absent", |p| p.note);
+    let is = |pin: PinId, what: &[&str]| note(pin).split(", ").any(|note| what.contains(&note));
+    // The reset pin may have a pull-up of its own.
+    let port: Vec<PinId> = free.filter(|&pin| !is(pin, &["absent", "RESET", "reset", "MCLR", "PEN"])).collect();
+    let drivable = port.iter().copied().filter(|&pin| !is(pin, &RESERVED)).collect();
+    (port, drivable)
+}
+
+/// A machine as a check needs it.
+pub(crate) trait Target: Cpu {
+    /// How deep the stack is, in a number that moves with it; nothing where there is none.
+    fn depth(&self) -> Option<u32>;
+}
+
+impl Target for Avr {
+    fn depth(&self) -> Option<u32> {
+        self.reg("sp")
+    }
+}
+
+impl Target for Mcs51 {
+    fn depth(&self) -> Option<u32> {
+        self.reg("sp")
+    }
+}
+
+impl Target for Pic16 {
+    fn depth(&self) -> Option<u32> {
+        Some(self.stack().1 as u32)
+    }
+}
+
+impl Target for Ap101 {
+    fn depth(&self) -> Option<u32> {
+        None
+    }
+}
+
+/// Something to do with a source of machines of whatever family.
+pub(crate) trait Job {
+    type Out;
+    /// Does it; `power_up` gives a machine fresh from power-up whose RAM is random by the seed.
+    fn on<C: Target, F: Fn(u64) -> C>(self, power_up: F) -> Self::Out;
+}
+
+/// Does `job` with machines of `chip` that have `image` in their memories and an oscillator of `hz`.
+pub(crate) fn on_machines<J: Job>(chip: &'static Chip, image: &Image, hz: u64, job: J) -> J::Out {
+    match chip.family {
+        Family::Avr => job.on(|seed| {
+            let mut avr = Avr::new(chip, image, RamInit::Random(seed));
+            avr.set_clock_hz(hz);
+            avr
+        }),
+        Family::Mcs51 => job.on(|seed| Mcs51::new(chip, image, RamInit::Random(seed))),
+        Family::Pic16 => {
+            let options = emu_pic16::Options { hz, start_up: false, ..emu_pic16::Options::default() };
+            job.on(|seed| Pic16::with(chip, image, RamInit::Random(seed), options))
+        }
+        // A cold start clears M, so nothing of it is random.
+        Family::Ap101 => job.on(|_| Ap101::new(image)),
+    }
+}

@@ -1,0 +1,211 @@
+//! The serial line, by the checker's own reckoning: bytes from the edges of the transmitter's pin, and edges for the receiver's.
+//!
+//! Eight bits, no parity, one stop bit, least significant bit first; a bit is `hz / baud` clocks of the oscillator. All
+//! times here are in clocks since power-up.
+
+use std::collections::VecDeque;
+
+/// Bits of a byte on the line: start, data, stop.
+pub(crate) const BITS: u64 = 10;
+
+/// How far an edge may be from where it should be, in thousandths of the time since the byte began (2 %).
+const PERMILLE: u64 = 20;
+
+/// The time of a bit, as a fraction of clocks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Bit {
+    pub hz: u64,
+    pub baud: u64,
+}
+
+impl Bit {
+    /// Clocks of `halves` half bits, rounded down.
+    pub fn halves(self, halves: u64) -> u64 {
+        (u128::from(halves) * u128::from(self.hz) / (2 * u128::from(self.baud.max(1)))) as u64
+    }
+
+    /// Clocks of so many bits, rounded down.
+    pub fn times(self, bits: u64) -> u64 {
+        self.halves(2 * bits)
+    }
+}
+
+/// A byte that was on the line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Frame {
+    /// When its start bit began.
+    pub start: u64,
+    pub byte: u8,
+    /// What is wrong with its shape.
+    pub fault: Option<String>,
+}
+
+/// A receiver at the transmitter's pin. A value: a clone goes on by itself.
+#[derive(Debug, Clone)]
+pub(crate) struct Listener {
+    bit: Bit,
+    /// How far an edge may be off besides, in clocks: the machine cycle in which it is seen.
+    grain: u64,
+    high: bool,
+    /// The byte under way: its start, the levels sampled so far, what is wrong.
+    byte: Option<(u64, Vec<bool>, Option<String>)>,
+    /// When the last byte's stop bit was over.
+    over: u64,
+    frames: VecDeque<Frame>,
+}
+
+impl Listener {
+    /// A receiver of a line at rest.
+    pub fn new(bit: Bit, grain: u64) -> Listener {
+        Listener { bit, grain, high: true, byte: None, over: 0, frames: VecDeque::new() }
+    }
+
+    /// The line has changed at `at`.
+    pub fn edge(&mut self, at: u64, high: bool) {
+        self.pass(at);
+        if high == self.high {
+            return;
+        }
+        self.high = high;
+        match &mut self.byte {
+            Some((start, _, fault)) => {
+                let since = at - *start;
+                let bits = (since + self.bit.halves(1)) * self.bit.baud / self.bit.hz.max(1);
+                let off = since.abs_diff(self.bit.times(bits));
+                if off > since * PERMILLE / 1000 + self.grain && fault.is_none() {
+                    *fault = Some(format!("with an edge {off} clocks beside bit {bits}"));
+                }
+            }
+            None if !high => {
+                let early = at + (self.bit.times(BITS) * PERMILLE / 1000 + self.grain) < self.over;
+                let fault = early.then(|| "that begins before the last one's stop bit is over".to_owned());
+                self.byte = Some((at, Vec::new(), fault));
+            }
+            None => {}
+        }
+    }
+
+    /// Nothing has changed until `now`.
+    pub fn pass(&mut self, now: u64) {
+        let Some((start, bits, _)) = &mut self.byte else { return };
+        while (bits.len() as u64) < BITS && *start + self.bit.halves(2 * bits.len() as u64 + 1) < now {
+            bits.push(self.high);
+        }
+        if bits.len() as u64 == BITS
+            && let Some((start, bits, mut fault)) = self.byte.take()
+        {
+            let byte = (0..8).filter(|&n| bits.get(n + 1) == Some(&true)).fold(0, |byte, n| byte | 1 << n);
+            if bits.first() == Some(&true) || bits.last() == Some(&false) {
+                fault = Some("without a start or stop bit".to_owned());
+            }
+            self.over = start + self.bit.times(BITS);
+            self.frames.push_back(Frame { start, byte, fault });
+        }
+    }
+
+    /// The next whole byte.
+    pub fn take(&mut self) -> Option<Frame> {
+        self.frames.pop_front()
+    }
+
+    /// When the byte began that is on the line now.
+    pub fn began(&self) -> Option<u64> {
+        self.byte.as_ref().map(|byte| byte.0)
+    }
+}
+
+/// When to begin a byte so that it has arrived while the chip waits, with the bits to drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Arrival {
+    /// Clock at which the start bit begins.
+    pub start: u64,
+    /// The scan (from 1) before which the byte has arrived.
+    pub scan: u64,
+}
+
+/// Quarter bits from the start of a byte to where every receiver has sampled the stop bit's middle and told it: 9.75 bits; and
+/// to where the first of them may have: 9.25. What lies between is uncertain.
+const SAMPLED: (u64, u64) = (37, 39);
+
+/// The first scan from `next` on before which a whole byte can arrive that begins after `now`, while the chip waits: every scan
+/// starts at `starts(scan)` and is over `busy` clocks later.
+pub(crate) fn arrival(bit: Bit, now: u64, next: u64, busy: u64, starts: impl Fn(u64) -> u64) -> Option<Arrival> {
+    let quarter = |n: u64| bit.halves(n) / 2;
+    let (first, last) = (quarter(SAMPLED.0), quarter(SAMPLED.1));
+    let most = next + bit.times(BITS) / (starts(next + 1) - starts(next)).max(1) + 3;
+    (next..=most).find_map(|scan| {
+        // In the middle of the time between the end of the scan before and the start of this one.
+        let from = (starts(scan - 1) + busy).checked_sub(first)?;
+        let to = starts(scan).checked_sub(last)?;
+        (from < to).then_some(())?;
+        let start = (from + (to - from) / 2).max(now);
+        (start < to).then_some(Arrival { start, scan })
+    })
+}
+
+/// The levels of a byte: clocks after its start, and level. The line rests high afterwards.
+pub(crate) fn levels(bit: Bit, byte: u8) -> impl Iterator<Item = (u64, bool)> {
+    let level = move |n: u64| match n {
+        0 => false,
+        1..=8 => byte >> (n - 1) & 1 == 1,
+        _ => true,
+    };
+    (0..BITS).filter(move |&n| n == 0 || level(n) != level(n - 1)).map(move |n| (bit.times(n), level(n)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BIT: Bit = Bit { hz: 4_000_000, baud: 9_600 };
+
+    /// Drives a listener with a byte at a speed in permille of the nominal.
+    fn heard(byte: u8, permille: u64) -> Frame {
+        let mut listener = Listener::new(BIT, 4);
+        for (after, high) in levels(BIT, byte) {
+            listener.edge(1_000 + after * 1000 / permille, high);
+        }
+        listener.pass(20_000);
+        listener.take().expect("a byte")
+    }
+
+    #[test]
+    fn every_byte_is_heard() {
+        for byte in 0..=255 {
+            assert_eq!(heard(byte, 1000), Frame { start: 1_000, byte, fault: None });
+        }
+    }
+
+    /// `permille of the speed | taken`.
+    #[test]
+    fn speeds_beyond_two_percent_are_found() {
+        for (permille, good) in [(1000, true), (1019, true), (982, true), (1025, false), (976, false), (1100, false)] {
+            assert_eq!(heard(0x55, permille).fault.is_none(), good, "{permille}");
+            assert_eq!(heard(0x00, permille).fault.is_none(), good, "{permille}");
+        }
+    }
+
+    #[test]
+    fn a_line_that_stays_low_is_no_byte() {
+        let mut listener = Listener::new(BIT, 4);
+        listener.edge(1_000, false);
+        listener.pass(20_000);
+        assert!(listener.take().expect("a break").fault.is_some());
+    }
+
+    /// `clocks of a scan, clocks it is busy, scans until a byte that begins now has arrived at the earliest`.
+    #[test]
+    fn bytes_arrive_while_the_chip_waits() {
+        for (period, busy, wanted) in [(40_000, 4_000, Some(1)), (4_000, 400, Some(2)), (1_000, 100, Some(5))] {
+            let starts = |scan: u64| scan * period;
+            let found = arrival(BIT, busy, 1, busy, starts);
+            assert_eq!(found.map(|f| f.scan), wanted, "{period}");
+            let Some(Arrival { start, scan }) = found else { continue };
+            assert!(start >= busy);
+            let (middle, told) = (start + BIT.halves(37) / 2, start + BIT.halves(39) / 2);
+            assert!(middle >= starts(scan - 1) + busy && told < starts(scan), "{period}: {start}");
+        }
+        // A chip that never waits.
+        assert_eq!(arrival(BIT, 0, 1, 1_000, |scan| scan * 1_000), None);
+    }
+}

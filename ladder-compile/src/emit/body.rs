@@ -1,0 +1,299 @@
+//! Operations as statements of C, for the scan of a C program and of a sketch.
+
+use ladder::ElementId;
+
+use super::names::comment;
+use super::tables::{Element, element};
+use crate::ir::{Bit, Compare, Cond, Ir, Logic, Math, Op, Rel, Value, Word, bytes_of};
+
+/// How a source spells the cells: expressions that can be read and assigned.
+pub(super) struct Spelling {
+    pub bits: Vec<String>,
+    pub words: Vec<String>,
+    pub tables: Vec<String>,
+}
+
+/// Writes a scan.
+pub(super) struct Body<'a> {
+    ir: &'a Ir,
+    names: &'a Spelling,
+    text: String,
+    depth: usize,
+}
+
+impl<'a> Body<'a> {
+    pub fn new(ir: &'a Ir, names: &'a Spelling) -> Self {
+        Body { ir, names, text: String::new(), depth: 1 }
+    }
+
+    /// The whole scan between the latching of inputs and the writing of outputs, one level deep.
+    pub fn scan(mut self, texts: &[(ElementId, String)]) -> String {
+        self.ops(&self.ir.begin);
+        let mut texts = texts.iter().peekable();
+        for (number, rung) in (0..).zip(&self.ir.rungs) {
+            self.line("");
+            self.line(&format!("/* Rung {} */", number + 1));
+            let mut steps = rung.steps.iter().peekable();
+            // What stands before the first element, such as the rung's start, belongs to the first element.
+            while let Some((id, text)) = texts.next_if(|(id, _)| id.rung == number) {
+                self.line(&format!("/* {}: {} */", id.index + 1, comment(text)));
+                while let Some(step) = steps.next_if(|step| step.at.index <= id.index) {
+                    self.op(&step.op);
+                }
+            }
+            steps.for_each(|step| self.op(&step.op));
+        }
+        if !self.ir.end.is_empty() {
+            self.line("");
+        }
+        self.ops(&self.ir.end);
+        self.text
+    }
+
+    fn line(&mut self, text: &str) {
+        if !text.is_empty() {
+            self.text += &"    ".repeat(self.depth);
+            self.text += text;
+        }
+        self.text.push('\n');
+    }
+
+    fn ops(&mut self, ops: &[Op]) {
+        ops.iter().for_each(|op| self.op(op));
+    }
+
+    fn block(&mut self, head: &str, ops: &[Op]) {
+        self.line(&format!("{head} {{"));
+        self.depth += 1;
+        self.ops(ops);
+        self.depth -= 1;
+    }
+
+    fn op(&mut self, op: &Op) {
+        match op {
+            Op::Acc(value) => self.line(&format!("rung = {};", u8::from(*value))),
+            Op::Load { bit, negated } => self.line(&format!("rung = {};", self.bit(*bit, *negated))),
+            Op::And { bit, negated } => self.line(&format!("rung = rung && {};", self.bit(*bit, *negated))),
+            Op::Or { bit, negated } => self.line(&format!("rung = rung || {};", self.bit(*bit, *negated))),
+            Op::Store { bit, negated } => {
+                let value = if *negated { "!rung" } else { "rung" };
+                self.line(&format!("{} = {value};", self.bit(*bit, false)));
+            }
+            Op::Put { bit, value } => self.line(&format!("{} = {};", self.bit(*bit, false), u8::from(*value))),
+            Op::Rising(bit) => self.edge(*bit, "rung && !was"),
+            Op::Falling(bit) => self.edge(*bit, "!rung && was"),
+            Op::AndCompare(compare) => self.line(&format!("rung = rung && {};", self.compare(compare))),
+            Op::Move { dst, src } => {
+                let value = self.narrowed(*dst, *src);
+                self.line(&format!("{} = {value};", self.word(*dst)));
+            }
+            Op::Math { op, dst, a, b } => {
+                let value = self.math(*op, *dst, *a, *b);
+                self.line(&format!("{} = {value};", self.word(*dst)));
+            }
+            Op::Logic { dst, is } => {
+                let value = match is {
+                    Logic::Copy(a) => self.bit(*a, false),
+                    Logic::Not(a) => self.bit(*a, true),
+                    Logic::And(a, b) => format!("{} && {}", self.bit(*a, false), self.bit(*b, false)),
+                    Logic::Or(a, b) => format!("{} || {}", self.bit(*a, false), self.bit(*b, false)),
+                };
+                self.line(&format!("{} = {value};", self.bit(*dst, false)));
+            }
+            Op::Lookup { dst, index, table } => {
+                let name = self.names.tables.get(*table as usize).map_or("", String::as_str);
+                let element = self.ir.tables.get(*table as usize).map_or(Element::Long, element);
+                let read = format!("{}({name}, {})", element.read(), self.word(*index));
+                let value = self.fit(*dst, &read, element.needs(), element.needs() <= 2);
+                self.line(&format!("{} = {value};", self.word(*dst)));
+            }
+            Op::ReadAdc { dst, input } => {
+                let value = self.fit(*dst, &format!("PlcReadAdc({input})"), 2, true);
+                self.line(&format!("{} = {value};", self.word(*dst)));
+            }
+            Op::SetPwm { duty } => match duty {
+                Value::Const(duty) => self.line(&format!("PlcSetPwm({});", (*duty).clamp(0, 100))),
+                Value::Cell(word) => {
+                    let duty = self.word(*word);
+                    self.line(&format!("PlcSetPwm((unsigned char)({duty} < 0 ? 0 : {duty} > 100 ? 100 : {duty}));"));
+                }
+            },
+            Op::Send { value } => match value {
+                Value::Const(byte) => self.line(&format!("PlcSendByte({});", byte & 0xFF)),
+                Value::Cell(_) => self.line(&format!("PlcSendByte({});", self.byte(*value, 0))),
+            },
+            Op::Receive { dst } => {
+                self.line("{");
+                self.depth += 1;
+                self.line("int byte = PlcReceiveByte();");
+                self.line("rung = byte >= 0;");
+                let value = self.fit(*dst, "byte", 2, true);
+                self.line(&format!("if (rung) {} = {value};", self.word(*dst)));
+                self.depth -= 1;
+                self.line("}");
+            }
+            Op::Recall { dst, addr } => {
+                let bytes = self.ir.bytes(*dst);
+                let kind = if bytes > 2 { "plcU32" } else { "unsigned" };
+                let cell = |n: u8| {
+                    let read = format!("PlcReadEeprom({})", u32::from(*addr) + u32::from(n));
+                    if n == 0 { format!("({kind}){read}") } else { format!("({kind}){read} << {}", 8 * n) }
+                };
+                let cells: Vec<String> = (0..bytes).map(cell).collect();
+                self.line(&format!("{} = Plc{}({});", self.word(*dst), 8 * bytes, cells.join(" | ")));
+            }
+            Op::Persist { src, addr, busy, scans } => self.persist(*src, *addr, *busy, *scans),
+            // Sources are made of code in which timers and counters have been taken apart.
+            Op::Module { .. } => {}
+            Op::If { cond, then, otherwise } => {
+                let holds = match cond {
+                    Cond::Acc => "rung".to_owned(),
+                    Cond::Bit(bit) => self.bit(*bit, false),
+                    Cond::Compare(compare) => self.compare(compare),
+                };
+                match (then.is_empty(), otherwise.is_empty()) {
+                    (true, true) => {}
+                    (true, false) => {
+                        self.block(&format!("if (!({holds}))"), otherwise);
+                        self.line("}");
+                    }
+                    (false, true) => {
+                        self.block(&format!("if ({holds})"), then);
+                        self.line("}");
+                    }
+                    (false, false) => {
+                        self.block(&format!("if ({holds})"), then);
+                        self.block("} else", otherwise);
+                        self.line("}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// (rung, memory) := (..., rung).
+    fn edge(&mut self, memory: Bit, result: &str) {
+        let memory = self.bit(memory, false);
+        self.line("{");
+        self.depth += 1;
+        self.line(&format!("unsigned char was = {memory};"));
+        self.line(&format!("{memory} = rung;"));
+        self.line(&format!("rung = {result};"));
+        self.depth -= 1;
+        self.line("}");
+    }
+
+    fn persist(&mut self, src: Word, addr: u16, busy: Word, scans: i32) {
+        for n in 0..self.ir.bytes(src) {
+            let at = u32::from(addr) + u32::from(n);
+            let byte = self.byte(Value::Cell(src), n);
+            let head = if n == 0 { "if" } else { "} else if" };
+            self.line(&format!("{head} (PlcReadEeprom({at}) != {byte}) {{"));
+            self.depth += 1;
+            self.line(&format!("PlcWriteEeprom({at}, {byte});"));
+            self.line(&format!("{} = {};", self.word(busy), literal(scans)));
+            self.depth -= 1;
+        }
+        self.line("}");
+    }
+
+    fn math(&self, op: Math, dst: Word, a: Value, b: Value) -> String {
+        let width = self.ir.bytes(dst);
+        let sign = match op {
+            Math::Add => '+',
+            Math::Sub => '-',
+            Math::Mul => '*',
+            Math::Div => {
+                let wide = if self.ir.width(op, dst, a, b) > 2 { 4 } else { 2 };
+                let quotient = format!("PlcDiv{}({}, {})", 8 * wide, self.value(a), self.value(b));
+                return self.fit(dst, &quotient, wide, wide == 2);
+            }
+        };
+        // Without sign everything wraps; an int of 32 bits that a product of shorts would not fit in is never one.
+        let wide = width > 2;
+        format!("Plc{}({} {sign} {})", 8 * width, self.unsigned(a, wide), self.unsigned(b, wide))
+    }
+
+    /// A value of `bytes` bytes as the destination holds it. `short`: the expression is no wider than an int.
+    fn fit(&self, dst: Word, value: &str, bytes: u8, short: bool) -> String {
+        let width = self.ir.bytes(dst);
+        let cast = if width > 2 { "plcU32" } else { "unsigned" };
+        match (width < bytes, short) {
+            (false, _) => value.to_owned(),
+            (true, _) => format!("Plc{}(({cast}){value})", 8 * width),
+        }
+    }
+
+    /// `value` as the destination of a move holds it.
+    fn narrowed(&self, dst: Word, value: Value) -> String {
+        let width = self.ir.bytes(dst);
+        match value {
+            Value::Const(constant) => literal(wrapped(constant, width)),
+            Value::Cell(src) => self.fit(dst, &self.word(src), self.ir.bytes(src), self.ir.bytes(src) <= 2),
+        }
+    }
+
+    /// An operand of arithmetic that wraps.
+    fn unsigned(&self, value: Value, wide: bool) -> String {
+        let cast = if wide { "(plcU32)" } else { "(unsigned)" };
+        match value {
+            Value::Cell(word) => format!("{cast}{}", self.word(word)),
+            Value::Const(constant @ 0..=0x7FFF) if !wide => format!("{constant}u"),
+            Value::Const(constant) if !wide => format!("{cast}{}", literal(wrapped(constant, 2))),
+            Value::Const(constant) => format!("{cast}{}", literal(constant)),
+        }
+    }
+
+    /// Byte `n` of a value, from the lowest.
+    fn byte(&self, value: Value, n: u8) -> String {
+        match (n, value) {
+            (0, value) => format!("(unsigned char){}", self.value(value)),
+            (_, Value::Cell(word)) if self.ir.bytes(word) > 2 => {
+                format!("(unsigned char)((plcU32){} >> {})", self.word(word), 8 * n)
+            }
+            (_, value) => format!("(unsigned char)((unsigned){} >> {})", self.value(value), 8 * n),
+        }
+    }
+
+    fn bit(&self, bit: Bit, negated: bool) -> String {
+        let name = self.names.bits.get(bit.0 as usize).map_or("", String::as_str);
+        format!("{}{name}", if negated { "!" } else { "" })
+    }
+
+    fn word(&self, word: Word) -> String {
+        self.names.words.get(word.0 as usize).cloned().unwrap_or_default()
+    }
+
+    fn value(&self, value: Value) -> String {
+        match value {
+            Value::Cell(word) => self.word(word),
+            Value::Const(constant) => literal(constant),
+        }
+    }
+
+    fn compare(&self, compare: &Compare) -> String {
+        let rel = match compare.rel {
+            Rel::Eq => "==",
+            Rel::Ne => "!=",
+            Rel::Lt => "<",
+            Rel::Ge => ">=",
+        };
+        format!("{} {rel} {}", self.word(compare.a), self.value(compare.b))
+    }
+}
+
+/// A constant with sign; the lowest ones have no spelling of their own in C.
+pub(super) fn literal(constant: i32) -> String {
+    match (constant, bytes_of(constant)) {
+        (i32::MIN, _) => "(-2147483647L - 1)".to_owned(),
+        (-0x8000, _) => "(-32767 - 1)".to_owned(),
+        (_, 1 | 2) => constant.to_string(),
+        _ => format!("{constant}L"),
+    }
+}
+
+/// The low `bytes` bytes of a constant, with sign.
+fn wrapped(constant: i32, bytes: u8) -> i32 {
+    let unused = 32 - 8 * u32::from(bytes.clamp(1, 4));
+    constant.wrapping_shl(unused) >> unused
+}

@@ -1,0 +1,173 @@
+//! ANSI C (C89): `PlcInit` once, `PlcCycle` once a scan, and functions that the user writes for everything outside.
+
+use std::fmt::Write;
+
+use diag::Diagnostic;
+use ladder::Program;
+
+use super::body::{Body, Spelling, literal};
+use super::names::{Names, comment};
+use super::{Plan, Source, helpers, lowered, tables};
+use crate::ir::{BitRole, Ir};
+
+/// `program` as one C file that needs no other.
+///
+/// # Errors
+/// As [`lowered`].
+pub fn emit(program: &Program) -> Result<Source, Vec<Diagnostic>> {
+    Ok(from_ir(program, &lowered(program)?))
+}
+
+/// The same of intermediate code that was made of `program`.
+#[must_use]
+pub fn from_ir(program: &Program, ir: &Ir) -> Source {
+    let plan = Plan { program, ir };
+    let names = spelling(ir);
+    let mut scan = String::new();
+    for ((bit, name), n) in plan.bits(BitRole::Input).zip(0..) {
+        let _ = writeln!(scan, "    {} = PlcReadInput({n}); /* {} */", names.bits[bit.0 as usize], comment(name));
+    }
+    scan += &Body::new(ir, &names).scan(&plan.texts());
+    scan.push('\n');
+    scan += &outputs(&plan, &names);
+
+    let mut text = head(&plan);
+    text += helpers::TYPES;
+    text += &hooks(&plan);
+    text += &tables::tables(ir, &names);
+    text += &helpers::helpers(&scan);
+    text += &cells(ir, &names);
+    let _ =
+        write!(text, "\n/* Once, before the first scan: everything is as after power-up. */\nvoid PlcInit(void)\n{{\n");
+    names.bits.iter().for_each(|name| text += &format!("    {name} = 0;\n"));
+    for (cell, name) in ir.words.iter().zip(&names.words) {
+        let _ = writeln!(text, "    {name} = {};", literal(cell.initial));
+    }
+    text += &outputs(&plan, &names);
+    text += "}\n\n/* One scan. */\nvoid PlcCycle(void)\n{\n    unsigned char rung = 1;\n    (void)rung;\n";
+    text += &scan;
+    text += "}\n";
+    plan.source(
+        text,
+        |bit| (bit.0, names.bits.get(bit.0 as usize).cloned().unwrap_or_default()),
+        |word| (word.0, names.words.get(word.0 as usize).cloned().unwrap_or_default()),
+    )
+}
+
+fn spelling(ir: &Ir) -> Spelling {
+    let mut names = Names::new(&[]);
+    Spelling {
+        bits: ir.bits.iter().map(|cell| names.give("b_", &cell.name)).collect(),
+        words: ir.words.iter().map(|cell| names.give("i_", &cell.name)).collect(),
+        tables: ir.tables.iter().map(|table| names.give("t_", &table.name)).collect(),
+    }
+}
+
+fn head(plan: &Plan<'_>) -> String {
+    let settings = &plan.program.settings;
+    let mut text = format!("/* {}, as a C program. */\n\n", comment(&plan.program.file));
+    let _ = writeln!(
+        text,
+        "/* Call PlcCycle every so many microseconds. */\n#define PLC_CYCLE_US {}UL\n",
+        settings.cycle_us
+    );
+    text
+}
+
+/// What the user writes, as far as the program needs it.
+fn hooks(plan: &Plan<'_>) -> String {
+    let ir = plan.ir;
+    let mut text = String::new();
+    let mut group = |what: &str, hook: &str, prefix: &str, members: Vec<&str>| {
+        if members.is_empty() {
+            return;
+        }
+        let _ = write!(text, "\n/* {what} */\n{hook}\n");
+        let mut names = Names::new(&[]);
+        for (name, n) in members.into_iter().zip(0..) {
+            let _ = writeln!(text, "#define {} {n}", names.give(prefix, name));
+        }
+    };
+    let of = |role| plan.bits(role).map(|(_, name)| name).collect::<Vec<_>>();
+    group(
+        "You write this: the level of an input now, 0 or 1.",
+        "unsigned char PlcReadInput(unsigned char input);",
+        "PLC_INPUT_",
+        of(BitRole::Input),
+    );
+    group(
+        "You write this: an output becomes 0 or 1.",
+        "void PlcWriteOutput(unsigned char output, unsigned char on);",
+        "PLC_OUTPUT_",
+        of(BitRole::Output),
+    );
+    group(
+        "You write this: the conversion of an analog input now, 0 to 1023.",
+        "int PlcReadAdc(unsigned char input);",
+        "PLC_ADC_",
+        ir.adcs.iter().map(String::as_str).collect(),
+    );
+    if let Some(hz) = ir.pwm_hz {
+        let _ = write!(
+            text,
+            "\n/* You write this: the duty of the PWM output, 0 to 100 percent, at this frequency in Hz; low until the \
+             first call. */\nvoid PlcSetPwm(unsigned char percent);\n#define PLC_PWM_HZ {hz}UL\n"
+        );
+    }
+    if ir.uart.send || ir.uart.receive {
+        let _ = write!(text, "\n/* The serial line, in bits per second. */\n#define PLC_BAUD {}UL\n", {
+            plan.program.settings.baud.unwrap_or(0)
+        });
+    }
+    if ir.uart.send {
+        text += "/* You write this: a byte goes out; the one before it has had its time. */\n";
+        text += "void PlcSendByte(unsigned char byte);\n";
+    }
+    if ir.uart.receive {
+        text += "/* You write this: takes the byte that has been received, 0 to 255; -1 when there is none. */\n";
+        text += "int PlcReceiveByte(void);\n";
+    }
+    if ir.eeprom > 0 {
+        let _ = write!(
+            text,
+            "\n/* You write these: a cell of EEPROM, from 0; a write begins and has some ms to end before the next. */\n\
+             unsigned char PlcReadEeprom(unsigned cell);\nvoid PlcWriteEeprom(unsigned cell, unsigned char byte);\n\
+             #define PLC_EEPROM_CELLS {}\n",
+            ir.eeprom
+        );
+    }
+    text
+}
+
+fn cells(ir: &Ir, names: &Spelling) -> String {
+    let mut text = "\
+\n#ifndef PLC_BIT
+#if defined(__SDCC_mcs51) || defined(SDCC_mcs51)
+#define PLC_BIT __bit
+#else
+#define PLC_BIT unsigned char
+#endif
+#endif
+"
+    .to_owned();
+    for name in &names.bits {
+        let _ = writeln!(text, "static PLC_BIT {name};");
+    }
+    for (cell, name) in ir.words.iter().zip(&names.words) {
+        let kind = match cell.bytes {
+            1 => "plc8",
+            2 => "plc16",
+            _ => "plc32",
+        };
+        let _ = writeln!(text, "static {kind} {name};");
+    }
+    text
+}
+
+fn outputs(plan: &Plan<'_>, names: &Spelling) -> String {
+    let write = |((bit, name), n): ((crate::ir::Bit, &str), u32)| {
+        let cell = names.bits.get(bit.0 as usize).map_or("", String::as_str);
+        format!("    PlcWriteOutput({n}, {cell}); /* {} */\n", comment(name))
+    };
+    plan.bits(BitRole::Output).zip(0..).map(write).collect()
+}

@@ -1,0 +1,135 @@
+//! What the emitted operations call, in C that is C++ as well: conversions that wrap and a division without traps.
+
+/// Integers of known widths, on compilers of 16 and of 32 bits.
+pub(super) const TYPES: &str = "\
+#include <limits.h>
+
+/* Integers of 8, 16 and 32 bits; three bytes are kept in four. */
+typedef signed char plc8;
+typedef short plc16;
+#if UINT_MAX >= 0xFFFFFFFF
+typedef int plc32;
+typedef unsigned plcU32;
+#else
+typedef long plc32;
+typedef unsigned long plcU32;
+#endif
+";
+
+/// A helper: its name, and its text.
+type Helper = (&'static str, &'static str);
+
+/// The low bits as a number with sign. Where the compiler's own conversion is known to keep them it is used; the other
+/// way holds with any compiler.
+const WRAPS: [Helper; 4] = [
+    (
+        "Plc8",
+        "\
+static plc8 Plc8(unsigned v)
+{
+#ifdef PLC_WRAPS
+    return (plc8)v;
+#else
+    v &= 0xFFu;
+    return (plc8)(v < 0x80u ? (int)v : -(int)(0xFFu - v) - 1);
+#endif
+}
+",
+    ),
+    (
+        "Plc16",
+        "\
+static plc16 Plc16(unsigned v)
+{
+#ifdef PLC_WRAPS
+    return (plc16)v;
+#else
+    v &= 0xFFFFu;
+    return (plc16)(v < 0x8000u ? (int)v : -(int)(0xFFFFu - v) - 1);
+#endif
+}
+",
+    ),
+    (
+        "Plc24",
+        "\
+static plc32 Plc24(plcU32 v)
+{
+    v &= 0xFFFFFFUL;
+    return v < 0x800000UL ? (plc32)v : -(plc32)(0xFFFFFFUL - v) - 1;
+}
+",
+    ),
+    (
+        "Plc32",
+        "\
+static plc32 Plc32(plcU32 v)
+{
+#ifdef PLC_WRAPS
+    return (plc32)v;
+#else
+    return v < 0x80000000UL ? (plc32)v : -(plc32)(0xFFFFFFFFUL - v) - 1;
+#endif
+}
+",
+    ),
+];
+
+const DIVIDES: [Helper; 2] = [
+    (
+        "PlcDiv16",
+        "\
+static plc16 PlcDiv16(plc16 a, plc16 b)
+{
+    unsigned x = a < 0 ? 0u - (unsigned)a : (unsigned)a;
+    unsigned y = b < 0 ? 0u - (unsigned)b : (unsigned)b;
+    if (y == 0)
+        return (plc16)(a < 0 ? 1 : -1);
+    x /= y;
+    return Plc16((a < 0) != (b < 0) ? 0u - x : x);
+}
+",
+    ),
+    (
+        "PlcDiv32",
+        "\
+static plc32 PlcDiv32(plc32 a, plc32 b)
+{
+    plcU32 x = a < 0 ? 0u - (plcU32)a : (plcU32)a;
+    plcU32 y = b < 0 ? 0u - (plcU32)b : (plcU32)b;
+    if (y == 0)
+        return a < 0 ? 1 : -1;
+    x /= y;
+    return Plc32((a < 0) != (b < 0) ? 0u - x : x);
+}
+",
+    ),
+];
+
+/// The helpers that `body` calls, directly or through one another.
+pub(super) fn helpers(body: &str) -> String {
+    let divides: Vec<&Helper> = DIVIDES.iter().filter(|(name, _)| calls(body, name)).collect();
+    let needed = |name: &str| calls(body, name) || divides.iter().any(|(_, text)| calls(text, name));
+    let wraps: Vec<&Helper> = WRAPS.iter().filter(|(name, _)| needed(name)).collect();
+    let mut text = String::new();
+    if !wraps.is_empty() {
+        text += "\
+\n/* The low bits of a result as a number with sign. The compilers named here convert so themselves; the other way is
+   right with every compiler. */
+#if (defined(__GNUC__) || defined(SDCC)) && !defined(PLC_PORTABLE)
+#define PLC_WRAPS
+#endif
+";
+    }
+    wraps.iter().for_each(|(_, helper)| text += helper);
+    if !divides.is_empty() {
+        text +=
+            "\n/* Truncated quotients. x / 0 is -1 for x >= 0 and 1 for x < 0; the lowest number / -1 is itself. */\n";
+    }
+    divides.iter().for_each(|(_, helper)| text += helper);
+    text
+}
+
+fn calls(text: &str, name: &str) -> bool {
+    text.contains(&format!("{name}("))
+}

@@ -1,0 +1,390 @@
+//! Random intermediate code: every operation at every width, as valid as lowering makes it. The accumulator and the
+//! temporaries are written before they are read; indexes lie in their tables; the serial line and the EEPROM are used when they are free.
+
+use std::collections::HashSet;
+
+use emu_core::rng::Rng;
+use ladder::{ElementId, SymbolKind};
+use ladder_compile::ir::{
+    Bit, BitCell, BitRole, Compare, Cond, Ir, Logic, Math, Op, Rel, RungCode, Step, Table, UartUse, Value, Word,
+    WordCell, WordRole,
+};
+
+/// Kinds of operations beyond those on bits, for [`Wish::ops`].
+pub mod ops {
+    pub const MOVE: u32 = 1;
+    pub const ADD: u32 = 2;
+    pub const MUL: u32 = 4;
+    pub const DIV: u32 = 8;
+    pub const COMPARE: u32 = 16;
+    pub const LOOKUP: u32 = 32;
+    pub const IF: u32 = 64;
+    /// Code that is not optimised: `Op::Logic` takes the place of most operations on the accumulator.
+    pub const LOGIC: u32 = 128;
+    pub const ADC: u32 = 256;
+    pub const PWM: u32 = 512;
+    pub const SEND: u32 = 1024;
+    pub const RECEIVE: u32 = 2048;
+    pub const EEPROM: u32 = 4096;
+    /// All integers, no peripherals, optimised form.
+    pub const INTEGERS: u32 = MOVE | ADD | MUL | DIV | COMPARE | LOOKUP | IF;
+}
+
+/// What a program should be like.
+#[derive(Debug, Clone, Copy)]
+pub struct Wish {
+    pub ops: u32,
+    pub inputs: u32,
+    pub outputs: u32,
+    /// Relays, edge memories and temporaries: a third each.
+    pub bits: u32,
+    pub words: u32,
+    /// Widths of words, drawn with equal chance.
+    pub widths: &'static [u8],
+    pub rungs: u32,
+    /// Operations of a rung, not counting those within others.
+    pub steps: u32,
+    /// Depth of `Op::If`.
+    pub depth: u32,
+    pub tables: u32,
+    pub adcs: u32,
+    /// Scans that a byte takes on the serial line.
+    pub byte_scans: i32,
+    /// Scans that the EEPROM takes for a byte.
+    pub eeprom_scans: i32,
+}
+
+impl Wish {
+    /// Bits only.
+    pub const BITS: Wish = Wish {
+        ops: ops::IF,
+        inputs: 4,
+        outputs: 4,
+        bits: 12,
+        words: 0,
+        widths: &[2],
+        rungs: 6,
+        steps: 10,
+        depth: 2,
+        tables: 0,
+        adcs: 0,
+        byte_scans: 1,
+        eeprom_scans: 1,
+    };
+    /// Bits and integers of 16 bits.
+    pub const WORDS: Wish = Wish { ops: ops::INTEGERS, words: 6, tables: 2, ..Wish::BITS };
+    /// Integers of every width.
+    pub const WIDTHS: Wish = Wish { widths: &[1, 2, 3, 4], words: 10, ..Wish::WORDS };
+}
+
+struct Draw<'a> {
+    rng: &'a mut Rng,
+    wish: Wish,
+    ir: Ir,
+    /// Temporaries that hold something.
+    set: HashSet<Bit>,
+    /// The accumulator holds something.
+    acc: bool,
+    /// Counts down while the serial line is busy; while the EEPROM is.
+    busy: Option<Word>,
+    eebusy: Option<Word>,
+    /// Words that the program may use as it likes.
+    free: u32,
+}
+
+/// A program that keeps the wish. The same seed gives the same program.
+pub fn random(rng: &mut Rng, wish: Wish) -> Ir {
+    let mut ir = Ir::default();
+    let bit = |ir: &mut Ir, name: String, role| ir.bits.push(BitCell { name, role });
+    (0..wish.inputs).for_each(|n| bit(&mut ir, format!("X{n}"), BitRole::Input));
+    (0..wish.outputs).for_each(|n| bit(&mut ir, format!("Y{n}"), BitRole::Output));
+    for n in 0..wish.bits {
+        let role = [BitRole::Relay, BitRole::Memory, BitRole::Temporary][n as usize % 3];
+        let name = match role {
+            BitRole::Relay => format!("R{n}"),
+            BitRole::Memory => format!("edge{n}"),
+            _ => format!("t{n}"),
+        };
+        bit(&mut ir, name, role);
+    }
+    for n in 0..wish.words {
+        let bytes = wish.widths[rng.below(wish.widths.len() as u64) as usize];
+        let role = WordRole::Symbol(SymbolKind::Variable);
+        let initial = if rng.one_in(8) { super::interp::keep(rng.next_u64() as i64, bytes) } else { 0 };
+        ir.words.push(WordCell { name: format!("v{n}"), role, bytes, initial });
+    }
+    let mut draw = Draw { rng, wish, ir, set: HashSet::new(), acc: false, busy: None, eebusy: None, free: wish.words };
+    draw.peripherals();
+    draw.tables();
+    for number in 0..wish.rungs {
+        let mut rung = RungCode { elements: wish.steps, steps: Vec::new() };
+        let first = if draw.rng.one_in(3) { draw.load() } else { Op::Acc(true) };
+        draw.acc = true;
+        let mut index = 0;
+        rung.steps.push(Step { at: ElementId { rung: number, index }, op: first });
+        for _ in 0..wish.steps {
+            index = (index + draw.rng.below(2) as u32).min(wish.steps - 1);
+            for op in draw.some(wish.depth) {
+                rung.steps.push(Step { at: ElementId { rung: number, index }, op });
+            }
+        }
+        draw.ir.rungs.push(rung);
+    }
+    draw.ir
+}
+
+impl Draw<'_> {
+    fn wants(&self, op: u32) -> bool {
+        self.wish.ops & op != 0
+    }
+
+    /// Counters of what is busy, and what the chip is told that the program uses.
+    fn peripherals(&mut self) {
+        let counter = |ir: &mut Ir, name: &str| {
+            let word = Word(ir.words.len() as u32);
+            ir.words.push(WordCell { name: name.to_owned(), role: WordRole::Memory, bytes: 1, initial: 0 });
+            let one = Op::Math { op: Math::Sub, dst: word, a: Value::Cell(word), b: Value::Const(1) };
+            let some = Cond::Compare(Compare { a: word, rel: Rel::Ne, b: Value::Const(0) });
+            ir.begin.push(Op::If { cond: some, then: vec![one], otherwise: Vec::new() });
+            word
+        };
+        if self.wish.ops & ops::SEND != 0 {
+            self.busy = Some(counter(&mut self.ir, "busy"));
+        }
+        if self.wish.ops & ops::EEPROM != 0 {
+            self.eebusy = Some(counter(&mut self.ir, "eebusy"));
+            self.ir.eeprom = self.ir.words[..self.free as usize].iter().map(|cell| u16::from(cell.bytes)).sum();
+        }
+        self.ir.uart = UartUse { send: self.wants(ops::SEND), receive: self.wants(ops::RECEIVE) };
+        self.ir.pwm_hz = self.wants(ops::PWM).then_some(1000);
+        self.ir.adcs = (0..self.wish.adcs).map(|n| format!("A{n}")).collect();
+    }
+
+    fn tables(&mut self) {
+        for n in 0..self.wish.tables {
+            let bytes = self.wish.widths[self.rng.below(self.wish.widths.len() as u64) as usize];
+            let plain = bytes == 1 && self.rng.one_in(2);
+            let most = if self.rng.one_in(8) { 100 } else { 12 };
+            let length = 1 + self.rng.below(most);
+            let values = (0..length).map(|_| {
+                if plain { self.rng.below(256) as i32 } else { super::interp::keep(self.rng.next_u64() as i64, bytes) }
+            });
+            let values = values.collect();
+            self.ir.tables.push(Table { name: format!("table{n}"), bytes, values });
+        }
+    }
+
+    fn any_bit(&mut self, which: impl Fn(BitRole) -> bool) -> Option<Bit> {
+        let all: Vec<Bit> =
+            (0..self.ir.bits.len() as u32).map(Bit).filter(|bit| which(self.ir.bits[bit.0 as usize].role)).collect();
+        let n = self.rng.below(all.len() as u64) as usize;
+        all.get(n).copied()
+    }
+
+    /// A bit that holds something.
+    fn source(&mut self) -> Bit {
+        let bit = self.any_bit(|_| true).expect("a program has bits");
+        let temporary = self.ir.is_temporary(bit);
+        if temporary && !self.set.contains(&bit) {
+            return self.any_bit(|role| role != BitRole::Temporary).expect("a program has bits that last");
+        }
+        bit
+    }
+
+    /// A bit to write; never an input.
+    fn target(&mut self) -> Bit {
+        let bit = self.any_bit(|role| role != BitRole::Input).expect("a program has bits to write");
+        if self.ir.is_temporary(bit) {
+            self.set.insert(bit);
+        }
+        bit
+    }
+
+    fn load(&mut self) -> Op {
+        self.acc = true;
+        Op::Load { bit: self.source(), negated: self.rng.one_in(2) }
+    }
+
+    fn word(&mut self) -> Word {
+        Word(self.rng.below(self.free.into()) as u32)
+    }
+
+    /// The widest word that the wish has, in bytes.
+    fn widest(&self) -> u8 {
+        self.wish.widths.iter().copied().max().unwrap_or(2)
+    }
+
+    /// A constant that fits `bytes`, most of them at a boundary.
+    fn constant(&mut self, bytes: u8) -> i32 {
+        let bits = 8 * u32::from(bytes) - 1;
+        let (low, high) = ((-1i64 << bits), (1i64 << bits) - 1);
+        const SOME: &[i64] = &[0, 1, -1, 2, 10, 100, 127, 128, -128, -129, 255, 256, -256, 1000, 32767, -32768, 65536];
+        let drawn = match self.rng.below(6) {
+            0 => low + self.rng.below(2) as i64,
+            1 => high - self.rng.below(2) as i64,
+            2 => self.rng.next_u64() as i64 >> self.rng.below(64),
+            _ => SOME[self.rng.below(SOME.len() as u64) as usize],
+        };
+        super::interp::keep(drawn, bytes)
+    }
+
+    fn value(&mut self, bytes: u8) -> Value {
+        if self.rng.one_in(2) { Value::Cell(self.word()) } else { Value::Const(self.constant(bytes)) }
+    }
+
+    fn compare(&mut self) -> Compare {
+        let a = self.word();
+        let rel = [Rel::Eq, Rel::Ne, Rel::Lt, Rel::Ge][self.rng.below(4) as usize];
+        let b = self.value(self.ir.bytes(a));
+        Compare { a, rel, b }
+    }
+
+    /// One operation, or two that belong together.
+    fn some(&mut self, depth: u32) -> Vec<Op> {
+        let mut out = Vec::new();
+        let words = self.free > 0;
+        let kinds: Vec<u32> = (0..13)
+            .map(|n| 1 << n)
+            .filter(|&kind| self.wants(kind) && (words || kind & (ops::IF | ops::LOGIC) != 0))
+            .filter(|&kind| depth > 0 || kind & (ops::IF | ops::LOOKUP | ops::SEND | ops::EEPROM) == 0)
+            .collect();
+        let bits = if self.wants(ops::LOGIC) && kinds.len() > 1 { 6 } else { 2 };
+        if kinds.is_empty() || self.rng.below(bits) == 0 {
+            return vec![self.on_bits()];
+        }
+        let kind = kinds[self.rng.below(kinds.len() as u64) as usize];
+        let op = match kind {
+            ops::MOVE => {
+                let dst = self.word();
+                let bytes = self.widest();
+                Op::Move { dst, src: self.value(bytes) }
+            }
+            ops::ADD | ops::MUL | ops::DIV => {
+                let op = match kind {
+                    ops::ADD if self.rng.one_in(2) => Math::Add,
+                    ops::ADD => Math::Sub,
+                    ops::MUL => Math::Mul,
+                    _ => Math::Div,
+                };
+                let (dst, a) = (self.word(), self.word());
+                let bytes = if self.rng.one_in(6) { self.widest() } else { self.ir.bytes(dst).max(self.ir.bytes(a)) };
+                let a = if self.rng.one_in(4) { self.value(bytes) } else { Value::Cell(a) };
+                let b = self.value(bytes);
+                // The destination is often an operand.
+                let dst = match (self.rng.below(4), a, b) {
+                    (0, Value::Cell(word), _) | (1, _, Value::Cell(word)) => word,
+                    _ => dst,
+                };
+                Op::Math { op, dst, a, b }
+            }
+            ops::COMPARE => {
+                if !self.acc {
+                    out.push(self.load());
+                }
+                Op::AndCompare(self.compare())
+            }
+            ops::LOOKUP if !self.ir.tables.is_empty() => {
+                let table = self.rng.below(self.ir.tables.len() as u64) as u32;
+                let (index, dst) = (self.word(), self.word());
+                let count = self.ir.tables[table as usize].values.len() as i32;
+                let under = |b: i32| Cond::Compare(Compare { a: index, rel: Rel::Lt, b: Value::Const(b) });
+                let read =
+                    Op::If { cond: under(count), then: vec![Op::Lookup { dst, index, table }], otherwise: vec![] };
+                Op::If { cond: under(0), then: vec![], otherwise: vec![read] }
+            }
+            ops::IF => self.branch(depth),
+            ops::LOGIC => self.logic(),
+            ops::ADC if self.wish.adcs > 0 => {
+                let dst = self.word();
+                Op::ReadAdc { dst, input: self.rng.below(self.wish.adcs.into()) as u32 }
+            }
+            ops::PWM => {
+                let value = if self.rng.one_in(2) { self.rng.below(104) as i32 - 2 } else { self.constant(2) };
+                Op::SetPwm { duty: if self.rng.one_in(2) { Value::Const(value) } else { Value::Cell(self.word()) } }
+            }
+            ops::SEND => {
+                let send = Op::Send { value: self.value(2) };
+                let busy = self.busy.expect("a program that sends has its counter");
+                let count = Op::Move { dst: busy, src: Value::Const(self.wish.byte_scans) };
+                free_then(busy, vec![send, count])
+            }
+            ops::RECEIVE => {
+                self.acc = true;
+                Op::Receive { dst: self.word() }
+            }
+            ops::EEPROM => {
+                let word = self.word();
+                let addr = self.ir.words[..word.0 as usize].iter().map(|cell| u16::from(cell.bytes)).sum();
+                let busy = self.eebusy.expect("a program with EEPROM has its counter");
+                let scans = self.wish.eeprom_scans;
+                let op = if self.rng.one_in(3) {
+                    Op::Recall { dst: word, addr }
+                } else {
+                    Op::Persist { src: word, addr, busy, scans }
+                };
+                free_then(busy, vec![op])
+            }
+            _ => self.on_bits(),
+        };
+        out.push(op);
+        out
+    }
+
+    fn on_bits(&mut self) -> Op {
+        if !self.acc {
+            return self.load();
+        }
+        match self.rng.below(10) {
+            0 => Op::Acc(self.rng.one_in(2)),
+            1 => self.load(),
+            2 | 3 => Op::And { bit: self.source(), negated: self.rng.one_in(2) },
+            4 | 5 => Op::Or { bit: self.source(), negated: self.rng.one_in(2) },
+            6 | 7 => Op::Store { bit: self.target(), negated: self.rng.one_in(3) },
+            8 => Op::Put { bit: self.target(), value: self.rng.one_in(2) },
+            _ => match self.any_bit(|role| role == BitRole::Memory) {
+                Some(bit) if self.rng.one_in(2) => Op::Rising(bit),
+                Some(bit) => Op::Falling(bit),
+                None => Op::Acc(true),
+            },
+        }
+    }
+
+    fn logic(&mut self) -> Op {
+        let (a, b) = (self.source(), self.source());
+        let dst = self.target();
+        self.acc = false;
+        let is = match self.rng.below(4) {
+            0 => Logic::Copy(a),
+            1 => Logic::Not(a),
+            2 => Logic::And(a, b),
+            _ => Logic::Or(a, b),
+        };
+        Op::Logic { dst, is }
+    }
+
+    fn branch(&mut self, depth: u32) -> Op {
+        let cond = match self.rng.below(3) {
+            0 if self.wants(ops::COMPARE) && self.free > 0 => Cond::Compare(self.compare()),
+            1 if self.acc => Cond::Acc,
+            _ => Cond::Bit(self.source()),
+        };
+        let (acc, set) = (self.acc, self.set.clone());
+        let then = self.block(depth - 1);
+        let (then_acc, then_set) = (self.acc, std::mem::replace(&mut self.set, set));
+        self.acc = acc;
+        let otherwise = if self.rng.one_in(2) { Vec::new() } else { self.block(depth - 1) };
+        self.acc &= then_acc;
+        self.set.retain(|bit| then_set.contains(bit));
+        Op::If { cond, then, otherwise }
+    }
+
+    fn block(&mut self, depth: u32) -> Vec<Op> {
+        (0..self.rng.below(4)).flat_map(|_| self.some(depth)).collect()
+    }
+}
+
+/// `then` when the counter is at 0.
+fn free_then(busy: Word, then: Vec<Op>) -> Op {
+    let free = Cond::Compare(Compare { a: busy, rel: Rel::Eq, b: Value::Const(0) });
+    Op::If { cond: free, then, otherwise: Vec::new() }
+}
