@@ -143,7 +143,8 @@ impl Expr {
             Expr::And(all) => {
                 let mut all: Vec<Expr> = all.into_iter().map(Expr::ranged).collect();
                 while let Some((low, high, range)) = range_of(&all) {
-                    all = all.into_iter().enumerate().filter(|(n, _)| *n != low && *n != high).map(|(_, e)| e).collect();
+                    all =
+                        all.into_iter().enumerate().filter(|(n, _)| *n != low && *n != high).map(|(_, e)| e).collect();
                     all.push(range);
                 }
                 all.into_iter().fold(Expr::Const(true), Expr::and)

@@ -98,7 +98,9 @@ impl Free {
         let mut common = None;
         for addr in (0..0x200).filter(|&addr| kept(addr)) {
             let every = chip.reach(addr) == ANY;
-            let list = if every { common.get_or_insert((addr, 0)) } else {
+            let list = if every {
+                common.get_or_insert((addr, 0))
+            } else {
                 match ranges.last_mut() {
                     Some(range) if range.0 + range.1 == addr && range.0 >> 7 == addr >> 7 => range,
                     _ => {
@@ -194,7 +196,8 @@ fn ports(pins: &[Pin], chip: &Silicon) -> Vec<Port> {
         if inputs | outputs == 0 {
             continue;
         }
-        let bits = (0..8).filter(|&n| row.pins.get(n).is_some_and(|&pin| pin != NO_PIN)).fold(0, |mask, n| mask | 1 << n);
+        let bits =
+            (0..8).filter(|&n| row.pins.get(n).is_some_and(|&pin| pin != NO_PIN)).fold(0, |mask, n| mask | 1 << n);
         ports.push(Port {
             letter,
             port: chip.reg(sfr),

@@ -94,7 +94,8 @@ impl Select<'_, '_> {
     /// Emits a chain and `then`, if the formula is one and all its bytes are reached from one bank; says whether.
     fn chained(&mut self, e: &Expr, then: &Then) -> bool {
         let Some(list) = chain(e) else { return false };
-        let mut addrs: Vec<u16> = list.iter().filter_map(|e| if let Expr::Lit(l) = e { Some(l.at.0) } else { None }).collect();
+        let mut addrs: Vec<u16> =
+            list.iter().filter_map(|e| if let Expr::Lit(l) = e { Some(l.at.0) } else { None }).collect();
         let lits = self.out.common(&addrs);
         addrs.extend(then.addr());
         let banks = self.out.common(&addrs);
@@ -190,7 +191,8 @@ impl Select<'_, '_> {
         all.sort_by_key(cost);
         // The last part needs no jump of its own if what is done can stand behind it; a literal is the best.
         let odd = all.iter().filter(|e| matches!(e, Expr::Lit(_))).count() % 2 == 1;
-        let place = all.iter().rposition(|e| matches!(e, Expr::Lit(_))).filter(|_| odd && !all.iter().any(|e| cost(e) > 1));
+        let place =
+            all.iter().rposition(|e| matches!(e, Expr::Lit(_))).filter(|_| odd && !all.iter().any(|e| cost(e) > 1));
         let last = match place {
             Some(n) => all.remove(n),
             None => all.pop().unwrap_or(Expr::Const(true)),

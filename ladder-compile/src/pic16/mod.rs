@@ -57,7 +57,8 @@ pub fn build(job: &Job<'_>) -> Result<Built, Refusal> {
     };
     let available = u64::from(job.target.chip.on_chip);
     let at = |mark| code.at(mark).unwrap_or(0);
-    let starts: Vec<u32> = (0..job.ir.rungs.len() as u32).map(|n| at(Mark::Rung(n))).chain([at(Mark::RungsEnd)]).collect();
+    let starts: Vec<u32> =
+        (0..job.ir.rungs.len() as u32).map(|n| at(Mark::Rung(n))).chain([at(Mark::RungsEnd)]).collect();
     let spans = || starts.iter().zip(starts.iter().skip(1));
     if code.words.len() as u64 * 2 > available {
         let rungs = spans().map(|(start, end)| u64::from(end - start) * 2).collect();
@@ -71,7 +72,11 @@ pub fn build(job: &Job<'_>) -> Result<Built, Refusal> {
         segments,
         lines: lines(&code),
         marks: code.marks.clone(),
-        bits: layout.bits.iter().map(|&(addr, bit)| Place::Bit { space: "data".to_owned(), addr: addr.into(), bit }).collect(),
+        bits: layout
+            .bits
+            .iter()
+            .map(|&(addr, bit)| Place::Bit { space: "data".to_owned(), addr: addr.into(), bit })
+            .collect(),
         words: (layout.words.iter().zip(&job.ir.words))
             .map(|(&addr, cell)| Place::Word { space: "data".to_owned(), addr: addr.into(), bytes: cell.bytes })
             .collect(),
@@ -103,7 +108,9 @@ fn scratch(ir: &Ir, chip: &Silicon) -> u16 {
                 then.iter().chain(otherwise).for_each(|op| visit(ir, op, needs));
                 if let Cond::Compare(c) = cond { compare(c) } else { 0 }
             }
-            Op::Math { op: math @ (Math::Mul | Math::Div), dst, a, b } => runtime::scratch(ir.width(*math, *dst, *a, *b)),
+            Op::Math { op: math @ (Math::Mul | Math::Div), dst, a, b } => {
+                runtime::scratch(ir.width(*math, *dst, *a, *b))
+            }
             Op::Math { dst, a: Value::Cell(a), b: Value::Cell(b), .. } => {
                 let same = ir.bytes(*a) >= ir.bytes(*dst) && ir.bytes(*b) >= ir.bytes(*dst) && ir.bytes(*dst) <= 2;
                 if same { 0 } else { runtime::scratch(ir.bytes(*dst)) }
@@ -169,7 +176,8 @@ fn image(
     out.back(poll, 1);
     out.mark(Mark::ScanOver);
     let behind = out.items.len();
-    let widths: Vec<u8> = routines.keys().filter_map(|r| if let Routine::Divide(width) = r { Some(*width) } else { None }).collect();
+    let widths: Vec<u8> =
+        routines.keys().filter_map(|r| if let Routine::Divide(width) = r { Some(*width) } else { None }).collect();
     for width in widths {
         let label = out.label();
         routines.insert(Routine::Negate(0, width), label);
@@ -177,7 +185,8 @@ fn image(
     // What is called stands before its callers.
     let (first, then): (Vec<_>, Vec<_>) = routines.iter().partition(|(r, _)| matches!(r, Routine::Negate(..)));
     for (&routine, &label) in first.into_iter().chain(then) {
-        let negate = if let Routine::Divide(width) = routine { routines.get(&Routine::Negate(0, width)).copied() } else { None };
+        let negate =
+            if let Routine::Divide(width) = routine { routines.get(&Routine::Negate(0, width)).copied() } else { None };
         let index = if let Routine::Table(_, _, word) = routine { layout.word(word) } else { 0 };
         out.cut();
         runtime::emit(&mut out, (routine, label), job.ir, layout.scratch, negate, index, devices);

@@ -310,7 +310,6 @@ pub fn assemble(items: &[Item], labels: u32, asm: &mut Asm<Pic>) -> Result<Vec<L
             }
         }
         for item in piece {
-            let to = |lab| places.get(lab).copied().unwrap_or(pc);
             match item {
                 Item::Op(kind, operands, 0) => asm.op(*kind, operands),
                 Item::Op(kind, operands, extra) => asm.costly(*kind, operands, *extra),
@@ -325,6 +324,7 @@ pub fn assemble(items: &[Item], labels: u32, asm: &mut Asm<Pic>) -> Result<Vec<L
                 Item::Mark(mark) => asm.mark(*mark),
                 Item::Cut => {}
             }
+            let to = |lab| places.get(lab).copied().unwrap_or(pc);
             pc += match item {
                 Item::Call(lab) => arch::words(Jump::Call, pc, to(lab)),
                 Item::Back(lab, _) => arch::words(Jump::Goto, pc, to(lab)),

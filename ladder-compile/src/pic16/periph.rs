@@ -129,7 +129,10 @@ fn pwm(clock_hz: u64, hertz: u64) -> Result<Pwm, Refusal> {
         let unit = 4 * prescale * hertz;
         let count = ((clock_hz + unit / 2) / unit).clamp(1, 255);
         let near = [count.saturating_sub(1).max(1), count, (count + 1).min(255)];
-        let error = |count: u64| (clock_hz as u128 * 1_000_000_000 / u128::from(4 * prescale * count)).abs_diff(u128::from(hertz) * 1_000_000_000);
+        let error = |count: u64| {
+            (clock_hz as u128 * 1_000_000_000 / u128::from(4 * prescale * count))
+                .abs_diff(u128::from(hertz) * 1_000_000_000)
+        };
         near.into_iter().map(|count| (error(count), prescale, count)).min().unwrap_or((u128::MAX, prescale, count))
     };
     let (error, prescale, count) = [1, 4, 16].map(fit).into_iter().min().unwrap_or((u128::MAX, 1, 1));
@@ -303,7 +306,11 @@ impl Select<'_, '_> {
                 let (fine, end, negative) = (self.out.label(), self.out.label(), self.out.label());
                 let sign = super::expr::Expr::Lit(super::expr::Lit { at: (at + bytes - 1, 7), is: true });
                 self.exec(&sign, &super::logic::Then::Goto(negative));
-                let over = super::expr::Expr::Cmp(crate::ir::Compare { a: word, rel: crate::ir::Rel::Ge, b: Value::Const(100) });
+                let over = super::expr::Expr::Cmp(crate::ir::Compare {
+                    a: word,
+                    rel: crate::ir::Rel::Ge,
+                    b: Value::Const(100),
+                });
                 self.exec(&over.not(), &super::logic::Then::Goto(fine));
                 self.out.lit(Kind::Movlw, 100);
                 self.out.goto(end);

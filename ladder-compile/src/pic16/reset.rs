@@ -80,7 +80,8 @@ fn clear(out: &mut Out<'_>, used: &[u16]) {
     let again = out.label();
     out.place(again);
     out.f(Kind::Clrf, chip.reg(Sfr::INDF));
-    let whole = |from: u16, to: u16| (from..=to).all(|addr| matches!(chip.part.place(addr), emu_pic16::chips::Place::Ram(_)));
+    let whole =
+        |from: u16, to: u16| (from..=to).all(|addr| matches!(chip.part.place(addr), emu_pic16::chips::Place::Ram(_)));
     if first & 0x80 == 0 && whole(first, first | 0x7F) {
         out.f(Kind::IncfF, fsr);
         out.only_if((fsr, 7), false);

@@ -26,7 +26,15 @@ pub fn scratch(bytes: u8) -> u16 {
 }
 
 /// A subroutine; `scratch` is its scratch, `index` the address of the word that a table is read by.
-pub fn emit(out: &mut Out<'_>, (routine, label): (Routine, Lab), ir: &Ir, scratch: u16, negate: Option<Lab>, index: u16, devices: &Devices) {
+pub fn emit(
+    out: &mut Out<'_>,
+    (routine, label): (Routine, Lab),
+    ir: &Ir,
+    scratch: u16,
+    negate: Option<Lab>,
+    index: u16,
+    devices: &Devices,
+) {
     let near = out.chip.reach(scratch);
     let start = |out: &mut Out<'_>, title| {
         out.mark(Mark::Part(title));

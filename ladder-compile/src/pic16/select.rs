@@ -172,7 +172,8 @@ impl<'a, 'c> Select<'a, 'c> {
 
     /// Computes the temporaries of which `wanted` is true.
     fn compute(&mut self, wanted: impl Fn(&Self, &Expr) -> bool) {
-        let mut due: Vec<Bit> = self.pending.iter().filter(|(_, (e, _))| wanted(self, e)).map(|(&bit, _)| bit).collect();
+        let mut due: Vec<Bit> =
+            self.pending.iter().filter(|(_, (e, _))| wanted(self, e)).map(|(&bit, _)| bit).collect();
         due.sort_unstable();
         for bit in due {
             if let Some((e, _)) = self.pending.remove(&bit) {
@@ -201,8 +202,7 @@ impl<'a, 'c> Select<'a, 'c> {
                 // Whatever is written first computes what still reads it, so a formula may wait.
                 // A formula waits that is read once, here or there; so does what is no work.
                 Some(reads)
-                    if !uses::acc_read(rest, true) && reads == 1
-                        || self.acc.is_simple() && !self.acc.reads_bit(at) =>
+                    if !uses::acc_read(rest, true) && reads == 1 || self.acc.is_simple() && !self.acc.reads_bit(at) =>
                 {
                     self.compute(|_, e| e.reads_bit(at));
                     self.pending.insert(bit, (self.acc.clone().not_if(negated), reads));
@@ -338,7 +338,7 @@ impl<'a, 'c> Select<'a, 'c> {
         if let Some(to) = settle {
             self.compute(|_, e| e.reads_bit(to.at));
         }
-        if settle.is_none() && otherwise.is_empty() && self.single(&e, then) {
+        if settle.is_none() && otherwise.is_empty() && self.single(&e, then, cond == Cond::Acc) {
             return;
         }
         let before = if cond == Cond::Acc { None } else { Some(self.acc.clone()) };
@@ -386,11 +386,14 @@ impl<'a, 'c> Select<'a, 'c> {
     }
 
     /// A branch that is one instruction stands behind a skip. Says whether it was.
-    fn single(&mut self, e: &Expr, then: &[Op]) -> bool {
+    fn single(&mut self, e: &Expr, then: &[Op], by_acc: bool) -> bool {
         let [op] = then else { return false };
         let (Op::Put { .. } | Op::Store { .. } | Op::Move { .. } | Op::Math { .. }) = op else { return false };
         let save = self.out.save();
-        let acc = std::mem::replace(&mut self.acc, Expr::Const(true));
+        let acc = self.acc.clone();
+        if by_acc {
+            self.acc = Expr::Const(true);
+        }
         let banks = self.out.banks;
         self.list(then, false, None);
         self.acc = acc;

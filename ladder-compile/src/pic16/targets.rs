@@ -5,22 +5,21 @@ use emu_pic16::chips::{PARTS, Part};
 
 use crate::target::Target;
 
-const PINS_18: &[&str] =
-    &["RB0", "RB3", "RB4", "RB5", "RB6", "RB7", "RB1", "RB2", "RA0", "RA1", "RA2", "RA3", "RA4"];
+const PINS_18: &[&str] = &["RB0", "RB3", "RB4", "RB5", "RB6", "RB7", "RB1", "RB2", "RA0", "RA1", "RA2", "RA3", "RA4"];
 const PINS_28: &[&str] = &[
-    "RB0", "RB1", "RB2", "RB3", "RB4", "RB5", "RB6", "RB7", "RC0", "RC2", "RC3", "RC4", "RC5", "RC1", "RC6", "RC7", "RA0",
-    "RA1", "RA2", "RA3", "RA5", "RA4",
+    "RB0", "RB1", "RB2", "RB3", "RB4", "RB5", "RB6", "RB7", "RC0", "RC2", "RC3", "RC4", "RC5", "RC1", "RC6", "RC7",
+    "RA0", "RA1", "RA2", "RA3", "RA5", "RA4",
 ];
 const PINS_40: &[&str] = &[
-    "RB0", "RB1", "RB2", "RB3", "RB4", "RB5", "RB6", "RB7", "RD0", "RD1", "RD2", "RD3", "RD4", "RD5", "RD6", "RD7", "RC0",
-    "RC2", "RC3", "RC4", "RC5", "RC1", "RC6", "RC7", "RA0", "RA1", "RA2", "RA3", "RA5", "RE0", "RE1", "RE2", "RA4",
+    "RB0", "RB1", "RB2", "RB3", "RB4", "RB5", "RB6", "RB7", "RD0", "RD1", "RD2", "RD3", "RD4", "RD5", "RD6", "RD7",
+    "RC0", "RC2", "RC3", "RC4", "RC5", "RC1", "RC6", "RC7", "RA0", "RA1", "RA2", "RA3", "RA5", "RE0", "RE1", "RE2",
+    "RA4",
 ];
 const ADC_28: &[(&str, u8)] = &[("RA0", 0), ("RA1", 1), ("RA2", 2), ("RA3", 3), ("RA5", 4)];
 const ADC_40: &[(&str, u8)] =
     &[("RA0", 0), ("RA1", 1), ("RA2", 2), ("RA3", 3), ("RA5", 4), ("RE0", 5), ("RE1", 6), ("RE2", 7)];
 const ADC_819: &[(&str, u8)] = &[("RA0", 0), ("RA1", 1), ("RA2", 2), ("RA3", 3), ("RA4", 4)];
-const ADC_88: &[(&str, u8)] =
-    &[("RA0", 0), ("RA1", 1), ("RA2", 2), ("RA3", 3), ("RA4", 4), ("RB6", 5), ("RB7", 6)];
+const ADC_88: &[(&str, u8)] = &[("RA0", 0), ("RA1", 1), ("RA2", 2), ("RA3", 3), ("RA4", 4), ("RB6", 5), ("RB7", 6)];
 
 const fn same(a: &str, b: &str) -> bool {
     let (a, b) = (a.as_bytes(), b.as_bytes());

@@ -51,7 +51,7 @@ impl Touched {
             }
             Op::Move { dst, .. } | Op::Math { dst, .. } | Op::Lookup { dst, .. } => _ = self.words.insert(*dst),
             Op::ReadAdc { dst, .. } | Op::Recall { dst, .. } => _ = self.words.insert(*dst),
-            Op::Receive { dst } => {
+            Op::Receive { dst } | Op::Module { word: dst, .. } => {
                 self.acc = true;
                 self.words.insert(*dst);
             }
@@ -93,7 +93,7 @@ fn of_one(op: &Op) -> Option<bool> {
     match op {
         Op::Acc(_) | Op::Load { .. } | Op::Receive { .. } | Op::Logic { .. } => Some(false),
         Op::And { .. } | Op::Or { .. } | Op::AndCompare(_) | Op::Store { .. } => Some(true),
-        Op::Rising(_) | Op::Falling(_) | Op::If { cond: Cond::Acc, .. } => Some(true),
+        Op::Rising(_) | Op::Falling(_) | Op::Module { .. } | Op::If { cond: Cond::Acc, .. } => Some(true),
         Op::If { then, otherwise, .. } => {
             let ways = [then, otherwise].map(|way| way.iter().find_map(of_one));
             match ways {
@@ -112,7 +112,9 @@ pub fn reads_of(bit: Bit, ops: &[&Op]) -> Option<u32> {
     let mut reads = 0;
     for op in ops {
         match op {
-            Op::Load { bit: read, .. } | Op::And { bit: read, .. } | Op::Or { bit: read, .. } if *read == bit => reads += 1,
+            Op::Load { bit: read, .. } | Op::And { bit: read, .. } | Op::Or { bit: read, .. } if *read == bit => {
+                reads += 1
+            }
             Op::Store { bit: written, .. } | Op::Put { bit: written, .. } if *written == bit => break,
             Op::If { .. } | Op::Logic { .. } | Op::Rising(_) | Op::Falling(_) => {
                 let mut touched = Touched::default();

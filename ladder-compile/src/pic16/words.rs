@@ -99,7 +99,11 @@ impl Select<'_, '_> {
         let first = self.layout.word(a);
         // Skips stand between accesses to both, so one bank must reach them.
         let near = |out: &super::out::Out<'_>, x: u16, y: u16| out.common(&[x, y]) != 0;
-        if bytes <= 2 && self.ir.bytes(a) >= bytes && first != to && [first, to].iter().all(|&x| near(&self.out, x, second)) {
+        if bytes <= 2
+            && self.ir.bytes(a) >= bytes
+            && first != to
+            && [first, to].iter().all(|&x| near(&self.out, x, second))
+        {
             return self.sum_short(op, to, first, second, bytes);
         }
         if !near(&self.out, to, second) || (to == second && first != to) {
