@@ -85,8 +85,12 @@ pub fn check(
     options: &Options,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Report, Vec<Diagnostic>> {
-    let target =
-        ladder_compile::Options { mcu: options.mcu.clone(), pins: options.pins.clone(), clock_hz: options.clock_hz };
+    let target = ladder_compile::Options {
+        mcu: options.mcu.clone(),
+        pins: options.pins.clone(),
+        clock_hz: options.clock_hz,
+        ..Default::default()
+    };
     let compiled = ladder_compile::compile(program, &target)?;
     check_compiled(program, &compiled, options, progress)
 }
