@@ -1,17 +1,17 @@
 //! Random intermediate code on every chip of the family, against the interpreter.
 
-mod common {
-    pub mod bench;
-    pub mod interp;
-    pub mod programs;
-}
+mod common;
 
 use common::bench::{Bench, Failed};
 use common::programs::{Wish, ops, random};
-use emu_avr::Avr;
+use emu_avr::{Avr, Options};
 use emu_core::rng::Rng;
 use ladder_compile::avr::TARGETS;
 use ladder_compile::target::Target;
+
+fn options(hz: u64) -> Options {
+    Options { hz, fuses: None, lock: None, start_up: false }
+}
 
 fn run(target: &'static Target, wish: Wish, seeds: std::ops::Range<u64>) {
     for seed in seeds {
@@ -21,7 +21,7 @@ fn run(target: &'static Target, wish: Wish, seeds: std::ops::Range<u64>) {
         ir.pwm_hz = ir.pwm_hz.map(|_| (clock_hz / (256 * 64)) as u32);
         let cycle_us = if ir.eeprom > 0 { 10_000 } else { 5_000 };
         let bench = Bench { target, clock_hz, cycle_us, baud: Some(9600) };
-        match bench.run(&ir, seed, 15, Avr::new) {
+        match bench.run(&ir, seed, 15, |chip, image, init| Avr::with(chip, image, init, options(clock_hz))) {
             Ok(_) => {}
             Err(Failed::Refused(refusal)) => panic!("{} seed {seed}: {refusal:?}", target.chip.name),
             Err(Failed::Differs(how)) => panic!("{} seed {seed}: {how}", target.chip.name),
