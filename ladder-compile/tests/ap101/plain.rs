@@ -1,6 +1,8 @@
 //! Programs of which the instructions are known, the traces that every chip must give, and the examples.
 
+use emu_ap101::chips::{CLEAR, POWER};
 use emu_core::rng::Rng;
+use emu_core::{Cpu, Level, Stop, Time};
 use ladder_compile::optimise::optimise;
 use ladder_compile::target::Mark;
 
@@ -107,5 +109,31 @@ fn code_is_the_same_program_without_the_optimiser() {
         };
         assert!(small.lines.len() <= pair.built.lines.len(), "{name}");
         (0..50).for_each(|_| pair.scan().unwrap_or_else(|how| panic!("{name}: {how}")));
+    }
+}
+
+/// docs/compile-ap101.md: a warm start keeps what is in M; timers and counters begin anew; the scans go on from there.
+#[test]
+fn a_failure_of_the_supply_keeps_bits() {
+    let rungs = "RUNG\nCONTACTS Xa 0\nCOIL Ra 0 1 0\nEND\nRUNG\nCONTACTS Ra 0\nCOIL Ya 0 0 0\nEND\n\
+        RUNG\nCONTACTS Ra 0\nTON Ta 50000\nCOIL Yb 0 0 0\nEND\nRUNG\nCONTACTS Ra 0\nOSR\nCTU Ca 9\nEND";
+    for (cold, kept) in [(false, 1), (true, 0)] {
+        let mut pair = Pair::new(&program(rungs)).expect("an image");
+        pair.drive("Xa", true);
+        (0..9).for_each(|_| pair.scan().expect("the same"));
+        pair.drive("Xa", false);
+        pair.scan().expect("the same");
+        assert_eq!(["Ra", "Ya", "Yb", "Ta", "Ca"].map(|name| pair.get(name)), [1, 1, 1, 4, 1]);
+        let now = pair.cpu.cycle();
+        for (pin, cycle, level) in [(POWER, now + 20, false), (CLEAR, now + 50, cold), (POWER, now + 100, true)] {
+            pair.cpu.drive(Time::at(cycle), pin, Level::of(level));
+        }
+        // Two outputs are loaded, then the scans begin; an edge memory that was kept sees no edge.
+        assert_eq!(pair.cpu.run(now + 103, &mut ()), Stop::Trap { pc: 0 });
+        assert_eq!(pair.cpu.cycle(), now + 102);
+        assert_eq!(["Ra", "Ya", "Yb", "Ta", "Ca"].map(|name| pair.get(name)), [kept, kept, kept, 0, 0]);
+        pair.cpu.run(now + 5101, &mut ());
+        pair.cpu.run(now + 5101, &mut ());
+        assert_eq!(["Ra", "Ya", "Yb", "Ta", "Ca"].map(|name| pair.get(name)), [kept, kept, 0, kept, 0]);
     }
 }
