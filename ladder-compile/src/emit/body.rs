@@ -143,8 +143,8 @@ impl<'a> Body<'a> {
                 self.line(&format!("{} = Plc{}({});", self.word(*dst), 8 * bytes, cells.join(" | ")));
             }
             Op::Persist { src, addr, busy, scans } => self.persist(*src, *addr, *busy, *scans),
-            // Sources are made of code in which timers and counters have been taken apart.
-            Op::Module { .. } => {}
+            // Timers and counters stay whole for chips that have them, never for a source.
+            Op::Module { .. } => self.line("#error \"a timer or counter was left whole\""),
             Op::If { cond, then, otherwise } => {
                 let holds = match cond {
                     Cond::Acc => "rung".to_owned(),

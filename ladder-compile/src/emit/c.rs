@@ -91,19 +91,19 @@ fn hooks(plan: &Plan<'_>) -> String {
     let of = |role| plan.bits(role).map(|(_, name)| name).collect::<Vec<_>>();
     group(
         "You write this: the level of an input now, 0 or 1.",
-        "unsigned char PlcReadInput(unsigned char input);",
+        "unsigned char PlcReadInput(unsigned input);",
         "PLC_INPUT_",
         of(BitRole::Input),
     );
     group(
         "You write this: an output becomes 0 or 1.",
-        "void PlcWriteOutput(unsigned char output, unsigned char on);",
+        "void PlcWriteOutput(unsigned output, unsigned char on);",
         "PLC_OUTPUT_",
         of(BitRole::Output),
     );
     group(
         "You write this: the conversion of an analog input now, 0 to 1023.",
-        "int PlcReadAdc(unsigned char input);",
+        "int PlcReadAdc(unsigned input);",
         "PLC_ADC_",
         ir.adcs.iter().map(String::as_str).collect(),
     );

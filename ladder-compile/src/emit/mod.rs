@@ -48,6 +48,10 @@ pub struct Source {
     pub analog: Vec<String>,
     /// Cells of EEPROM in use, from 0.
     pub eeprom: u16,
+    /// All bits, temporaries with them.
+    pub bits: u32,
+    /// All integers, temporaries with them.
+    pub words: u32,
 }
 
 /// The optimised intermediate code of a program that no chip has to hold.
@@ -56,7 +60,7 @@ pub struct Source {
 /// All errors of `ladder::check`, and every element that has no code, by place.
 pub fn lowered(program: &Program) -> Result<Ir, Vec<Diagnostic>> {
     let mut told: Vec<Diagnostic> = ladder::check(program).into_iter().filter(Diagnostic::is_error).collect();
-    for refusal in refuse::refuse(program) {
+    for refusal in refuse::refuse(program, None) {
         if !told.iter().any(|known| known.pos.line == refusal.pos.line) {
             told.push(refusal);
         }
@@ -110,6 +114,8 @@ impl Plan<'_> {
             outputs: named(BitRole::Output),
             analog: self.ir.adcs.clone(),
             eeprom: self.ir.eeprom,
+            bits: self.ir.bits.len() as u32,
+            words: self.ir.words.len() as u32,
         }
     }
 }
