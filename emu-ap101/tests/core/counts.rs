@@ -7,11 +7,13 @@ use crate::rig::{Block, image, words};
 
 /// Type, unit, preset.
 type Record = (u8, u8, u16);
+/// Count and Q.
+type Found = (i16, u8);
 
 /// A module; what is written to the module in each program cycle; the count that is set between the first two program
 /// cycles, Q behind that, and count and Q behind the second program cycle.
 #[rustfmt::skip]
-const CASES: &[(Record, [bool; 2], i16, u8, (i16, u8))] = &[
+const CASES: &[(Record, [bool; 2], i16, u8, Found)] = &[
     // TON
     ((1, 0, 10), [true, true],       9, 0, (10, 0)),
     ((1, 0, 10), [true, true],      10, 1, (10, 1)),
