@@ -278,7 +278,30 @@ impl<'a> Body<'a> {
             Rel::Lt => "<",
             Rel::Ge => ">=",
         };
+        // Compilers warn of comparisons that are decided before they are made.
+        let decided = match compare.b {
+            Value::Cell(b) => (b == compare.a).then_some(matches!(compare.rel, Rel::Eq | Rel::Ge)),
+            Value::Const(b) => decided(compare.rel, b, self.ir.bytes(compare.a)),
+        };
+        if let Some(value) = decided {
+            return u8::from(value).to_string();
+        }
         format!("{} {rel} {}", self.word(compare.a), self.value(compare.b))
+    }
+}
+
+/// What a comparison of every number of `bytes` bytes with `b` gives, where that is the same for all.
+fn decided(rel: Rel, b: i32, bytes: u8) -> Option<bool> {
+    let least = i32::MIN >> (32 - 8 * u32::from(bytes.clamp(1, 4)));
+    let (below, above) = (b < least, b > !least);
+    match rel {
+        Rel::Lt if b == least => Some(false),
+        Rel::Ge if b == least => Some(true),
+        _ if !below && !above => None,
+        Rel::Eq => Some(false),
+        Rel::Ne => Some(true),
+        Rel::Lt => Some(above),
+        Rel::Ge => Some(below),
     }
 }
 

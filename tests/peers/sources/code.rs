@@ -18,7 +18,7 @@ const WISHES: [Wish; 5] = [
     Wish::WORDS,
     Wish::WIDTHS,
     Wish { ops: ALL, adcs: 3, byte_scans: 2, eeprom_scans: 3, ..Wish::WIDTHS },
-    Wish { bits: 90, words: 40, rungs: 40, steps: 20, depth: 4, ops: ALL, adcs: 1, ..Wish::WIDTHS },
+    Wish { bits: 60, words: 30, rungs: 10, steps: 20, depth: 4, ops: ALL, adcs: 1, ..Wish::WIDTHS },
 ];
 
 /// A program without rungs, which gives its name to code that comes from no program.
@@ -118,7 +118,7 @@ fn compare(case: &Case, source: &Source, found: &[Record], wanted: &[Record]) {
 }
 
 fn both(emit: fn(&ladder::Program, &Ir) -> Source, slots: Slots, run: impl Fn(&[(Source, Script)]) -> Vec<Vec<Record>>) {
-    let cases = cases(100);
+    let cases = cases(60);
     let mut wanted = Vec::new();
     let mut programs = Vec::new();
     for case in &cases {
