@@ -199,6 +199,10 @@ impl<'a> Body<'a> {
 
     fn math(&self, op: Math, dst: Word, a: Value, b: Value) -> String {
         let width = self.ir.bytes(dst);
+        // Compilers warn of constants that wrap.
+        if let (Value::Const(a), Value::Const(b)) = (a, b) {
+            return literal(wrapped(folded(op, a, b), width));
+        }
         let sign = match op {
             Math::Add => '+',
             Math::Sub => '-',
@@ -312,6 +316,23 @@ pub(super) fn literal(constant: i32) -> String {
         (-0x8000, _) => "(-32767 - 1)".to_owned(),
         (_, 1 | 2) => constant.to_string(),
         _ => format!("{constant}L"),
+    }
+}
+
+/// The low four bytes of what an operation on constants gives.
+fn folded(op: Math, a: i32, b: i32) -> i32 {
+    match (op, b) {
+        (Math::Add, b) => a.wrapping_add(b),
+        (Math::Sub, b) => a.wrapping_sub(b),
+        (Math::Mul, b) => a.wrapping_mul(b),
+        (Math::Div, 0) => {
+            if a < 0 {
+                1
+            } else {
+                -1
+            }
+        }
+        (Math::Div, b) => a.wrapping_div(b),
     }
 }
 
