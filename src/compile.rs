@@ -66,8 +66,12 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
     output::owners(&outputs)?;
     output::spares(&args.program.file, &outputs)?;
     let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
-    let options =
-        Options { mcu: args.mcu.chip.name.to_owned(), pins: args.target.pins.clone(), clock_hz: args.target.clock };
+    let options = Options {
+        mcu: args.mcu.chip.name.to_owned(),
+        pins: args.target.pins.clone(),
+        clock_hz: args.target.clock,
+        ..Options::default()
+    };
     let compiled = match ladder_compile::compile(&read.program, &options) {
         Ok(compiled) => compiled,
         Err(refusals) => return Err(Failure::Refused(refusals, read.texts)),

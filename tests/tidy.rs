@@ -17,7 +17,7 @@ emu-ap101:      diag emu-core
 emu-debug:      emu-core
 ladder:         diag
 ladder-eval:    ladder
-ladder-compile: ladder diag emu-core emu-avr
+ladder-compile: ladder diag emu-core emu-avr emu-8051 emu-pic16 emu-ap101
 emu-check:      ladder diag emu-core emu-avr emu-debug ladder-eval ladder-compile
 emu:            ladder diag emu-core emu-asm emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug ladder-eval ladder-compile emu-check
 ";

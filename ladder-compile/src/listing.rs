@@ -1,23 +1,28 @@
-//! The listing: every word of the image, each element's text above its instructions.
+//! The listing: every word of the image, each element's text above its instructions. Where the code is not optimised, each
+//! operation's three-address form stands above its template.
 
 use std::fmt::Write;
 
-use emu_avr::isa;
-use ladder::{Node, Program};
+use emu_core::chip::{Chip, Family};
+use ladder::{ElementId, Node, Program};
 
-use crate::avr::Image;
-use crate::avr::emit::Mark;
+use crate::ir::{Ir, Op};
 use crate::map::{Map, Place};
+use crate::target::{Built, Mark};
 
-/// The listing of an image: a head with pins and places, then address (bytes), words and instruction per line.
+/// The listing of an image: a head with pins and places, then address, words and instruction per line. Addresses are bytes on
+/// AVR and 8051, words on the others, as their assemblers have it.
 #[must_use]
-pub fn listing(program: &Program, image: &Image, map: &Map) -> String {
+pub fn listing(program: &Program, ir: &Ir, chip: &Chip, built: &Built, map: &Map) -> String {
     let mut out = String::new();
     head(&mut out, program, map);
-    let mut marks = image.code.marks.iter().peekable();
+    let mut marks = built.marks.iter().peekable();
     let mut elements = map.elements.iter();
-    for insn in &image.code.insns {
-        while let Some((mark, _)) = marks.next_if(|(_, at)| *at <= insn.addr) {
+    let unit = address_unit(chip);
+    let plain = has_logic(ir);
+    let steps_marked = built.marks.iter().any(|(mark, _)| matches!(mark, Mark::Step { .. }));
+    for line in &built.lines {
+        while let Some((mark, _)) = marks.next_if(|(_, at)| *at <= line.addr) {
             match mark {
                 Mark::Part(title) => _ = write!(out, "\n; {title}\n"),
                 Mark::Rung(number) => {
@@ -26,22 +31,53 @@ pub fn listing(program: &Program, image: &Image, map: &Map) -> String {
                         series(&mut out, &rung.series, 1);
                     }
                 }
-                Mark::Element(_) => {
-                    if let Some(element) = elements.next().filter(|e| e.start != e.end) {
+                Mark::Element(id) => {
+                    let element = elements.next();
+                    if let Some(element) = element.filter(|e| e.start != e.end) {
                         _ = writeln!(out, ";{}.{} {}", element.rung, element.element, element.text);
+                        if plain && !steps_marked {
+                            operations(&mut out, ir, *id);
+                        }
                     }
                 }
+                Mark::Step { rung, step } if plain => {
+                    let step = ir.rungs.get(*rung as usize).and_then(|rung| rung.steps.get(*step as usize));
+                    step.into_iter().for_each(|step| operation(&mut out, ir, &step.op));
+                }
                 Mark::TimerStart => out.push_str("; the timer starts at the end of the next instruction\n"),
-                Mark::Poll | Mark::ScanStart | Mark::RungsEnd | Mark::ScanEnd | Mark::ScanOver => {}
+                Mark::Poll | Mark::ScanStart | Mark::RungsEnd | Mark::ScanEnd | Mark::ScanOver | Mark::Step { .. } => {}
             }
         }
-        let at = insn.addr as usize;
-        let words = image.code.words.get(at..at + insn.len as usize).unwrap_or_default();
-        let hex: Vec<String> = words.iter().map(|word| format!("{word:04X}")).collect();
-        let text = isa::disassemble(words, insn.addr).text;
-        _ = writeln!(out, "{:04X}  {:<9}  {text}", insn.addr * 2, hex.join(" "));
+        let digits = if chip.word_bytes == 1 { 2 } else { 4 };
+        let hex: Vec<String> = line.words.iter().map(|word| format!("{word:0digits$X}")).collect();
+        let text = if line.text.is_empty() { "; data" } else { &line.text };
+        _ = writeln!(out, "{:04X}  {:<9}  {text}", line.addr * unit, hex.join(" "));
     }
     out
+}
+
+/// What an address counts, in addresses per word of program memory.
+pub(crate) fn address_unit(chip: &Chip) -> u32 {
+    match chip.family {
+        Family::Avr | Family::Mcs51 => chip.word_bytes,
+        Family::Pic16 | Family::Ap101 => 1,
+    }
+}
+
+fn has_logic(ir: &Ir) -> bool {
+    let logic = |op: &Op| matches!(op, Op::Logic { .. });
+    ir.rungs.iter().flat_map(|rung| &rung.steps).any(|step| logic(&step.op))
+}
+
+/// The operations of an element.
+fn operations(out: &mut String, ir: &Ir, id: ElementId) {
+    let rung = ir.rungs.get(id.rung as usize);
+    let steps = rung.into_iter().flat_map(|rung| &rung.steps).filter(|step| step.at == id);
+    steps.for_each(|step| operation(out, ir, &step.op));
+}
+
+fn operation(out: &mut String, ir: &Ir, op: &Op) {
+    ir.text(op).lines().for_each(|line| _ = writeln!(out, ";     {line}"));
 }
 
 fn head(out: &mut String, program: &Program, map: &Map) {

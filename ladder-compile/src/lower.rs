@@ -1,18 +1,24 @@
 //! From the model to intermediate code: what each element means, told once for all targets.
 //!
-//! Written from the language's documents (LDmicro release 2.3): the rung state is the accumulator, every element
-//! transforms it, and every element is executed in every scan. Nothing here is clever; [`crate::optimise`] removes what
-//! is not needed.
+//! Written from the language's documents: the rung state is the accumulator, every element transforms it, and every element
+//! is executed in every scan. Nothing here is clever; [`crate::optimise`] removes what is not needed.
+
+mod numbers;
+mod parts;
+mod plain;
+mod timing;
 
 use std::collections::HashMap;
 
-use ladder::{
-    CompareOp, CounterKind, Dialect, Element, ElementId, MathOp, Node, Operand, Program, SymbolKind, TimerKind,
-};
+use ladder::{CompareOp, Dialect, Element, ElementId, MathOp, Node, Operand, Program, SymbolKind};
 
-use crate::ir::{
-    Bit, BitCell, BitRole, Compare, Cond, Ir, Math, Module, Op, Rel, RungCode, Step, Value, Word, WordCell, WordRole,
-};
+use crate::ir::{Bit, BitCell, BitRole, Cond, Ir, Math, Op, RungCode, Step, Value, Word, WordCell, WordRole};
+use numbers::Relation;
+use parts::Busy;
+
+pub use parts::eeprom;
+pub use plain::plain;
+pub use timing::scans;
 
 /// The scan of `program`, not yet optimised.
 ///
@@ -26,14 +32,13 @@ pub fn lower(program: &Program) -> Ir {
 /// The same; with `modules` timers and counters stay whole, each an [`Op::Module`].
 #[must_use]
 pub fn lower_for(program: &Program, modules: bool) -> Ir {
-    let mut lower = Lower::new(program.settings.cycle_us);
-    lower.modules = modules;
-    lower.bounded = program.dialect == Dialect::Ldmicro5;
+    let mut lower = Lower::new(program, modules);
     for symbol in program.symbols() {
         if symbol.kind.is_bit() {
             lower.symbol_bit(&symbol.name);
         } else {
-            lower.new_word(symbol.name, symbol.kind);
+            let initial = lower.starts.get(symbol.name.as_str()).copied().unwrap_or(0);
+            lower.new_word(symbol.name, symbol.kind, symbol.bytes, initial);
         }
     }
     if program.elements().any(|(_, element, _)| matches!(element, Element::MasterRelay)) {
@@ -41,6 +46,8 @@ pub fn lower_for(program: &Program, modules: bool) -> Ir {
         lower.master = Some(master);
         lower.ir.begin.push(Op::Put { bit: master, value: true });
     }
+    lower.parts();
+    lower.presets();
     for (number, rung) in program.rungs.iter().enumerate() {
         lower.at = ElementId { rung: number as u32, index: 0 };
         lower.next = 0;
@@ -53,24 +60,28 @@ pub fn lower_for(program: &Program, modules: bool) -> Ir {
         let steps = std::mem::take(&mut lower.steps);
         lower.ir.rungs.push(RungCode { elements: lower.next, steps });
     }
-    if let Some(bit) = lower.scanned {
-        lower.ir.end.push(Op::Put { bit, value: true });
-    }
     lower.ir
 }
 
-struct Lower {
+struct Lower<'a> {
+    program: &'a Program,
     ir: Ir,
     bits: HashMap<String, Bit>,
     words: HashMap<String, Word>,
     /// Rung-in and rung-out of the groups, by nesting depth.
     groups: Vec<(Bit, Bit)>,
-    /// A temporary for counters that pass their rung-in on.
-    spare: Option<Bit>,
     master: Option<Bit>,
-    /// Zero in the first scan, one afterwards.
+    /// Zero in the first scan, one afterwards: for timers that cannot be preset before the rungs.
     scanned: Option<Bit>,
-    cycle_us: u64,
+    /// The TOF elements that are preset before the rungs.
+    preset: Vec<ElementId>,
+    /// The transmitter and the EEPROM, where the program uses them.
+    busy: Option<Busy>,
+    writing: Option<(Word, i32)>,
+    /// Where the next PERSIST has its cells.
+    cells: std::vec::IntoIter<(u16, u8)>,
+    /// What counters start with, and RES stores.
+    starts: HashMap<&'a str, i32>,
     /// Timers and counters stay whole.
     modules: bool,
     /// Counters have the bounds of dialect `ldmicro-5`.
@@ -80,19 +91,23 @@ struct Lower {
     steps: Vec<Step>,
 }
 
-impl Lower {
-    fn new(cycle_us: u64) -> Self {
+impl<'a> Lower<'a> {
+    fn new(program: &'a Program, modules: bool) -> Self {
         Lower {
+            program,
             ir: Ir::default(),
             bits: HashMap::new(),
             words: HashMap::new(),
             groups: Vec::new(),
-            spare: None,
             master: None,
             scanned: None,
-            cycle_us,
-            modules: false,
-            bounded: false,
+            preset: Vec::new(),
+            busy: None,
+            writing: None,
+            cells: eeprom(program).into_iter(),
+            starts: timing::starts(program),
+            modules,
+            bounded: program.dialect == Dialect::Ldmicro5,
             at: ElementId { rung: 0, index: 0 },
             next: 0,
             steps: Vec::new(),
@@ -126,14 +141,27 @@ impl Lower {
         if let Some(&word) = self.words.get(name) {
             return word;
         }
-        self.new_word(name.to_owned(), SymbolKind::Variable)
+        self.new_word(name.to_owned(), SymbolKind::Variable, 2, 0)
     }
 
-    fn new_word(&mut self, name: String, kind: SymbolKind) -> Word {
-        let word = Word(self.ir.words.len() as u32);
-        self.words.insert(name.clone(), word);
-        self.ir.words.push(WordCell { name, role: WordRole::Symbol(kind), bytes: 2, initial: 0 });
+    fn new_word(&mut self, name: String, kind: SymbolKind, bytes: u8, initial: i32) -> Word {
+        let word = self.cell(name.clone(), WordRole::Symbol(kind), bytes, initial);
+        self.words.insert(name, word);
         word
+    }
+
+    fn cell(&mut self, name: String, role: WordRole, bytes: u8, initial: i32) -> Word {
+        self.ir.words.push(WordCell { name, role, bytes, initial });
+        Word(self.ir.words.len() as u32 - 1)
+    }
+
+    /// An integer for the moment; the same `use_` and width give the same one.
+    fn temporary(&mut self, use_: &str, bytes: u8) -> Word {
+        let name = format!("{use_}.{bytes}");
+        if let Some(at) = self.ir.words.iter().position(|w| w.role == WordRole::Temporary && w.name == name) {
+            return Word(at as u32);
+        }
+        self.cell(name, WordRole::Temporary, bytes, 0)
     }
 
     fn value(&mut self, operand: &Operand) -> Value {
@@ -143,10 +171,14 @@ impl Lower {
         }
     }
 
+    /// The name of something that belongs to the element.
+    fn named(&self, what: &str) -> String {
+        format!("{what}({}.{})", self.at.rung + 1, self.at.index + 1)
+    }
+
     /// A bit of this element that lasts from scan to scan.
     fn memory(&mut self) -> Bit {
-        let name = format!("edge({}.{})", self.at.rung + 1, self.at.index + 1);
-        self.new_bit(name, BitRole::Memory)
+        self.new_bit(self.named("edge"), BitRole::Memory)
     }
 
     fn series(&mut self, nodes: &[Node], depth: usize) {
@@ -218,29 +250,11 @@ impl Lower {
                 let memory = self.memory();
                 self.push(Op::Falling(memory));
             }
-            Element::Timer { kind, name, delay, .. } => {
-                let word = self.word(name);
-                // A timer that cannot be counted was refused before.
-                let Some(limit) = scans(delay, self.cycle_us) else { return };
-                if self.modules {
-                    self.push(Op::Module { is: Module::Timer(*kind), word, limit: Value::Const(limit.into()) });
-                } else {
-                    self.timer(*kind, word, limit.into());
-                }
-            }
-            Element::Counter { kind, name, max, input, .. } => {
-                let word = self.word(name);
-                let max = self.value(max);
-                if self.modules {
-                    let is = Module::Counter { kind: *kind, input: input.unwrap_or('/'), bounded: self.bounded };
-                    self.push(Op::Module { is, word, limit: max });
-                } else {
-                    self.counter(*kind, word, max);
-                }
-            }
+            Element::Timer { kind, name, delay, adjust } => self.timer(*kind, name, delay, adjust.as_ref()),
+            Element::Counter { kind, name, max, input, .. } => self.counter(*kind, name, max, *input),
             Element::Res { name } => {
-                let dst = self.word(name);
-                self.push(when(vec![Op::Move { dst, src: Value::Const(0) }]));
+                let (dst, start) = (self.word(name), self.starts.get(name.as_str()).copied().unwrap_or(0));
+                self.push(when(vec![Op::Move { dst, src: Value::Const(start) }]));
             }
             Element::Move { dest, src } => {
                 let op = Op::Move { dst: self.word(dest), src: self.value(src) };
@@ -258,14 +272,44 @@ impl Lower {
             }
             Element::Compare { op, op1, op2 } => {
                 let (a, b) = (self.value(op1), self.value(op2));
-                match relation(*op, a, b) {
-                    Relation::Always(true) => {}
-                    Relation::Always(false) => self.push(Op::Acc(false)),
-                    Relation::Compare(compare) => self.push(Op::AndCompare(compare)),
-                }
+                let ops = self.narrow(*op, a, b);
+                ops.into_iter().for_each(|op| self.push(op));
             }
-            // SHORT passes and COMMENT means nothing; the others never get here.
-            _ => {}
+            Element::ShiftRegister { name, stages } => self.shift(name, *stages),
+            Element::LookUpTable { dest, index, values, .. } => self.look_up(dest, index, values),
+            Element::PiecewiseLinear { dest, index, points } => self.piecewise(dest, index, points),
+            Element::ReadAdc { name, .. } => self.read_adc(name),
+            Element::SetPwm { duty, .. } => {
+                let duty = self.value(duty);
+                self.push(when(vec![Op::SetPwm { duty }]));
+            }
+            Element::UartSend { name, .. } => self.send(name),
+            Element::UartRecv { name, .. } => {
+                let dst = self.word(name);
+                self.push(when(vec![Op::Receive { dst }]));
+            }
+            Element::FormattedString { var, text, quoted } => self.string(var.as_deref(), text, *quoted),
+            Element::Persist { name } => self.persist(name),
+            // SHORT passes, COMMENT means nothing, and PLACEHOLDER never gets here.
+            Element::Short | Element::Comment(_) | Element::Placeholder => {}
+        }
+    }
+
+    /// acc := acc and the comparison.
+    fn narrow(&self, op: CompareOp, a: Value, b: Value) -> Vec<Op> {
+        match self.relation(op, a, b) {
+            Relation::Always(true) => Vec::new(),
+            Relation::Always(false) => vec![Op::Acc(false)],
+            Relation::Compare(compare) => vec![Op::AndCompare(compare)],
+        }
+    }
+
+    /// `then` where the comparison holds.
+    fn where_(&self, op: CompareOp, a: Value, b: Value, then: Vec<Op>, otherwise: Vec<Op>) -> Vec<Op> {
+        match self.relation(op, a, b) {
+            Relation::Always(true) => then,
+            Relation::Always(false) => otherwise,
+            Relation::Compare(compare) => vec![Op::If { cond: Cond::Compare(compare), then, otherwise }],
         }
     }
 
@@ -279,83 +323,6 @@ impl Lower {
             });
         }
     }
-
-    fn timer(&mut self, kind: TimerKind, word: Word, limit: i32) {
-        let running = Cond::Compare(Compare { a: word, rel: Rel::Lt, b: Value::Const(limit) });
-        let count = add(word, Math::Add);
-        let clear = Op::Move { dst: word, src: Value::Const(0) };
-        match kind {
-            TimerKind::Ton => self.push(Op::If {
-                cond: Cond::Acc,
-                then: vec![Op::If { cond: running, then: vec![count, Op::Acc(false)], otherwise: vec![] }],
-                otherwise: vec![clear],
-            }),
-            TimerKind::Tof => {
-                // Every element is executed in every scan, so "for the first time" is "in the first scan".
-                let scanned = match self.scanned {
-                    Some(bit) => bit,
-                    None => self.new_bit("scanned".to_owned(), BitRole::Memory),
-                };
-                self.scanned = Some(scanned);
-                let preset = Op::Move { dst: word, src: Value::Const(limit) };
-                self.push(Op::If { cond: Cond::Bit(scanned), then: vec![], otherwise: vec![preset] });
-                self.push(Op::If {
-                    cond: Cond::Acc,
-                    then: vec![clear],
-                    otherwise: vec![Op::If { cond: running, then: vec![count, Op::Acc(true)], otherwise: vec![] }],
-                });
-            }
-            TimerKind::Rto => self.push(Op::If {
-                cond: running,
-                then: vec![when(vec![count]), Op::Acc(false)],
-                otherwise: vec![Op::Acc(true)],
-            }),
-        }
-    }
-
-    fn counter(&mut self, kind: CounterKind, word: Word, max: Value) {
-        let memory = self.memory();
-        let full = relation(CompareOp::Geq, Value::Cell(word), max);
-        if kind == CounterKind::Ctc {
-            let spare = match self.spare {
-                Some(bit) => bit,
-                None => self.new_bit("spare".to_owned(), BitRole::Temporary),
-            };
-            self.spare = Some(spare);
-            let (wrap, count) = (Op::Move { dst: word, src: Value::Const(0) }, add(word, Math::Add));
-            let turn = match full {
-                Relation::Always(true) => wrap,
-                Relation::Always(false) => count,
-                Relation::Compare(compare) => {
-                    Op::If { cond: Cond::Compare(compare), then: vec![wrap], otherwise: vec![count] }
-                }
-            };
-            self.push(Op::Store { bit: spare, negated: false });
-            self.push(Op::Rising(memory));
-            self.push(when(vec![turn]));
-            self.push(Op::Load { bit: spare, negated: false });
-        } else {
-            self.push(Op::Rising(memory));
-            self.push(when(vec![add(word, if kind == CounterKind::Ctd { Math::Sub } else { Math::Add })]));
-            match full {
-                Relation::Always(value) => self.push(Op::Acc(value)),
-                Relation::Compare(compare) => {
-                    self.push(Op::Acc(true));
-                    self.push(Op::AndCompare(compare));
-                }
-            }
-        }
-    }
-}
-
-/// The number of scans that a timer counts: delay / cycle, truncated, less one; `None` outside of 1..=32767 or where the
-/// delay is no constant.
-#[must_use]
-pub fn scans(delay: &Operand, cycle_us: u64) -> Option<i16> {
-    let Operand::Const { value, .. } = delay else { return None };
-    let delay = u64::try_from(*value).ok()?;
-    let scans = i16::try_from(delay.checked_div(cycle_us)?.checked_sub(1)?).ok()?;
-    (scans >= 1).then_some(scans)
 }
 
 /// `ops` when the accumulator is true.
@@ -376,61 +343,5 @@ fn is_pure(node: &Node) -> bool {
             Element::Contacts { .. } | Element::Compare { .. } | Element::Short | Element::Open | Element::Comment(_)
         ),
         Node::Parallel(branches, _) => branches.iter().flatten().all(is_pure),
-    }
-}
-
-enum Relation {
-    Always(bool),
-    Compare(Compare),
-}
-
-/// The lowest and the highest integer.
-const LOWEST: i32 = i16::MIN as i32;
-const HIGHEST: i32 = i16::MAX as i32;
-
-/// A comparison of the language as one of the four relations with a cell on its left.
-fn relation(op: CompareOp, left: Value, right: Value) -> Relation {
-    use CompareOp::{Equ, Geq, Grt, Leq, Les, Neq};
-    let make = |a, rel, b| Relation::Compare(Compare { a, rel, b });
-    match (left, right) {
-        (Value::Const(a), Value::Const(b)) => Relation::Always(match op {
-            Equ => a == b,
-            Neq => a != b,
-            Grt => a > b,
-            Geq => a >= b,
-            Les => a < b,
-            Leq => a <= b,
-        }),
-        (Value::Const(_), Value::Cell(_)) => {
-            let mirrored = match op {
-                Grt => Les,
-                Geq => Leq,
-                Les => Grt,
-                Leq => Geq,
-                same => same,
-            };
-            relation(mirrored, right, left)
-        }
-        (Value::Cell(a), Value::Cell(b)) => match op {
-            Equ => make(a, Rel::Eq, right),
-            Neq => make(a, Rel::Ne, right),
-            Les => make(a, Rel::Lt, right),
-            Geq => make(a, Rel::Ge, right),
-            Grt => make(b, Rel::Lt, left),
-            Leq => make(b, Rel::Ge, left),
-        },
-        (Value::Cell(a), Value::Const(b)) => match op {
-            Equ => make(a, Rel::Eq, right),
-            Neq => make(a, Rel::Ne, right),
-            // No number is below the lowest, none above the highest.
-            Les if b == LOWEST => Relation::Always(false),
-            Geq if b == LOWEST => Relation::Always(true),
-            Les => make(a, Rel::Lt, right),
-            Geq => make(a, Rel::Ge, right),
-            Grt if b == HIGHEST => Relation::Always(false),
-            Leq if b == HIGHEST => Relation::Always(true),
-            Grt => make(a, Rel::Ge, Value::Const(b + 1)),
-            Leq => make(a, Rel::Lt, Value::Const(b + 1)),
-        },
     }
 }

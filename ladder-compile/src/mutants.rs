@@ -41,24 +41,29 @@ pub fn mutants(program: &Program) -> Vec<Mutant> {
 /// # Errors
 /// As [`crate::compile`].
 pub fn compile_mutant(program: &Program, options: &Options, id: u32) -> Result<Compiled, Vec<Diagnostic>> {
-    compile_with(program, options, |ir| {
-        let mut left = id as usize;
-        let source = ir.clone();
-        for rung in &mut ir.rungs {
-            for (n, step) in rung.steps.iter_mut().enumerate() {
-                let count = variants(&source, &step.op).len();
-                if left >= count {
-                    left -= count;
-                    continue;
+    compile_with(
+        program,
+        options,
+        |ir| {
+            let mut left = id as usize;
+            let source = ir.clone();
+            for rung in &mut ir.rungs {
+                for (n, step) in rung.steps.iter_mut().enumerate() {
+                    let count = variants(&source, &step.op).len();
+                    if left >= count {
+                        left -= count;
+                        continue;
+                    }
+                    match replaced(&source, &step.op, left) {
+                        Some(op) => step.op = op,
+                        None => _ = rung.steps.remove(n),
+                    }
+                    return;
                 }
-                match replaced(&source, &step.op, left) {
-                    Some(op) => step.op = op,
-                    None => _ = rung.steps.remove(n),
-                }
-                return;
             }
-        }
-    })
+        },
+        |_| {},
+    )
 }
 
 /// The faults of one operation and of those within it: the operation that is changed, and what it becomes (`None`: it is

@@ -4,16 +4,10 @@ use std::collections::HashMap;
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
-use ladder::{Program, SymbolKind};
+use ladder::{Element, Program, SymbolKind};
 
 use crate::codes;
-
-/// The pins that a program may use, in the order in which they are given out. PC6 is reset, PB6 and PB7 carry the
-/// crystal; PD0 and PD1 come last because boards put the serial line there.
-pub const ORDER: &[&str] = &[
-    "PD2", "PD3", "PD4", "PD5", "PD6", "PD7", "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PC0", "PC1", "PC2", "PC3",
-    "PC4", "PC5", "PD0", "PD1",
-];
+use crate::target::Target;
 
 /// A symbol at its pin.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -29,7 +23,7 @@ pub struct Pin {
 }
 
 impl Pin {
-    /// Letter of the port.
+    /// Letter or digit of the port.
     #[must_use]
     pub fn port(&self) -> char {
         self.pin.chars().nth(1).unwrap_or('?')
@@ -38,25 +32,52 @@ impl Pin {
     /// Bit in the port, 0 to 7.
     #[must_use]
     pub fn bit(&self) -> u8 {
-        self.pin.chars().nth(2).and_then(|c| c.to_digit(8)).unwrap_or(0) as u8
+        self.pin.chars().next_back().and_then(|c| c.to_digit(8)).unwrap_or(0) as u8
     }
 }
 
-/// Finds a pin for every input and output, inputs first, each sorted by name. Adds what is wrong, and a note when pins
-/// were given out in order, to `told`.
-pub fn assign(program: &Program, given: &[(String, String)], chip: &Chip, told: &mut Vec<Diagnostic>) -> Vec<Pin> {
-    let symbols: Vec<_> =
-        program.symbols().into_iter().filter(|s| matches!(s.kind, SymbolKind::Input | SymbolKind::Output)).collect();
+/// Something of the program that needs a pin.
+struct Wanted {
+    name: String,
+    kind: SymbolKind,
+}
+
+/// Finds a pin for every input, output and analog input, in this order, each sorted by name. Adds what is wrong, and a note
+/// when pins were given out in order, to `told`.
+pub fn assign(
+    program: &Program,
+    given: &[(String, String)],
+    target: &'static Target,
+    told: &mut Vec<Diagnostic>,
+) -> Vec<Pin> {
+    let chip = target.chip;
+    let used = program.elements().filter_map(|(_, element, _)| match element {
+        Element::ReadAdc { name, .. } => Some(name.clone()),
+        _ => None,
+    });
+    let used: Vec<String> = used.collect();
+    let wanted_pins: Vec<Wanted> = program
+        .symbols()
+        .into_iter()
+        .filter(|s| match s.kind {
+            SymbolKind::Input | SymbolKind::Output => true,
+            // An analog input that nobody reads needs no pin; reading one that the chip cannot read is refused elsewhere.
+            SymbolKind::Adc => used.contains(&s.name) && !target.adc.is_empty(),
+            _ => false,
+        })
+        .map(|s| Wanted { name: s.name, kind: s.kind })
+        .collect();
     let mut tell = |code, pos: Pos, cause: String, hint: String| {
         told.push(Diagnostic::new(Severity::Error, code, &program.file, pos, cause, hint));
     };
     let none = Pos::default();
     let mut wanted: HashMap<&str, (String, Pos)> = HashMap::new();
-    // An ATmega328 has the pins of an ATmega328P, so either's list serves the other.
-    let named = program.settings.micro.as_deref().and_then(ladder::chip_of).and_then(emu_avr::chips::chip);
-    if named.is_some_and(|named| named.pins == chip.pins) {
-        let micro = program.settings.micro.as_deref().unwrap_or_default();
-        for entry in program.io.iter().filter(|e| e.pin != 0 && symbols.iter().any(|s| s.name == e.name)) {
+    let micro = program.settings.micro.as_deref().unwrap_or_default();
+    let serves = ladder::chip_of(micro).and_then(row).is_some_and(|named| same_pins(named, target));
+    let pwm_name = pwm_output(program);
+    if serves {
+        let known = |name: &str| wanted_pins.iter().any(|s| s.name == name) || pwm_name == Some(name);
+        for entry in program.io.iter().filter(|e| e.pin != 0 && known(&e.name)) {
             match ladder::package_pin(micro, entry.pin) {
                 Some(pin) => _ = wanted.insert(&entry.name, (pin.to_owned(), entry.pos)),
                 None => tell(
@@ -70,9 +91,9 @@ pub fn assign(program: &Program, given: &[(String, String)], chip: &Chip, told: 
     }
     let mut seen: Vec<&str> = Vec::new();
     for (symbol, pin) in given {
-        if !symbols.iter().any(|s| s.name == *symbol) {
+        if !wanted_pins.iter().any(|s| s.name == *symbol) && pwm_name != Some(symbol) {
             let cause = format!("--pin {symbol}={pin}: the program has no input or output `{symbol}`");
-            tell(codes::PIN_SYMBOL, none, cause, "name an X or Y symbol as the program spells it".to_owned());
+            tell(codes::PIN_SYMBOL, none, cause, "name an X, Y or A symbol as the program spells it".to_owned());
         } else if seen.contains(&symbol.as_str()) {
             let cause = format!("--pin gives `{symbol}` a pin twice, the second time {pin}");
             tell(codes::PIN_GIVEN_TWICE, none, cause, "remove one of them".to_owned());
@@ -81,57 +102,124 @@ pub fn assign(program: &Program, given: &[(String, String)], chip: &Chip, told: 
             wanted.insert(symbol, (pin.clone(), none));
         }
     }
+    if let (Some(name), Some(home)) = (pwm_name, target.pwm)
+        && let Some((pin, pos)) = wanted.get(name)
+        && !pin.eq_ignore_ascii_case(home)
+    {
+        let cause = format!("`{name}` stands at {pin}, but the PWM output of {} is {home}", chip.name);
+        tell(codes::PIN_TAKEN, *pos, cause, format!("put it at {home}"));
+    }
 
-    let mut taken: HashMap<&'static str, &str> = HashMap::new();
+    // Pins of parts that the program uses belong to those.
+    let mut taken: HashMap<&'static str, &str> = jobs(program, target).into_iter().collect();
     let mut homes: HashMap<&str, &'static str> = HashMap::new();
-    for symbol in &symbols {
+    let usable = |kind: SymbolKind| usable(target, kind);
+    for symbol in &wanted_pins {
         let Some((pin, pos)) = wanted.get(symbol.name.as_str()) else { continue };
-        let Some(usable) = ORDER.iter().copied().find(|p| p.eq_ignore_ascii_case(pin)) else {
+        let all = usable(symbol.kind);
+        let Some(home) = all.iter().copied().find(|p| p.eq_ignore_ascii_case(pin)) else {
             let known = chip.pins.iter().find(|p| p.name.eq_ignore_ascii_case(pin));
+            let why = |note: &str| match symbol.kind {
+                SymbolKind::Adc => "the converter does not reach it".to_owned(),
+                _ if note.is_empty() => "it cannot be this".to_owned(),
+                _ => note.to_owned(),
+            };
             let (code, cause) = match known {
-                Some(def) => (codes::PIN_TAKEN, format!("`{}` cannot use {}: {}", symbol.name, def.name, def.note)),
+                Some(def) => {
+                    (codes::PIN_TAKEN, format!("`{}` cannot use {}: {}", symbol.name, def.name, why(def.note)))
+                }
                 None => (codes::UNKNOWN_PIN, format!("`{}`: {} has no pin `{pin}`", symbol.name, chip.name)),
             };
-            tell(code, *pos, cause, format!("usable are {}", ORDER.join(", ")));
+            tell(code, *pos, cause, format!("usable are {}", all.join(", ")));
             continue;
         };
-        if let Some(other) = taken.insert(usable, &symbol.name) {
-            let cause = format!("{usable} is given to `{other}` and to `{}`", symbol.name);
+        if let Some(other) = taken.insert(home, &symbol.name) {
+            let cause = format!("{home} is given to `{other}` and to `{}`", symbol.name);
             tell(codes::PIN_TWICE, *pos, cause, "give each of them a pin of its own".to_owned());
         }
-        homes.insert(&symbol.name, usable);
+        homes.insert(&symbol.name, home);
     }
-    let mut free = ORDER.iter().copied().filter(|pin| !taken.contains_key(pin)).collect::<Vec<_>>().into_iter();
-    let open: Vec<&str> = symbols.iter().map(|s| s.name.as_str()).filter(|name| !wanted.contains_key(name)).collect();
-    if open.len() > free.len() {
+    // Analog inputs have the least choice, so they choose first.
+    let mut open: Vec<&Wanted> = wanted_pins.iter().filter(|s| !wanted.contains_key(s.name.as_str())).collect();
+    open.sort_by_key(|s| s.kind != SymbolKind::Adc);
+    let (mut assigned, mut without) = (Vec::new(), Vec::new());
+    let free_before = target.pins.iter().filter(|pin| !taken.contains_key(*pin)).count();
+    for symbol in &open {
+        let Some(pin) = usable(symbol.kind).into_iter().find(|pin| !taken.contains_key(pin)) else {
+            without.push(symbol.name.as_str());
+            continue;
+        };
+        taken.insert(pin, &symbol.name);
+        homes.insert(&symbol.name, pin);
+        assigned.push(format!("{}={pin}", symbol.name));
+    }
+    if let Some(name) = without.first() {
         let cause = format!(
-            "{} inputs and outputs, {} of them without a pin, but {} has {} usable pins and {} are free",
-            symbols.len(),
+            "{} inputs and outputs, {} of them without a pin, but {} has {} usable pins and {free_before} are free: none is left \
+             for `{name}`",
+            wanted_pins.len(),
             open.len(),
             chip.name,
-            ORDER.len(),
-            free.len()
+            target.pins.len(),
         );
         tell(codes::TOO_MANY_PINS, none, cause, "use fewer inputs and outputs".to_owned());
         return Vec::new();
-    }
-    let mut assigned = Vec::new();
-    for name in open {
-        if let Some(pin) = free.next() {
-            homes.insert(name, pin);
-            assigned.push(format!("{name}={pin}"));
-        }
     }
     if !assigned.is_empty() {
         let cause = format!("pins assigned in order: {}", assigned.join(" "));
         let hint = format!("choose with --pin {}", assigned.first().map_or("", |a| a.as_str()));
         told.push(Diagnostic::new(Severity::Note, codes::PINS_NOTE, &program.file, none, cause, hint));
     }
-    symbols
+    wanted_pins
         .iter()
         .filter_map(|s| {
             let pin = homes.get(s.name.as_str())?;
-            Some(Pin { name: s.name.clone(), pin, output: s.kind == SymbolKind::Output, analog: false })
+            let (output, analog) = (s.kind == SymbolKind::Output, s.kind == SymbolKind::Adc);
+            Some(Pin { name: s.name.clone(), pin, output, analog })
         })
         .collect()
+}
+
+/// The pins that a symbol of this kind may have, in the order in which they are given out.
+fn usable(target: &'static Target, kind: SymbolKind) -> Vec<&'static str> {
+    match kind {
+        SymbolKind::Adc => target.adc.iter().map(|&(pin, _)| pin).collect(),
+        kind => {
+            let output = kind == SymbolKind::Output;
+            target.pins.iter().copied().filter(|pin| target.can_be(pin, output)).collect()
+        }
+    }
+}
+
+/// Pins that parts of the chip take, and which.
+fn jobs(program: &Program, target: &'static Target) -> Vec<(&'static str, &'static str)> {
+    let any = |which: fn(&Element) -> bool| program.elements().any(|(_, element, _)| which(element));
+    let sends = any(|e| matches!(e, Element::UartSend { .. } | Element::FormattedString { .. }));
+    let receives = any(|e| matches!(e, Element::UartRecv { .. }));
+    let pwm = any(|e| matches!(e, Element::SetPwm { .. }));
+    let mut out = Vec::new();
+    out.extend(target.uart.filter(|_| sends).map(|(transmit, _)| (transmit, "the serial line")));
+    out.extend(target.uart.filter(|_| receives).map(|(_, receive)| (receive, "the serial line")));
+    out.extend(target.pwm.filter(|_| pwm).map(|pin| (pin, "the PWM output")));
+    out
+}
+
+/// The name that LDmicro 5 gives the PWM output.
+fn pwm_output(program: &Program) -> Option<&str> {
+    program.elements().find_map(|(_, element, _)| match element {
+        Element::SetPwm { output: Some((name, _)), .. } => Some(name.as_str()),
+        _ => None,
+    })
+}
+
+/// A chip's row by its name, whatever its family.
+fn row(name: &str) -> Option<&'static Chip> {
+    emu_avr::chips::chip(name).or_else(|| emu_pic16::chips::chip(name)).or_else(|| emu_8051::chips::chip(name))
+}
+
+/// The package of `named` has every pin that programs use at the same place as the target's, so that its `IO LIST` holds there.
+fn same_pins(named: &Chip, target: &Target) -> bool {
+    let at = |chip: &Chip, name: &str| chip.pins.iter().find(|pin| pin.name == name).map(|pin| pin.dip);
+    named.family == target.chip.family
+        && target.pins.iter().all(|pin| at(named, pin).is_some() && at(named, pin) == at(target.chip, pin))
 }

@@ -1,27 +1,35 @@
-//! What is not compiled: told for the whole program at once, before any code is made.
+//! What cannot be compiled: told for the whole program at once, before any code is made.
 
 use diag::{Diagnostic, Severity};
 use ladder::symbols::uses;
-use ladder::{Element, Operand, Program, SymbolKind};
+use ladder::{Dialect, Element, Operand, Program, SymbolKind};
 
 use crate::codes;
-use crate::lower::scans;
+use crate::lower;
+use crate::target::Target;
 
-/// Every reason why the elements of `program` cannot be compiled, in text order. What `ladder::check` already refuses at
-/// the same place is the caller's to drop.
+/// Every reason why the elements of `program` cannot be compiled for `target`, in text order. What `ladder::check` already
+/// refuses at the same place is the caller's to drop.
 #[must_use]
-pub fn refuse(program: &Program) -> Vec<Diagnostic> {
+pub fn refuse(program: &Program, target: Option<&Target>) -> Vec<Diagnostic> {
     let symbols = program.symbols();
     let is_bit = |name: &str| symbols.iter().find(|s| s.name == name).is_none_or(|s| s.kind.is_bit());
+    let mut cells = lower::eeprom(program).into_iter();
     let mut refusals = Vec::new();
     for (id, element, pos) in program.elements() {
         let mut error = |code, cause: String, hint: &str| {
             refusals.push(Diagnostic::new(Severity::Error, code, &program.file, pos, format!("{id}: {cause}"), hint));
         };
-        if let Some(keyword) = not_compiled(element) {
-            let hint = "compiled are contacts, coils, one shots, timers, counters, RES, MOVE, arithmetic and compares";
-            error(codes::NOT_COMPILED, format!("{keyword} is not compiled yet"), hint);
-            continue;
+        if let Some(target) = target {
+            let last = if matches!(element, Element::Persist { .. }) { cells.next() } else { None };
+            let needed = last.map_or(0, |(addr, bytes)| u32::from(addr) + u32::from(bytes));
+            let chip = target.chip.name;
+            if let Some((keyword, part)) = lacking(element, target) {
+                error(codes::LACKS, format!("{keyword}: {chip} has no {part}"), "take a chip that has one");
+            } else if needed > u32::from(target.eeprom) {
+                let cause = format!("PERSIST needs cells up to {needed} of the EEPROM, {chip} has {}", target.eeprom);
+                error(codes::LACKS, cause, "keep fewer variables");
+            }
         }
         uses(element, &mut |name, kind| {
             if kind.is_bit() != is_bit(name) {
@@ -29,15 +37,19 @@ pub fn refuse(program: &Program) -> Vec<Diagnostic> {
             }
         });
         for constant in constants(element) {
-            if i16::try_from(constant).is_err() {
-                error(
-                    codes::WIDE_CONSTANT,
-                    format!("the constant {constant} is not in -32768..32767"),
-                    "integers have 16 bits",
-                );
+            let (low, high) = match program.dialect {
+                Dialect::Ldmicro23 => (i64::from(i16::MIN), i64::from(i16::MAX)),
+                Dialect::Ldmicro5 => (i64::from(i32::MIN), i64::from(i32::MAX)),
+            };
+            if !(low..=high).contains(&constant) {
+                let cause = format!("the constant {constant} is not in {low}..{high}");
+                error(codes::WIDE_CONSTANT, cause, "choose a smaller number");
             }
         }
         match element {
+            Element::Placeholder => {
+                error(codes::NOT_COMPILED, "PLACEHOLDER stands for nothing".to_owned(), "put an element here");
+            }
             Element::Coil { name, .. } | Element::Contacts { name, .. }
                 if !ladder::symbols::by_letter(name).is_bit() =>
             {
@@ -46,10 +58,13 @@ pub fn refuse(program: &Program) -> Vec<Diagnostic> {
             Element::Coil { name, .. } if ladder::symbols::by_letter(name) == SymbolKind::Input => {
                 error(codes::DRIVEN_INPUT, format!("the coil drives the input `{name}`"), "drive an output or a relay");
             }
-            Element::Timer { delay, .. } if scans(delay, program.settings.cycle_us).is_none() => {
+            Element::Timer { delay, adjust, .. } if lower::scans(program, delay, adjust.as_ref()).is_none() => {
                 error(
                     codes::TIMER_RANGE,
-                    format!("delay / cycle - 1 is not a constant in 1..32767 (cycle {} us)", program.settings.cycle_us),
+                    format!(
+                        "the scans of the delay are no constant of at least 1 (cycle {} us)",
+                        program.settings.cycle_us
+                    ),
                     "choose a delay of at least two cycles",
                 );
             }
@@ -59,43 +74,38 @@ pub fn refuse(program: &Program) -> Vec<Diagnostic> {
     refusals
 }
 
-/// The keyword of an element that has no lowering. Exhaustive on purpose: a new element of the model must be decided here.
-fn not_compiled(element: &Element) -> Option<&'static str> {
-    match element {
-        Element::Comment(_)
-        | Element::Contacts { .. }
-        | Element::Coil { .. }
-        | Element::Short
-        | Element::Open
-        | Element::MasterRelay
-        | Element::Osr
-        | Element::Osf
-        | Element::Timer { .. }
-        | Element::Counter { .. }
-        | Element::Res { .. }
-        | Element::Move { .. }
-        | Element::Math { .. }
-        | Element::Compare { .. } => None,
-        Element::Placeholder => Some("PLACEHOLDER"),
-        Element::ShiftRegister { .. } => Some("SHIFT_REGISTER"),
-        Element::LookUpTable { .. } => Some("LOOK_UP_TABLE"),
-        Element::PiecewiseLinear { .. } => Some("PIECEWISE_LINEAR"),
-        Element::ReadAdc { .. } => Some("READ_ADC"),
-        Element::SetPwm { .. } => Some("SET_PWM"),
-        Element::UartRecv { .. } => Some("UART_RECV"),
-        Element::UartSend { .. } => Some("UART_SEND"),
-        Element::Persist { .. } => Some("PERSIST"),
-        Element::FormattedString { .. } => Some("FORMATTED_STRING"),
-    }
+/// The keyword of an element that needs a part that the chip lacks, and that part.
+fn lacking(element: &Element, target: &Target) -> Option<(&'static str, &'static str)> {
+    let (keyword, there, part) = match element {
+        Element::ReadAdc { .. } => ("READ_ADC", !target.adc.is_empty(), "converter"),
+        Element::SetPwm { .. } => ("SET_PWM", target.pwm.is_some(), "PWM output"),
+        Element::UartRecv { .. } => ("UART_RECV", target.uart.is_some(), "serial line"),
+        Element::UartSend { .. } => ("UART_SEND", target.uart.is_some(), "serial line"),
+        Element::FormattedString { .. } => ("FORMATTED_STRING", target.uart.is_some(), "serial line"),
+        Element::Persist { .. } => ("PERSIST", target.eeprom > 0, "EEPROM"),
+        _ => return None,
+    };
+    (!there).then_some((keyword, part))
 }
 
-/// The 16-bit constants of an element (a delay is none).
+/// The constants of an element that are operands (a delay is none).
 fn constants(element: &Element) -> Vec<i64> {
     let operands: Vec<&Operand> = match element {
-        Element::Counter { max, .. } => vec![max],
+        Element::Counter { max, init, .. } => std::iter::once(max).chain(init).collect(),
         Element::Move { src, .. } => vec![src],
         Element::Math { op1, op2, .. } | Element::Compare { op1, op2, .. } => vec![op1, op2],
+        Element::SetPwm { duty, .. } => vec![duty],
+        Element::LookUpTable { index, values, .. } => {
+            return constant(index).into_iter().chain(values.iter().copied()).collect();
+        }
+        Element::PiecewiseLinear { index, points, .. } => {
+            return constant(index).into_iter().chain(points.iter().flat_map(|&(x, y)| [x, y])).collect();
+        }
         _ => Vec::new(),
     };
-    operands.iter().filter_map(|o| if let Operand::Const { value, .. } = o { Some(*value) } else { None }).collect()
+    operands.into_iter().filter_map(constant).collect()
+}
+
+fn constant(operand: &Operand) -> Option<i64> {
+    if let Operand::Const { value, .. } = operand { Some(*value) } else { None }
 }

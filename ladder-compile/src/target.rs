@@ -123,6 +123,14 @@ pub enum Mark {
     Rung(u32),
     /// An element.
     Element(ElementId),
+    /// An operation of a rung, both by number from 0: for listings of code that is not optimised. A back end that sets none gets
+    /// the operations listed element by element.
+    Step {
+        /// The rung.
+        rung: u32,
+        /// The operation, an index into its steps.
+        step: u32,
+    },
     /// The end of the last rung.
     RungsEnd,
     /// The last instruction of a scan.

@@ -5,6 +5,7 @@ pub mod layout;
 pub mod pace;
 pub mod runtime;
 pub mod select;
+mod target;
 pub mod worst;
 
 use emu_avr::isa::{Kind, ROWS};
@@ -17,6 +18,8 @@ use emit::{Asm, Code, Fault, Mark};
 use layout::Layout;
 use pace::Pace;
 use select::{Regs, Select};
+
+pub use target::TARGETS;
 
 /// Bit of TIFR1 that timer 1 sets at a match with OCR1A (DS40002061, section 16.11.9).
 const MATCH: i32 = 1;

@@ -60,7 +60,7 @@ pub struct Source {
 /// All errors of `ladder::check`, and every element that has no code, by place.
 pub fn lowered(program: &Program) -> Result<Ir, Vec<Diagnostic>> {
     let mut told: Vec<Diagnostic> = ladder::check(program).into_iter().filter(Diagnostic::is_error).collect();
-    for refusal in refuse::refuse(program) {
+    for refusal in refuse::refuse(program, None) {
         if !told.iter().any(|known| known.pos.line == refusal.pos.line) {
             told.push(refusal);
         }

@@ -1,0 +1,1 @@
+//! What does not fit, or is not there, is refused with the figures.

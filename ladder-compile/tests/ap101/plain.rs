@@ -1,0 +1,1 @@
+//! Programs of which the instructions are known.
