@@ -59,7 +59,12 @@ fn plain_translation() {
 #[test]
 fn bits_without_an_address_of_their_own() {
     for target in TARGETS {
-        agree(target, Wish { bits: 300, steps: 60, ops: ops::IF | ops::ADD | ops::LOGIC, words: 3, ..Wish::BITS }, 0..40, 5);
+        agree(
+            target,
+            Wish { bits: 300, steps: 60, ops: ops::IF | ops::ADD | ops::LOGIC, words: 3, ..Wish::BITS },
+            0..40,
+            5,
+        );
     }
 }
 
@@ -74,6 +79,11 @@ fn words_above_7f() {
 #[test]
 fn bytes_sent() {
     for target in TARGETS {
-        agree(target, Wish { ops: ops::SEND | ops::RECEIVE | ops::ADD | ops::IF | ops::COMPARE, ..Wish::WORDS }, 0..60, 0);
+        agree(
+            target,
+            Wish { ops: ops::SEND | ops::RECEIVE | ops::ADD | ops::IF | ops::COMPARE, ..Wish::WORDS },
+            0..60,
+            0,
+        );
     }
 }

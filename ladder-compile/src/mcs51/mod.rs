@@ -41,15 +41,7 @@ const PINS: &[&str] = &[
 pub const TARGETS: &[Target] = &[target("8051"), target("8052"), target("at89s52")];
 
 const fn target(name: &str) -> Target {
-    Target {
-        chip: &part(name).chip,
-        pins: PINS,
-        uart: Some(("P3.1", "P3.0")),
-        pwm: None,
-        adc: &[],
-        eeprom: 0,
-        build,
-    }
+    Target { chip: &part(name).chip, pins: PINS, uart: Some(("P3.1", "P3.0")), pwm: None, adc: &[], eeprom: 0, build }
 }
 
 /// The row of a chip, which is there: it is looked up when this crate is compiled.
@@ -82,8 +74,8 @@ const JUMP: u64 = 2;
 pub fn build(job: &Job<'_>) -> Result<Built, Refusal> {
     let regs = Regs(job.target.chip);
     lacks(job)?;
-    let pace = pace::pace(job.clock_hz, job.cycle_us)
-        .map_err(|(shortest, longest)| Refusal::Period { shortest, longest })?;
+    let pace =
+        pace::pace(job.clock_hz, job.cycle_us).map_err(|(shortest, longest)| Refusal::Period { shortest, longest })?;
     let line = job.ir.uart.send || job.ir.uart.receive;
     let speed = match job.baud.filter(|_| line) {
         Some(baud) => Some(

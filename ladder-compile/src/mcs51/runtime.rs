@@ -100,7 +100,11 @@ impl Select<'_> {
         // The sign of the quotient waits in bit 7 of the count's byte where DIV needs B, else of B.
         self.load(Byte::At(at(top)));
         self.alu(Alu::Xrl, Byte::At(at(width + top)));
-        if width == 1 { self.save(count) } else { self.emit(Kind::MovDirA, &[B]) }
+        if width == 1 {
+            self.save(count)
+        } else {
+            self.emit(Kind::MovDirA, &[B])
+        }
         for number in [&x, &y] {
             self.load(Byte::At(number.get(top).copied().unwrap_or(0)));
             self.negate_if(ACC + 7, number);

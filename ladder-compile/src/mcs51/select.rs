@@ -360,7 +360,8 @@ impl<'a> Select<'a> {
             joined.acc = Acc::default();
         } else if joined.acc == Acc::default() {
             // An arm without code is best left so.
-            let cost = |inverted| one_ends.cost(inverted) + two_ends.cost(inverted) * if two.is_empty() { 3 } else { 1 };
+            let cost =
+                |inverted| one_ends.cost(inverted) + two_ends.cost(inverted) * if two.is_empty() { 3 } else { 1 };
             let inverted = cost(true) < cost(false);
             let mut agree = |lines: &mut Vec<Line>, ends: State| {
                 self.now = ends;
@@ -397,7 +398,10 @@ impl<'a> Select<'a> {
         let wanted = |state: State, value: bool| {
             // The value of the condition; of the accumulator, where that is the same.
             let flips = cond != Cond::Acc && self_negated(&state);
-            State { acc: Acc { known: if is_acc { Some(value ^ flips) } else { state.acc.known }, ..state.acc }, ..state }
+            State {
+                acc: Acc { known: if is_acc { Some(value ^ flips) } else { state.acc.known }, ..state.acc },
+                ..state
+            }
         };
         let (on, off) = if let (true, Some(inverted)) = (is_acc, self.now.in_carry()) {
             // The condition is the carry, complemented if so.

@@ -59,10 +59,7 @@ pub fn speed(clock_hz: u64, baud: u64, cycle_us: u64, has_timer2: bool) -> Resul
             let error = off * 1_000_000_000 / (u128::from(bit) * u128::from(baud)).max(1);
             if near && in_time && best.is_none_or(|(known, _)| error < known) {
                 let (num, den) = reduced(bit.into(), 12);
-                best = Some((
-                    error,
-                    Speed { second, double, counts, bit: Ratio { num: num as u64, den: den as u64 } },
-                ));
+                best = Some((error, Speed { second, double, counts, bit: Ratio { num: num as u64, den: den as u64 } }));
             }
         }
     }
