@@ -29,50 +29,47 @@ fn agree(target: &'static Target, wish: Wish, seeds: std::ops::Range<u64>, misfi
 #[test]
 fn bits() {
     for target in TARGETS {
-        agree(target, Wish::BITS, 0..120, 0);
-        agree(target, Wish { bits: 30, depth: 4, steps: 14, ..Wish::BITS }, 200..240, 0);
+        agree(target, Wish::BITS, 0..60, 0);
+        agree(target, Wish { bits: 30, depth: 4, steps: 14, ..Wish::BITS }, 200..220, 0);
     }
 }
 
 #[test]
 fn integers_of_two_bytes() {
     for target in TARGETS {
-        agree(target, Wish::WORDS, 0..120, 0);
-        agree(target, Wish { depth: 4, ..Wish::WORDS }, 200..220, 10);
+        agree(target, Wish::WORDS, 0..60, 0);
+        agree(target, Wish { depth: 4, ..Wish::WORDS }, 200..212, 6);
     }
 }
 
 #[test]
 fn integers_of_every_width() {
     for target in TARGETS {
-        agree(target, Wish { rungs: 4, ..Wish::WIDTHS }, 0..150, 10);
+        agree(target, Wish { rungs: 4, ..Wish::WIDTHS }, 0..60, 6);
     }
 }
 
 #[test]
 fn plain_translation() {
     for target in TARGETS {
-        agree(target, Wish { ops: ops::LOGIC | ops::IF | ops::MOVE, ..Wish::WORDS }, 0..60, 0);
+        agree(target, Wish { ops: ops::LOGIC | ops::IF | ops::MOVE, ..Wish::WORDS }, 0..30, 0);
     }
 }
 
 #[test]
 fn bits_without_an_address_of_their_own() {
     for target in TARGETS {
-        agree(
-            target,
-            Wish { bits: 300, steps: 60, ops: ops::IF | ops::ADD | ops::LOGIC, words: 3, ..Wish::BITS },
-            0..40,
-            5,
-        );
+        let wish =
+            Wish { bits: 240, rungs: 3, steps: 40, ops: ops::IF | ops::ADD | ops::LOGIC, words: 3, ..Wish::BITS };
+        agree(target, wish, 0..16, 2);
     }
 }
 
 #[test]
 fn words_above_7f() {
     for target in TARGETS.iter().filter(|target| target.chip.ram_len > 128) {
-        agree(target, Wish { words: 80, ..Wish::WORDS }, 0..60, 5);
-        agree(target, Wish { words: 70, rungs: 4, ..Wish::WIDTHS }, 100..160, 20);
+        agree(target, Wish { words: 80, ..Wish::WORDS }, 0..25, 5);
+        agree(target, Wish { words: 70, rungs: 4, ..Wish::WIDTHS }, 100..125, 8);
     }
 }
 
@@ -82,7 +79,7 @@ fn bytes_sent() {
         agree(
             target,
             Wish { ops: ops::SEND | ops::RECEIVE | ops::ADD | ops::IF | ops::COMPARE, ..Wish::WORDS },
-            0..60,
+            0..30,
             0,
         );
     }

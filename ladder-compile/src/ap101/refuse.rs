@@ -104,8 +104,10 @@ impl Look<'_> {
                 Module::Counter { .. } => (i16::MIN, i16::MAX),
             };
             let Value::Const(limit) = limit else { return None };
-            let cause =
-                format!("`{name}` counts to {limit} with {} bytes, a module to {low}..{high} with 2", cell.bytes);
+            let cause = format!(
+                "`{name}` has the limit {limit} and {} bytes; modules have limits from {low} to {high} and 2 bytes",
+                cell.bytes
+            );
             return Some((cause, "choose a limit within that; a timer of a longer delay needs a longer cycle"));
         }
         (cell.initial != 0).then(|| {

@@ -157,7 +157,7 @@ impl Plan<'_> {
         }
         if let Some(speed) = self.speed {
             asm.mark(Mark::Part("serial line"));
-            speed.start(&mut asm, self.regs, ir.uart.receive);
+            speed.start(&mut asm, self.regs, ir.uart.receive, self.pace.shortest());
         }
         asm.mark(Mark::Part("pacing timer"));
         timer.start(&mut asm);

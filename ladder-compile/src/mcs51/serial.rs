@@ -82,16 +82,22 @@ impl Speed {
         if self.second { 0 } else { RELOAD }
     }
 
-    /// Sets line and timer; a byte may be sent at once.
-    pub fn start(&self, asm: &mut Asm<Mcs51>, regs: Regs, receive: bool) {
+    /// Sets line and timer; a byte may be sent at once. `first` is the time in machine cycles until the first scan.
+    pub fn start(&self, asm: &mut Asm<Mcs51>, regs: Regs, receive: bool, first: u64) {
         let mut set = |reg: &str, value: i32| asm.op(Kind::MovDirImm, &[regs.byte(reg), value]);
         let [low, high] = (self.counts.wrapping_neg() as u16).to_le_bytes();
         if self.second {
             set("RCAP2L", low.into());
             set("RCAP2H", high.into());
+            // The first overflow comes at once, not after 65,536 counts.
+            set("TH2", 0xFF);
             set("T2CON", regs.mask("RCLK") | regs.mask("TCLK") | regs.mask("TR2"));
         } else {
             set("TH1", low.into());
+            // The first overflow takes up to 256 cycles, which matters only to short periods.
+            if first < 512 {
+                set("TL1", low.into());
+            }
             if self.double {
                 set("PCON", 0x80);
             }

@@ -134,24 +134,17 @@ impl Draw<'_> {
             return if last { "COIL Ylast 0 0 0".to_owned() } else { "SHORT".to_owned() };
         }
         let five = self.wish.dialect == Dialect::Ldmicro5;
-        let counter = self.rng.one_in(2);
-        let name = if counter { format!("C{n}") } else { format!("T{n}") };
-        self.modules.push(name.clone());
-        // LDmicro puts CTC at the end of a rung, and nothing else that times or counts.
-        if last || counter && self.rng.one_in(3) && last {
-            let max = self.limit();
-            self.modules.pop();
+        // At the end of a rung stands a CTC, elsewhere any other.
+        if last || self.rng.one_in(2) {
+            let kind = if last { "CTC" } else { ["CTU", "CTD"][self.rng.below(2) as usize] };
             self.modules.push(format!("C{n}"));
-            return self.counter("CTC", n, max, five);
-        }
-        if counter {
-            let kind = ["CTU", "CTD"][self.rng.below(2) as usize];
             let max = self.limit();
             return self.counter(kind, n, max, five);
         }
+        self.modules.push(format!("T{n}"));
         let kind = ["TON", "TOF", "RTO"][self.rng.below(3) as usize];
         let scans = 2 + self.rng.below(5);
-        format!("{kind} {name} {}", scans * 10_000)
+        format!("{kind} T{n} {}", scans * 10_000)
     }
 
     fn counter(&mut self, kind: &str, n: u64, max: i64, five: bool) -> String {
