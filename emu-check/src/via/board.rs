@@ -173,7 +173,9 @@ impl<'a> Running<'a> {
             places,
         };
         running.idle(true);
+        // `due` is cleared with all of RAM, then set from the time that `setup` asks for last; then the first wait begins.
         let reached = running.to_due().and_then(|_| running.to_wait());
+        let reached = reached.and_then(|()| running.to_due()).and_then(|_| running.to_wait());
         reached.map_err(|stop| {
             error(codes::STOPPED, format!("`setup` does not end: {stop}"), "report this with the program")
         })?;
