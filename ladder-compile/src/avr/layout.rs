@@ -142,7 +142,8 @@ impl Free {
     fn take(&mut self, from: impl IntoIterator<Item = u8>, size: u8) -> Option<u8> {
         let all = |at: u8| (at..at + size).all(|reg| self.0.get(usize::from(reg)).copied().unwrap_or(false));
         let found = from.into_iter().find(|&at| all(at))?;
-        (found..found + size).for_each(|reg| self.0.get_mut(usize::from(reg)).into_iter().for_each(|free| *free = false));
+        (found..found + size)
+            .for_each(|reg| self.0.get_mut(usize::from(reg)).into_iter().for_each(|free| *free = false));
         Some(found)
     }
 }

@@ -24,6 +24,7 @@ use crate::map::{Place, Special};
 use crate::target::{Built, Job, Line, Mark, Refusal};
 use crate::worst::longest;
 use arch::{Asm, Avr, Jump};
+use compare::Row;
 use devices::Devices;
 use layout::Layout;
 use pace::{NoPace, Pace};
@@ -41,6 +42,7 @@ struct Plan<'a> {
     pace: Pace,
     layout: Layout,
     devices: Devices,
+    signed_divisors: bool,
 }
 
 /// Makes an image.
@@ -67,9 +69,9 @@ pub fn build(job: &Job<'_>) -> Result<Built, Refusal> {
         element: None,
     };
     let (inputs, turns) = reset::converter(&regs, job).ok_or_else(lacks)?;
-    let devices =
-        Devices { serial: serial::plan(job)?, pwm: pwm::plan(job, taps)?, inputs, turns, tables: Vec::new() };
-    let mut plan = Plan { job, regs, pace, layout, devices };
+    let devices = Devices { serial: serial::plan(job)?, pwm: pwm::plan(job, taps)?, inputs, turns, tables: Vec::new() };
+    let signed_divisors = uses.signed_divisors;
+    let mut plan = Plan { job, regs, pace, layout, devices, signed_divisors };
 
     // The first time tells which subroutines there are, and which of them are wanted once only.
     let (_, wanted) = emit(&mut plan, &[], false)?;
@@ -136,7 +138,9 @@ fn emit(plan: &mut Plan<'_>, single: &[Routine], calls: bool) -> Result<(Asm, Ve
         layout,
         regs,
         devices: &plan.devices,
+        signed_divisors: plan.signed_divisors,
         known: Known::default(),
+        row: Row::default(),
         routines: Vec::new(),
         single,
         fault: None,
@@ -180,7 +184,7 @@ fn rungs(ir: &Ir, select: &mut Select<'_>) {
             let id = ElementId { rung: number, index };
             select.asm.mark(Mark::Element(id));
             while let Some(step) = steps.next_if(|step| step.at <= id) {
-                select.op(&step.op);
+                select.op(&step.op, steps.peek().map(|next| &next.op));
             }
         }
     }
@@ -198,11 +202,8 @@ fn tables(asm: &mut Asm, ir: &Ir, labels: &[Label]) {
 
 /// The bytes of a table, low byte first, two to a word.
 fn packed(table: &Table) -> Vec<u16> {
-    let bytes: Vec<u8> = table
-        .values
-        .iter()
-        .flat_map(|value| value.to_le_bytes().into_iter().take(table.bytes.into()))
-        .collect();
+    let bytes: Vec<u8> =
+        table.values.iter().flat_map(|value| value.to_le_bytes().into_iter().take(table.bytes.into())).collect();
     bytes.chunks(2).map(|pair| pair.iter().rev().fold(0, |word, &byte| word << 8 | u16::from(byte))).collect()
 }
 
@@ -221,11 +222,11 @@ fn built(plan: &Plan<'_>, code: &Code) -> Result<Built, Refusal> {
     }
     let data = || "data".to_owned();
     let bits = layout.bits.iter().map(|(home, bit)| Place::Bit { space: data(), addr: home.addr().into(), bit: *bit });
-    let words = layout
-        .words
-        .iter()
-        .zip(&layout.sizes)
-        .map(|(home, bytes)| Place::Word { space: data(), addr: home.addr().into(), bytes: *bytes });
+    let words = layout.words.iter().zip(&layout.sizes).map(|(home, bytes)| Place::Word {
+        space: data(),
+        addr: home.addr().into(),
+        bytes: *bytes,
+    });
     Ok(Built {
         segments: vec![(0, code.words.iter().flat_map(|word| word.to_le_bytes()).collect())],
         lines: lines(code),
@@ -259,9 +260,8 @@ fn poll(regs: &Regs) -> u64 {
 
 /// The image line by line: instructions, and the data between them.
 fn lines(code: &Code) -> Vec<Line> {
-    let words = |addr: u32, len: u32| {
-        code.words.iter().skip(addr as usize).take(len as usize).copied().collect::<Vec<u16>>()
-    };
+    let words =
+        |addr: u32, len: u32| code.words.iter().skip(addr as usize).take(len as usize).copied().collect::<Vec<u16>>();
     let mut lines = Vec::new();
     let mut next = 0;
     let data = |lines: &mut Vec<Line>, from: u32, to: u32| {

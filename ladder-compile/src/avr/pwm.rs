@@ -40,7 +40,7 @@ impl Pwm {
     fn compare(&self, percent: i32) -> Option<i32> {
         match (self.phase, percent) {
             (false, 0) => None,
-            _ => Some((percent * self.factor() >> 8) - i32::from(!self.phase)),
+            _ => Some(((percent * self.factor()) >> 8) - i32::from(!self.phase)),
         }
     }
 
@@ -61,8 +61,7 @@ pub fn plan(job: &Job<'_>, taps: &[Tap]) -> Result<Option<Pwm>, Refusal> {
         Tap::Div(prescale) => Some((*prescale, select)),
         _ => None,
     });
-    let settings = settings
-        .flat_map(|(prescale, select)| [false, true].map(|phase| Pwm { select, prescale, phase }));
+    let settings = settings.flat_map(|(prescale, select)| [false, true].map(|phase| Pwm { select, prescale, phase }));
     // |clock / period - hertz|, by a denominator that is a multiple of all periods.
     let off = |pwm: &Pwm| u128::from(clock.abs_diff(hertz.saturating_mul(pwm.period())));
     let best = settings.min_by_key(|pwm| off(pwm) * (1 << 40) / u128::from(pwm.period()));
