@@ -87,7 +87,8 @@ impl Verb {
             Verb::Chips(args) => args.json,
             Verb::Check(args) => args.json,
             Verb::Sim(args) => args.json,
-            Verb::Compile(_) | Verb::Draw(_) | Verb::Explain(_) | Verb::Completions(_) | Verb::Man => false,
+            Verb::Compile(args) => args.json,
+            Verb::Draw(_) | Verb::Explain(_) | Verb::Completions(_) | Verb::Man => false,
         }
     }
 
@@ -129,7 +130,8 @@ pub struct Ladder {
     pub dialect: Option<Dialect>,
 }
 
-fn dialect(name: &str) -> Result<Dialect, String> {
+/// A dialect by its name.
+pub fn dialect(name: &str) -> Result<Dialect, String> {
     match name {
         "ldmicro-2.3" => Ok(Dialect::Ldmicro23),
         "ldmicro-5" => Ok(Dialect::Ldmicro5),

@@ -14,7 +14,7 @@ use diag::Code;
 use emu_core::image::Image;
 
 use crate::isa::SPAN;
-use crate::modules::{Kind, Settings, Unit};
+pub use crate::modules::{Kind, Settings, Unit};
 
 /// Byte address of the block in an image file, and its length.
 pub const BLOCK: u32 = 0x1000;

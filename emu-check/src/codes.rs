@@ -44,4 +44,6 @@ codes! {
         "From two periods after a new duty on, every period at the pin is measured: its length is the one that the map tells, which must lie within 5 % of the program's frequency, and its high share is the duty within one step of the timer. 0 % is constantly low, 100 % constantly high, and until the first SET_PWM acts the pin stays low.";
     DIFFERS_EEPROM "EC019" "a cell of the EEPROM differs"
         "Once the time for a write is over, the cells of all PERSIST elements must hold on the chip what the language gives them: two cells an element (as many as the variable has bytes), in text order from address 0, lowest byte first. At power-up both sides hold the same, erased or random.";
+    DIFFERS_BOUND "EC020" "a scan takes longer than the compiler says"
+        "The map tells the longest scan, from its start until the chip waits again, and a program is refused where that does not fit the period. A scan on the emulated chip took longer, so the compiler's reckoning is wrong.";
 }

@@ -1,11 +1,11 @@
 //! What the program and the command line ask for, worked out without the compiler, and where its map says otherwise.
 
 use emu_core::chip::Chip;
-use ladder::{Program, SymbolKind};
-use ladder_compile::Map;
+use ladder::{Element, Operand, Program, SymbolKind};
+use ladder_compile::{Map, Special};
 
 use crate::Options;
-use crate::family::{Facts, facts};
+use crate::family::{Facts, facts, named};
 
 /// The time of one scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,7 +81,82 @@ pub(crate) fn disagreements(
         told.push((wanted, format!("{} cycles", map.poll_cycles)));
     }
     pins(program, options, (map, chip), &mut told);
+    specials(program, options, pace, (map, chip), &mut told);
     told
+}
+
+/// Pins with another job: the serial line at the program's rate, the converter's symbols at their pins, the PWM output at its
+/// frequency; and the cells of PERSIST.
+fn specials(
+    program: &Program,
+    options: &Options,
+    pace: &Pace,
+    (map, chip): (&Map, &Chip),
+    told: &mut Vec<(String, String)>,
+) {
+    let mut names: Vec<&str> = map.pins.iter().map(|pin| pin.pin.as_str()).collect();
+    for special in &map.specials {
+        let (Special::Transmit { pin, .. }
+        | Special::Receive { pin, .. }
+        | Special::Analog { pin, .. }
+        | Special::Pwm { pin, .. }) = special;
+        if names.iter().any(|name| name.eq_ignore_ascii_case(pin)) {
+            told.push((format!("one job for the pin {pin}"), "several".to_owned()));
+        }
+        names.push(pin);
+        let rate = program.settings.baud.unwrap_or(0);
+        match special {
+            Special::Transmit { baud, .. } | Special::Receive { baud, .. } if *baud != rate => {
+                told.push((format!("a serial line of {rate} bits per second"), format!("{baud}")));
+            }
+            Special::Analog { pin, name } => {
+                if let Some(wanted) =
+                    wanted(program, options, chip, name).filter(|wanted| !wanted.eq_ignore_ascii_case(pin))
+                {
+                    told.push((format!("{name} at {wanted}"), format!("at {pin}")));
+                }
+            }
+            Special::Pwm { hertz, period, steps, .. } => {
+                let asked = frequency(program);
+                if asked != Some(*hertz) {
+                    told.push((format!("a PWM output of {} Hz", asked.unwrap_or(0)), format!("{hertz} Hz")));
+                }
+                // clock / hertz clocks a period, to a twentieth.
+                let clocks = u128::from(period.num) * u128::from(pace.clocks) * u128::from(*hertz);
+                let wanted = u128::from(pace.clock_hz) * u128::from(period.den);
+                if period.den == 0 || clocks.abs_diff(wanted) * 20 > wanted || *steps < FEWEST_STEPS {
+                    let wanted = format!("PWM of {hertz} Hz within 5 %, of {FEWEST_STEPS} steps or more");
+                    let (num, den) = (u128::from(period.num), u128::from(period.den));
+                    told.push((wanted, format!("a period of {} cycles, {steps} steps", ratio(num, den))));
+                }
+            }
+            _ => {}
+        }
+    }
+    let mut addr = 0;
+    let mut cells = map.eeprom.iter();
+    for (_, element, _) in program.elements() {
+        let Element::Persist { name } = element else { continue };
+        let bytes = program.symbols().iter().find(|s| s.name == *name).map_or(2, |s| s.bytes);
+        let wanted = (name.as_str(), addr, bytes);
+        let found = cells.next().map(|cells| (cells.name.as_str(), cells.addr, cells.bytes));
+        if found != Some(wanted) {
+            let text = |(name, addr, bytes): (&str, u16, u8)| format!("{bytes} cells from {addr} on for {name}");
+            told.push((text(wanted), found.map_or_else(|| "none".to_owned(), text)));
+        }
+        addr += u16::from(bytes);
+    }
+}
+
+/// A duty that is exact to less than so many steps is none.
+const FEWEST_STEPS: u32 = 16;
+
+/// The frequency of the PWM output in Hz.
+fn frequency(program: &Program) -> Option<u64> {
+    program.elements().find_map(|(_, element, _)| match element {
+        Element::SetPwm { hertz: Operand::Const { value, .. }, .. } => u64::try_from(*value).ok(),
+        _ => None,
+    })
 }
 
 /// Pins: each input and output has one, no pin has two symbols, and those that were asked for are where they should be.
@@ -125,7 +200,7 @@ fn wanted<'a>(program: &'a Program, options: &'a Options, chip: &Chip, name: &st
         return Some(pin);
     }
     let micro = program.settings.micro.as_deref()?;
-    let named = ladder::chip_of(micro).and_then(emu_avr::chips::chip)?;
+    let named = named(ladder::chip_of(micro)?)?;
     let entry = program.io.iter().rfind(|e| e.name == name && e.pin != 0)?;
     ladder::package_pin(micro, entry.pin).filter(|_| named.pins == chip.pins)
 }

@@ -24,12 +24,20 @@ pub enum Class {
     MasterRelays,
     /// MOVE, arithmetic and RES: act and rest.
     Actions,
+    /// LOOK_UP_TABLE and PIECEWISE_LINEAR: inside and outside of the table, each segment.
+    Tables,
+    /// SHIFT_REGISTER: shifts, and rests.
+    ShiftRegisters,
+    /// UART_SEND, UART_RECV, FORMATTED_STRING: a byte goes or comes, and none.
+    Serial,
+    /// READ_ADC and SET_PWM act and rest; PERSIST writes and rests.
+    Peripherals,
 }
 
 impl Class {
     /// All classes with their name and what covering one means, in the order of the report.
     #[rustfmt::skip]
-    const ALL: [(Class, &'static str, &'static str); 9] = [
+    const ALL: [(Class, &'static str, &'static str); 13] = [
         (Class::Contacts,     "contacts",      "both ways"),
         (Class::Branches,     "branches",      "both ways"),
         (Class::Coils,        "coils",         "both values"),
@@ -39,6 +47,10 @@ impl Class {
         (Class::OneShots,     "one-shots",     "fired"),
         (Class::MasterRelays, "master relays", "both ways"),
         (Class::Actions,      "actions",       "both ways"),
+        (Class::Tables,         "tables",          "in all parts"),
+        (Class::ShiftRegisters, "shift registers", "shifted"),
+        (Class::Serial,         "serial",          "with bytes and without"),
+        (Class::Peripherals,    "peripherals",     "used"),
     ];
 }
 

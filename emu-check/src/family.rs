@@ -115,6 +115,11 @@ pub(crate) fn unnamed(chip: &Chip, named: &[PinId]) -> (Vec<PinId>, Vec<PinId>) 
     (port, drivable)
 }
 
+/// The chip of that name that there is an emulator for.
+pub(crate) fn named(name: &str) -> Option<&'static Chip> {
+    emu_avr::chips::chip(name).or_else(|| emu_8051::chips::chip(name)).or_else(|| emu_pic16::chips::chip(name))
+}
+
 /// A machine as a check needs it.
 pub(crate) trait Target: Cpu {
     /// How deep the stack is, in a number that moves with it; nothing where there is none.

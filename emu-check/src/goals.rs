@@ -2,19 +2,23 @@
 
 use std::collections::HashMap;
 
-use ladder::{CounterKind, Element, ElementId, Node, Operand, Program, TimerKind};
+use ladder::{Element, ElementId, Node, Program};
 use ladder_eval::Evaluator;
 
 use crate::coverage::{Class, Coverage, Missing};
 use crate::hints::Hints;
 use crate::reach::{self, P00, P01, P10, P11};
 use crate::stimulus::Step;
+use crate::wanted::{Wanted, When, wanted};
 
 /// One scan of the evaluator: values before and after, and the rung bit at every element in order of execution.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Seen {
     before: Vec<i32>,
     after: Vec<i32>,
+    /// A byte was sent; a write to the EEPROM began.
+    sent: bool,
+    wrote: bool,
     /// Rung bit before and after each element.
     pub trace: Vec<(bool, bool)>,
 }
@@ -25,35 +29,24 @@ impl Seen {
         let symbols = eval.symbols().len();
         let before = (0..symbols).map(|i| eval.get(i)).collect();
         let mut trace = Vec::new();
+        let busy = eval.eeprom_busy();
         eval.scan_watched(&mut |_, input, output| trace.push((input, output)));
-        Seen { before, after: (0..symbols).map(|i| eval.get(i)).collect(), trace }
+        let after = (0..symbols).map(|i| eval.get(i)).collect();
+        // A count that went up is a write; one scan alone takes one away.
+        let wrote = eval.eeprom_busy() > busy.saturating_sub(1);
+        Seen { before, after, sent: eval.sent().is_some(), wrote, trace }
     }
 
     /// How far a symbol moved in the scan.
     pub fn moved(&self, symbol: usize) -> i32 {
-        self.after.get(symbol).copied().unwrap_or(0) - self.before.get(symbol).copied().unwrap_or(0)
+        let of = |values: &[i32]| values.get(symbol).copied().unwrap_or(0);
+        of(&self.after).wrapping_sub(of(&self.before))
     }
 
     /// True when a symbol other than `symbol` ends differently.
     pub fn differs_beside(&self, other: &Seen, symbol: usize) -> bool {
         self.after.iter().zip(&other.after).enumerate().any(|(n, (a, b))| n != symbol && a != b)
     }
-}
-
-/// What must hold besides the rung bits.
-#[derive(Debug, Clone, Copy)]
-enum When {
-    Always,
-    /// The accumulator was not 0 when the scan began.
-    Ran(usize),
-    /// The counter moved by one.
-    Counted(usize),
-    /// The counter went from one end of 16 bits to the other.
-    Overflowed(usize),
-    /// The circular counter went from its limit (or above) to 0.
-    Wrapped(usize, i32),
-    /// The OR of the outs at these elements is this.
-    Branch(bool),
 }
 
 #[derive(Debug, Clone)]
@@ -90,7 +83,7 @@ impl Goals {
         let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
         for (position, (id, element, _)) in elements.enumerate() {
             let symbol = |name: &str| eval.index(name).unwrap_or(usize::MAX);
-            if let Some((class, wanted)) = wanted(element, &symbol) {
+            if let Some((class, wanted)) = wanted(program, element, eval, &symbol) {
                 goals.push(Item { id, class, at: vec![position] }, &wanted);
             }
         }
@@ -196,9 +189,19 @@ impl Goals {
             && match goal.when {
                 When::Always | When::Branch(_) => true,
                 When::Ran(symbol) => before(symbol) != 0,
-                When::Counted(symbol) => (after(symbol) - before(symbol)).abs() == 1,
-                When::Overflowed(symbol) => (after(symbol) - before(symbol)).abs() == 0xFFFF,
-                When::Wrapped(symbol, max) => before(symbol) >= max && after(symbol) == 0,
+                When::Counted(symbol) => seen.moved(symbol).wrapping_abs() == 1,
+                When::Overflowed(symbol, bytes) => {
+                    let span = 1i64 << (8 * u32::from(bytes.clamp(1, 4)));
+                    (i64::from(after(symbol)) - i64::from(before(symbol))).abs() == span - 1
+                }
+                When::Within { symbol, least, most, own } => {
+                    let within = |value: i32| (least..=most).contains(&value.into());
+                    within(before(symbol)) && (own || within(after(symbol)))
+                }
+                When::Changed(symbol) => seen.moved(symbol) != 0,
+                When::Sent => seen.sent,
+                When::Wrote => seen.wrote,
+                When::Wrapped(symbol, max) => before(symbol) >= max && after(symbol) < before(symbol),
             }
     }
 
@@ -237,7 +240,15 @@ impl Goals {
 
 fn is_plain(branch: &[Node]) -> bool {
     let timed = |element: &Element| {
-        matches!(element, Element::Timer { .. } | Element::Counter { .. } | Element::Osr | Element::Osf)
+        matches!(
+            element,
+            Element::Timer { .. }
+                | Element::Counter { .. }
+                | Element::Osr
+                | Element::Osf
+                | Element::FormattedString { .. }
+                | Element::UartSend { .. }
+        )
     };
     !branch.iter().any(|node| matches!(node, Node::Leaf(element, _) if timed(element)))
 }
@@ -249,52 +260,6 @@ fn pair(input: bool, output: bool) -> u8 {
         (true, false) => P10,
         (true, true) => P11,
     }
-}
-
-type Wanted = (&'static str, u8, When);
-
-/// What an element should be seen doing.
-#[rustfmt::skip]
-fn wanted(element: &Element, symbol: &dyn Fn(&str) -> usize) -> Option<(Class, Vec<Wanted>)> {
-    use When::{Always, Counted, Overflowed, Ran, Wrapped};
-    const IN: u8 = P10 | P11;
-    const NOT_IN: u8 = P00 | P01;
-    const OUT: u8 = P01 | P11;
-    const NOT_OUT: u8 = P00 | P10;
-    let acts = || vec![("acts", IN, Always), ("rests", NOT_IN, Always)];
-    Some(match element {
-        Element::Contacts { .. } => (Class::Contacts, vec![("passes", P11, Always), ("blocks", P10, Always)]),
-        Element::Coil { set: false, reset: false, negated, .. } => {
-            let (one, zero) = if *negated { (NOT_IN, IN) } else { (IN, NOT_IN) };
-            (Class::Coils, vec![("stores 1", one, Always), ("stores 0", zero, Always)])
-        }
-        Element::Coil { .. } => (Class::Coils, acts()),
-        Element::Compare { .. } => (Class::Compares, vec![("is true", P11, Always), ("is false", P10, Always)]),
-        Element::Timer { kind, name, .. } => {
-            let t = symbol(name);
-            (Class::Timers, match kind {
-                TimerKind::Ton => vec![("expires", P11, Always), ("runs", P10, Always), ("is reset", P00, Ran(t))],
-                TimerKind::Tof => vec![("expires", P00, Always), ("runs", P01, Always), ("is reset", P11, Ran(t))],
-                TimerKind::Rto => vec![("expires", OUT, Always), ("runs", P10, Counted(t)), ("holds", P00, Ran(t))],
-            })
-        }
-        Element::Counter { kind: CounterKind::Ctc, name, max, .. } => {
-            let (c, max) = (symbol(name), if let Operand::Const { value, .. } = max { *value as i32 } else { 0 });
-            (Class::Counters, vec![("counts", P11, Counted(c)), ("wraps", P11, Wrapped(c, max))])
-        }
-        Element::Counter { name, .. } => {
-            let c = symbol(name);
-            (Class::Counters, vec![
-                ("counts", IN, Counted(c)), ("wraps", IN, Overflowed(c)),
-                ("is at its limit", OUT, Always), ("is below its limit", NOT_OUT, Always),
-            ])
-        }
-        Element::Osr => (Class::OneShots, vec![("fires", P11, Always), ("stays quiet on a true rung", P10, Always)]),
-        Element::Osf => (Class::OneShots, vec![("fires", P01, Always), ("stays quiet on a false rung", P00, Always)]),
-        Element::MasterRelay => (Class::MasterRelays, vec![("has a true rung", IN, Always), ("has a false rung", NOT_IN, Always)]),
-        Element::Res { .. } | Element::Move { .. } | Element::Math { .. } => (Class::Actions, acts()),
-        _ => return None,
-    })
 }
 
 /// Why a goal can never be reached, if that is known.

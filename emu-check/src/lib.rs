@@ -29,9 +29,12 @@ mod rig;
 mod run;
 mod shrink;
 mod stimulus;
+mod table;
 mod tap;
 #[cfg(test)]
 mod tests;
+pub mod via;
+mod wanted;
 mod wire;
 mod wiring;
 mod wishes;
@@ -50,7 +53,8 @@ use places::Places;
 
 pub use codes::CODES;
 pub use coverage::{Class, ClassCoverage, Coverage, Missing};
-pub use report::{Difference, Figures, Report, SCHEMA, What};
+pub use report::{Difference, Figures, Report, RungFigures, SCHEMA, What};
+pub use table::{Outcome, Refused, Summary, table};
 
 /// How a program is checked.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,12 +69,14 @@ pub struct Options {
     pub pins: Vec<(String, String)>,
     /// Clock in Hz, instead of the program's.
     pub clock_hz: Option<u64>,
+    /// The time of every rung is measured; without it a check is faster.
+    pub rungs: bool,
 }
 
-/// 2,000 scans on an ATmega328P with seed 1.
+/// 2,000 scans on an ATmega328P with seed 1, with the time of every rung.
 impl Default for Options {
     fn default() -> Self {
-        Options { mcu: "atmega328p".to_owned(), seed: 1, scans: 2_000, pins: Vec::new(), clock_hz: None }
+        Options { mcu: "atmega328p".to_owned(), seed: 1, scans: 2_000, pins: Vec::new(), clock_hz: None, rungs: true }
     }
 }
 
@@ -154,7 +160,7 @@ impl Job for Check<'_> {
     fn on<C: Target, F: Fn(u64) -> C>(self, power_up: F) -> Report {
         let Check { program, compiled, options, places, hints, eval, disagreements, progress } = self;
         let worst = compiled.map.worst_scan_cycles.into();
-        let bench = Bench { power_up, places: &places, hints: &hints, worst, eval: &eval };
+        let bench = Bench { power_up, places: &places, hints: &hints, worst, rungs: options.rungs, eval: &eval };
         run::run(program, compiled, options, &bench, disagreements, progress)
     }
 }

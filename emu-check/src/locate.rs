@@ -22,6 +22,19 @@ pub(crate) fn locate<C: Target, F: Fn(u64) -> C>(
         let byte = mismatch.pc.map(|pc| pc * bench.places.word_bytes);
         return (byte.and_then(|byte| element_at(map, byte)), None);
     }
+    let only = |what: fn(&Element) -> bool| {
+        let mut all = program.elements().filter(|(_, element, _)| what(element)).map(|(id, ..)| id);
+        all.next().filter(|_| all.next().is_none())
+    };
+    match mismatch.what {
+        What::Serial => {
+            let sends = |e: &Element| matches!(e, Element::UartSend { .. } | Element::FormattedString { .. });
+            return (only(sends), None);
+        }
+        What::Pwm => return (only(|e| matches!(e, Element::SetPwm { .. })), None),
+        What::Eeprom => return (only(|e| matches!(e, Element::Persist { .. })), None),
+        _ => {}
+    }
     let first = mismatch.differing.first().copied();
     if !matches!(mismatch.what, What::Symbol | What::Pin) {
         return (None, first);
@@ -66,7 +79,7 @@ fn walk<C: Target, F: Fn(u64) -> C>(
     }
     let mut stops = Stops::new();
     // A program that goes round in circles here has more stops than elements.
-    for _ in 0..map.elements.len() + 8 {
+    for _ in 0..map.elements.len() + map.rungs.len() + 8 {
         let pc = pair.rig.reach_next().ok()?;
         if Some(pc) == bench.places.pc(Point::FirstRung) {
             pair.flip(last);
@@ -96,7 +109,13 @@ fn suspect(program: &Program, name: &str, seen: &Seen, changes: &[Option<Element
     let mut last = None;
     for ((id, element, _), (input, _)) in elements.zip(&seen.trace) {
         let Some((written, when)) = writes(element) else { continue };
-        if written == name {
+        let shifts =
+            |stages: u32| name.strip_prefix(written).and_then(|n| n.parse().ok()).is_some_and(|n: u32| n < stages);
+        let writes = match element {
+            Element::ShiftRegister { stages, .. } => shifts(*stages),
+            _ => written == name,
+        };
+        if writes {
             writers.push(id);
             if when == Writes::Always || *input {
                 last = Some(id);
@@ -116,13 +135,21 @@ enum Writes {
     OnTrue,
 }
 
-/// What an element writes, and when.
+/// What an element writes (of a shift register the stem of its integers), and when.
 fn writes(element: &Element) -> Option<(&str, Writes)> {
     match element {
         Element::Coil { name, set: false, reset: false, .. } => Some((name, Writes::Always)),
         Element::Timer { name, .. } | Element::Counter { name, .. } => Some((name, Writes::Always)),
-        Element::Coil { name, .. } | Element::Res { name } => Some((name, Writes::OnTrue)),
-        Element::Move { dest, .. } | Element::Math { dest, .. } => Some((dest, Writes::OnTrue)),
+        Element::Coil { name, .. }
+        | Element::Res { name }
+        | Element::ShiftRegister { name, .. }
+        | Element::ReadAdc { name, .. }
+        | Element::UartRecv { name, .. }
+        | Element::Persist { name } => Some((name, Writes::OnTrue)),
+        Element::Move { dest, .. }
+        | Element::Math { dest, .. }
+        | Element::LookUpTable { dest, .. }
+        | Element::PiecewiseLinear { dest, .. } => Some((dest, Writes::OnTrue)),
         _ => None,
     }
 }

@@ -22,6 +22,8 @@ pub(crate) struct Bench<'a, C, F: Fn(u64) -> C> {
     pub hints: &'a Hints,
     /// Machine cycles of the longest scan, by the compiler's reckoning.
     pub worst: u64,
+    /// Rungs are timed.
+    pub rungs: bool,
     /// The evaluator at power-up.
     pub eval: &'a Evaluator,
 }
@@ -71,8 +73,10 @@ impl Mismatch {
 pub(crate) struct Agreed {
     /// Values compared.
     pub compared: u64,
-    /// Machine cycles from the scan's start to its end.
+    /// Machine cycles from the scan's start until the chip waits again.
     pub cycles: u64,
+    /// Rungs by position, with their machine cycles, if they were timed.
+    pub rungs: Vec<(usize, u64)>,
     /// What the evaluator did.
     pub seen: Seen,
 }
@@ -86,6 +90,9 @@ pub(crate) struct Pair<'a, C> {
     hints: &'a Hints,
     lines: Lines,
     first: bool,
+    worst: u64,
+    /// Machine cycles from the end of a scan until the chip waits.
+    tail: Option<u64>,
 }
 
 impl<'a, C: Target> Pair<'a, C> {
@@ -97,8 +104,20 @@ impl<'a, C: Target> Pair<'a, C> {
             cpu.poke("eeprom", addr, byte);
             eval.set_eeprom(addr as usize, byte);
         }
-        let rig = Rig::start(cpu, places).map_err(|a| astray(&a, places))?;
-        Ok(Pair { rig, eval, places, hints, lines: Lines::new(places, bench.worst), first: true })
+        let mut rig = Rig::start(cpu, places).map_err(|a| astray(&a, places))?;
+        if bench.rungs {
+            rig.time_rungs();
+        }
+        Ok(Pair {
+            rig,
+            eval,
+            places,
+            hints,
+            lines: Lines::new(places, bench.worst),
+            first: true,
+            worst: bench.worst,
+            tail: None,
+        })
     }
 
     /// Drives the inputs, runs the chip to the next scan's start, looks whether it is punctual and as the last scan left
@@ -145,7 +164,13 @@ impl<'a, C: Target> Pair<'a, C> {
         self.rig.reach_end().map_err(lost)?;
         compared += self.symbols(What::Symbol, 0..self.eval.symbols().len())? + self.pins()? + self.wiring()?;
         compared += self.lines.sent(&mut self.rig)?;
-        Ok(Agreed { compared, cycles: self.rig.cpu.cycle() - start, seen })
+        let end = self.rig.cpu.cycle();
+        let cycles = end - start + *self.tail.get_or_insert_with(|| self.rig.tail());
+        if cycles > self.worst {
+            let expected = format!("a scan of at most {} machine cycles, as the map says", self.worst);
+            return Err(Mismatch::words(What::Bound, end, expected, format!("{cycles}")));
+        }
+        Ok(Agreed { compared, cycles, rungs: self.rig.rung_times().collect(), seen })
     }
 
     /// The inputs change once they must have been latched.

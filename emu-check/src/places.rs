@@ -34,6 +34,8 @@ pub(crate) struct Places {
     /// Nothing where the rungs have no address of their own.
     first_rung: Option<u32>,
     scan_end: u32,
+    /// Where the code of a rung begins, by its position; where nothing is left of a rung it has none. The last is where all end.
+    pub rungs: Vec<(u32, usize)>,
     /// Time of a scan, by the program's own figures.
     pub pace: Pace,
     /// Places of the symbols, in the evaluator's order.
@@ -101,7 +103,11 @@ impl Places {
         let word = |byte: u32| byte / chip.word_bytes.max(1);
         let points = [map.timer_start, map.scan_start, map.scan_end].map(word);
         let [timer_start, scan_start, scan_end] = points;
+        let ends = map.rungs.iter().map(|rung| rung.end).max();
+        let begins =
+            (0..).zip(&map.rungs).filter(|(_, rung)| rung.start < rung.end).map(|(n, rung)| (word(rung.start), n));
         Ok(Places {
+            rungs: begins.chain(ends.map(|end| (word(end), usize::MAX))).collect(),
             timer_start,
             scan_start,
             first_rung: map.rungs.first().map(|r| word(r.start)).filter(|pc| !points.contains(pc)),
@@ -137,6 +143,17 @@ impl Places {
     /// The pin of the supply, on a machine that halts where nothing is to come from outside.
     pub fn supply(&self) -> Option<PinId> {
         self.chip.pin("POWER").filter(|_| self.paces_itself())
+    }
+
+    /// A moment of the scan is reached at this program word.
+    pub fn is_point(&self, pc: u32) -> bool {
+        [Some(self.timer_start), Some(self.scan_start), self.first_rung, Some(self.scan_end)].contains(&Some(pc))
+    }
+
+    /// Output channels of a controller.
+    pub fn channels<C: Cpu>(&self, cpu: &C) -> u64 {
+        let output = |pin: &PinId| self.pin_name(*pin).starts_with('E') && cpu.has_pin(*pin);
+        (0..self.chip.pins.len() as PinId).filter(output).count() as u64
     }
 
     /// Program word at which `point` is reached.

@@ -9,7 +9,7 @@ use crate::codes;
 use crate::coverage::Coverage;
 
 /// Version of the report's JSON.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// The result of a check. `docs/check.md` describes its JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -49,10 +49,31 @@ pub struct Figures {
     pub ram_bytes: u32,
     /// Time of one scan in machine cycles, as a number or a fraction `num/den`.
     pub period_cycles: String,
-    /// Machine cycles from a scan's start until its outputs were written, the most that were seen.
+    /// Clocks of the oscillator in a machine cycle.
+    pub clocks_per_cycle: u64,
+    /// Machine cycles from a scan's start until the chip waits again, the most that were seen.
     pub scan_cycles_max: u64,
     /// The same, on average.
     pub scan_cycles_mean: f64,
+    /// The most that it can be, by the compiler's reckoning.
+    pub scan_cycles_bound: u64,
+    /// Machine cycles that the shortest period leaves beside that bound.
+    pub slack_cycles: u64,
+    /// Every rung.
+    pub rungs: Vec<RungFigures>,
+}
+
+/// Size and speed of a rung.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct RungFigures {
+    /// Number, from 1.
+    pub rung: u32,
+    /// Bytes of code.
+    pub code_bytes: u32,
+    /// The longest path through it in machine cycles, by the compiler's reckoning.
+    pub cycles_bound: u64,
+    /// Machine cycles, the most that were seen; nothing where no code is left, or where rungs were not timed.
+    pub cycles_max: Option<u64>,
 }
 
 /// What kind of thing differs.
@@ -71,6 +92,8 @@ pub enum What {
     Stack,
     /// A value before the first scan.
     Reset,
+    /// The length of a scan.
+    Bound,
     /// A byte on the serial line.
     Serial,
     /// The PWM output.
@@ -93,6 +116,7 @@ impl What {
             What::Stack => codes::DIFFERS_STACK,
             What::Reset => codes::DIFFERS_RESET,
             What::Map => codes::DIFFERS_MAP,
+            What::Bound => codes::DIFFERS_BOUND,
             What::Serial => codes::DIFFERS_SERIAL,
             What::Pwm => codes::DIFFERS_PWM,
             What::Eeprom => codes::DIFFERS_EEPROM,
@@ -157,13 +181,25 @@ impl Report {
         if self.agreed {
             text += &self.coverage.missed();
         }
-        let Figures { code_bytes, ram_bytes, period_cycles, scan_cycles_max, scan_cycles_mean } = &self.figures;
-        _ = writeln!(
-            text,
-            "figures: {code_bytes} bytes of code, {ram_bytes} of RAM; period {period_cycles} cycles, scan at most \
-             {scan_cycles_max} and on average {scan_cycles_mean:.1} cycles"
-        );
+        text += &self.figures.text();
         text
+    }
+}
+
+impl Figures {
+    fn text(&self) -> String {
+        let Figures { code_bytes, ram_bytes, period_cycles, clocks_per_cycle, scan_cycles_max, .. } = self;
+        let cycles = if *clocks_per_cycle == 1 { "cycles" } else { "machine cycles" };
+        let mut text = format!(
+            "figures: {code_bytes} bytes of code, {ram_bytes} of RAM; period {period_cycles} {cycles}, scan at most {scan_cycles_max} \
+             ({} by the compiler) and on average {:.1} {cycles}, slack {}",
+            self.scan_cycles_bound, self.scan_cycles_mean, self.slack_cycles
+        );
+        let longest = self.rungs.iter().max_by_key(|rung| rung.cycles_max);
+        if let Some((rung, most)) = longest.and_then(|rung| Some((rung, rung.cycles_max?))) {
+            _ = write!(text, "; longest rung {}, {most} {cycles} ({} by the compiler)", rung.rung, rung.cycles_bound);
+        }
+        text + "\n"
     }
 }
 
@@ -176,6 +212,7 @@ impl Difference {
             (What::Pin, None) => "a pin by itself".to_owned(),
             (What::Period, None) => "the start of the scan".to_owned(),
             (What::Map, None) => "the compiler's map".to_owned(),
+            (What::Bound, None) => "the length of the scan".to_owned(),
             (What::Serial, None) => "the serial line".to_owned(),
             (What::Pwm, None) => "the PWM output".to_owned(),
             (What::Eeprom, None) => "the EEPROM".to_owned(),
@@ -206,7 +243,7 @@ impl Difference {
 }
 
 /// `1 scan`, `2,000 scans`.
-fn counted(n: u64, what: &str) -> String {
+pub(crate) fn counted(n: u64, what: &str) -> String {
     let digits = n.to_string();
     let mut number = String::new();
     for (i, digit) in digits.chars().enumerate() {

@@ -35,6 +35,8 @@ pub(crate) struct Rig<'a, C> {
     /// Periods since then.
     scans: u64,
     stack: Option<u32>,
+    /// Where the rungs of this scan began, with the cycle; nothing unless that is asked for.
+    marks: Vec<(usize, u64)>,
 }
 
 impl<'a, C: Target> Rig<'a, C> {
@@ -50,7 +52,15 @@ impl<'a, C: Target> Rig<'a, C> {
         if let Some(pin) = places.peripherals.receive {
             cpu.drive(Time::at(0), pin, Level::High);
         }
-        let mut rig = Rig { cpu, places, tap: Tap::new(&places.peripherals), started: None, scans: 0, stack: None };
+        let mut rig = Rig {
+            cpu,
+            places,
+            tap: Tap::new(&places.peripherals),
+            started: None,
+            scans: 0,
+            stack: None,
+            marks: Vec::new(),
+        };
         if places.paces_itself() {
             return Ok(rig);
         }
@@ -61,6 +71,30 @@ impl<'a, C: Target> Rig<'a, C> {
             Stop::Limit => Ok(rig),
             stop => Err(rig.astray(Point::TimerStart, stop)),
         }
+    }
+
+    /// Stops at each rung from now on, to see how long it takes.
+    pub fn time_rungs(&mut self) {
+        self.places.rungs.iter().for_each(|&(pc, _)| self.cpu.trap(pc, true));
+    }
+
+    /// The rungs of the scan that has ended, by position, with their machine cycles.
+    pub fn rung_times(&self) -> impl Iterator<Item = (usize, u64)> {
+        let pairs = self.marks.windows(2).filter_map(|pair| match pair {
+            [(rung, from), (_, to)] => Some((*rung, to - from)),
+            _ => None,
+        });
+        pairs.filter(|(rung, _)| *rung != usize::MAX)
+    }
+
+    /// At the end of a scan: the machine cycles until the chip waits again.
+    pub fn tail(&self) -> u64 {
+        let mut cpu = self.cpu.clone();
+        let before = cpu.cycle();
+        cpu.step(&mut ());
+        // A controller looks at all its outputs then.
+        let outputs = if self.places.paces_itself() { self.places.channels(&cpu) } else { 0 };
+        cpu.cycle() - before + outputs
     }
 
     /// Drives the pins that the program does not name, now: the n-th by bit n.
@@ -82,6 +116,8 @@ impl<'a, C: Target> Rig<'a, C> {
     /// Runs to the next start of a scan.
     pub fn reach_start(&mut self) -> Result<(), Astray> {
         self.run_to(Point::ScanStart, 0)?;
+        self.marks.clear();
+        self.mark(self.cpu.pc());
         match self.started {
             Some(_) => self.scans += 1,
             None => self.started = Some(self.cpu.cycle()),
@@ -159,10 +195,23 @@ impl<'a, C: Target> Rig<'a, C> {
 
     fn run_to(&mut self, point: Point, extra: u64) -> Result<(), Astray> {
         let until = self.until(extra);
-        match self.go(until) {
-            Stop::Trap { pc } if Some(pc) == self.places.pc(point) => Ok(()),
-            stop => Err(self.astray(point, stop)),
+        loop {
+            match self.go(until) {
+                Stop::Trap { pc } if Some(pc) == self.places.pc(point) => {
+                    self.mark(pc);
+                    return Ok(());
+                }
+                Stop::Trap { pc } if !self.places.is_point(pc) && self.mark(pc) => {}
+                stop => return Err(self.astray(point, stop)),
+            }
         }
+    }
+
+    /// Notes that a rung begins here, if one does.
+    fn mark(&mut self, pc: u32) -> bool {
+        let found = self.places.rungs.iter().find(|(start, _)| *start == pc);
+        self.marks.extend(found.map(|&(_, rung)| (rung, self.cpu.cycle())));
+        found.is_some()
     }
 
     fn astray(&self, wanted: Point, stop: Stop) -> Astray {

@@ -10,7 +10,7 @@ use crate::family::Target;
 use crate::goals::Goals;
 use crate::locate::locate;
 use crate::lockstep::{Bench, FLOATS, Mismatch, Pair};
-use crate::report::{Difference, Figures, Report, SCHEMA, What};
+use crate::report::{Difference, Figures, Report, RungFigures, SCHEMA, What};
 use crate::shrink::shrink;
 use crate::stimulus::{Step, Stimulus};
 use crate::wishes::Wishes;
@@ -26,6 +26,8 @@ struct Sums {
     compared: u64,
     cycles: u64,
     longest: u64,
+    /// Most machine cycles of each rung.
+    rungs: Vec<Option<u64>>,
 }
 
 /// The run under way: its RAM and its steps so far.
@@ -46,7 +48,7 @@ pub(crate) fn run<'a, C: Target, F: Fn(u64) -> C>(
 ) -> Report {
     let mut goals = Goals::new(program, bench.eval);
     let mut stimulus = Stimulus::new(options.seed, Wishes::new(program, bench.eval));
-    let mut sums = Sums::default();
+    let mut sums = Sums { rungs: vec![None; compiled.map.rungs.len()], ..Sums::default() };
     let mut run = Run::default();
     let mut pair: Option<Pair<'a, C>> = None;
     let mut mismatch = None;
@@ -84,6 +86,11 @@ pub(crate) fn run<'a, C: Target, F: Fn(u64) -> C>(
                 sums.compared += agreed.compared;
                 sums.cycles += agreed.cycles;
                 sums.longest = sums.longest.max(agreed.cycles);
+                for (rung, cycles) in agreed.rungs {
+                    if let Some(most) = sums.rungs.get_mut(rung) {
+                        *most = (*most).max(Some(cycles));
+                    }
+                }
             }
             Err(found) => mismatch = Some(found),
         }
@@ -98,6 +105,13 @@ pub(crate) fn run<'a, C: Target, F: Fn(u64) -> C>(
         notes.push(Diagnostic::new(Severity::Note, codes::NOT_COVERED, &program.file, Pos::default(), cause, hint));
     }
     let map = &compiled.map;
+    let rungs = map.rungs.iter().zip(&sums.rungs).map(|(rung, &cycles_max)| RungFigures {
+        rung: rung.rung,
+        code_bytes: rung.end.saturating_sub(rung.start),
+        cycles_bound: rung.worst_cycles,
+        cycles_max,
+    });
+    let rungs = rungs.collect();
     Report {
         schema: SCHEMA,
         program: program.file.clone(),
@@ -113,9 +127,13 @@ pub(crate) fn run<'a, C: Target, F: Fn(u64) -> C>(
             code_bytes: map.code_bytes,
             ram_bytes: map.ram_bytes,
             period_cycles: bench.places.pace.period(),
+            clocks_per_cycle: bench.places.pace.clocks,
             scan_cycles_max: sums.longest,
             // Hundredths are plenty.
             scan_cycles_mean: (sums.cycles as f64 / sums.scans.max(1) as f64 * 100.0).round() / 100.0,
+            scan_cycles_bound: map.worst_scan_cycles.into(),
+            slack_cycles: map.slack_cycles,
+            rungs,
         },
         notes,
     }

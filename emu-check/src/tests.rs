@@ -168,3 +168,34 @@ fn nothing_called_impossible_ever_happens() {
         }
     }
 }
+
+/// `rungs | the coverage line`, for elements with more to them than bits; everything is seen on the evaluator alone.
+#[rustfmt::skip]
+const PERIPHERALS: &[(&str, &str)] = &[
+    ("CONTACTS Xa 0\n SHIFT_REGISTER s 4", "contacts 1/1 both ways, shift registers 1/1 shifted"),
+    ("CONTACTS Xa 0\n LOOK_UP_TABLE d i 3 0 5 6 7", "contacts 1/1 both ways, tables 1/1 in all parts"),
+    ("LOOK_UP_TABLE i i 3 0 5 6 7", "tables 1/1 in all parts"),
+    ("PIECEWISE_LINEAR d i 3 0 0 10 100 20 0", "tables 1/1 in all parts"),
+    ("PIECEWISE_LINEAR d i 2 -32768 0 -32760 100", "tables 1/1 in all parts"),
+    ("CONTACTS Xa 0\n READ_ADC Ain\nEND\nRUNG\n EQU Ain 1023\n COIL Ya 0 0 0",
+     "contacts 1/1 both ways, coils 1/1 both values, compares 1/1 both ways, peripherals 1/1 used"),
+    ("CONTACTS Xa 0\n SET_PWM d 1000", "contacts 1/1 both ways, peripherals 1/1 used"),
+    ("CONTACTS Xa 0\n PERSIST p", "contacts 1/1 both ways, peripherals 1/1 used"),
+    ("CONTACTS Xa 0\n UART_SEND v\n COIL Ya 0 0 0", "contacts 1/1 both ways, coils 1/1 both values, serial 1/1 with bytes and without"),
+    ("CONTACTS Xa 0\n UART_RECV v\n COIL Ya 0 0 0", "contacts 1/1 both ways, coils 1/1 both values, serial 1/1 with bytes and without"),
+    ("CONTACTS Xa 0\n FORMATTED_STRING v 6 97 92 45 51 13 10", "contacts 1/1 both ways, serial 1/1 with bytes and without"),
+];
+
+#[test]
+fn peripherals_are_covered() {
+    for (rungs, wanted) in PERIPHERALS {
+        for baud in [2_400, 115_200] {
+            let mut program = program(&format!("RUNG\n {rungs}\nEND"));
+            program.settings.baud = Some(baud);
+            let (_, goals) = drawn(&program, 1, 2_000);
+            let coverage = goals.coverage(&program);
+            assert_eq!(coverage.line(), format!("coverage: {wanted}\n"), "{rungs}: {:?}", coverage.missing);
+            assert!(coverage.full && goals.contradictions() == 0, "{rungs}: {:?}", coverage.missing);
+        }
+    }
+}

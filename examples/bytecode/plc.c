@@ -19,9 +19,8 @@ typedef unsigned long u32;
 #endif
 
 unsigned long PlcCycleUs, PlcBaud, PlcPwmHz;
-unsigned PlcInputs, PlcOutputs, PlcAnalog, PlcCells;
+unsigned PlcInputs, PlcOutputs, PlcAnalog, PlcBits, PlcWords, PlcCells;
 
-static unsigned bits, words;
 static const unsigned char *widths, *tables, *code, *pc;
 static unsigned char state[(PLC_MAX_BITS + 7) / 8];
 static s32 value[PLC_MAX_WORDS];
@@ -101,12 +100,12 @@ unsigned char PlcLoad(const unsigned char *image)
     PlcInputs = (unsigned)number();
     PlcOutputs = (unsigned)number();
     PlcAnalog = (unsigned)number();
-    bits = (unsigned)number();
-    words = (unsigned)number();
-    if (bits > PLC_MAX_BITS || words > PLC_MAX_WORDS)
+    PlcBits = (unsigned)number();
+    PlcWords = (unsigned)number();
+    if (PlcBits > PLC_MAX_BITS || PlcWords > PLC_MAX_WORDS)
         return 2;
     widths = pc;
-    for (i = 0; i < words; i++)
+    for (i = 0; i < PlcWords; i++)
         if (byte() & 0x80)
             pc += 4;
     i = (unsigned)number();
@@ -119,7 +118,7 @@ static void write_outputs(void)
 {
     unsigned i;
     for (i = 0; i < PlcOutputs; i++)
-        PlcWriteOutput((unsigned char)i, PlcGetBit(PlcInputs + i));
+        PlcWriteOutput(i, PlcGetBit(PlcInputs + i));
 }
 
 void PlcInit(void)
@@ -129,7 +128,7 @@ void PlcInit(void)
     for (i = 0; i < sizeof state; i++)
         state[i] = 0;
     pc = widths;
-    for (i = 0; i < words; i++) {
+    for (i = 0; i < PlcWords; i++) {
         w = byte();
         width[i] = w & 0x7F;
         value[i] = w & 0x80 ? wrap(little_endian(4), 4) : 0;
@@ -210,7 +209,7 @@ void PlcCycle(void)
     s32 v;
     u32 bytes;
     for (n = 0; n < PlcInputs; n++)
-        PlcSetBit(n, PlcReadInput((unsigned char)n));
+        PlcSetBit(n, PlcReadInput(n));
     pc = code;
     while ((op = byte()) != 0x00) {
         if (op >= 0x80) {
@@ -267,7 +266,7 @@ void PlcCycle(void)
         case 0x33: pc += rung ? 0 : n; break;
         case 0x34: was = PlcGetBit(n); n = (unsigned)number(); pc += was ? 0 : n; break;
         case 0x35: v = value[number()]; value[n] = wrap((u32)lookup(v, (unsigned)number()), width[n]); break;
-        case 0x36: value[n] = wrap((u32)PlcReadAdc((unsigned char)number()), width[n]); break;
+        case 0x36: value[n] = wrap((u32)PlcReadAdc((unsigned)number()), width[n]); break;
         case 0x37: v = value[n]; PlcSetPwm((unsigned char)(v < 0 ? 0 : v > 100 ? 100 : v)); break;
         case 0x38: PlcSetPwm((unsigned char)n); break;
         case 0x39: PlcSendByte((unsigned char)value[n]); break;

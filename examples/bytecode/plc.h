@@ -20,8 +20,8 @@ void PlcCycle(void);
 
 /* What the image says: microseconds from scan to scan; bits per second and Hz, 0 where there is no such thing. */
 extern unsigned long PlcCycleUs, PlcBaud, PlcPwmHz;
-/* Numbers of inputs (the first bits), outputs (the bits behind them), analog inputs, and cells of EEPROM. */
-extern unsigned PlcInputs, PlcOutputs, PlcAnalog, PlcCells;
+/* Numbers of inputs (the first bits), outputs (the bits behind them), analog inputs, all bits, integers, cells of EEPROM. */
+extern unsigned PlcInputs, PlcOutputs, PlcAnalog, PlcBits, PlcWords, PlcCells;
 
 /* The state, to look at and to change between scans. */
 unsigned char PlcGetBit(unsigned bit);
@@ -32,11 +32,11 @@ void PlcSetWord(unsigned word, long value);
 /* You write these; those that no program of yours uses may do nothing. */
 
 /* The level of an input now, 0 or 1. */
-unsigned char PlcReadInput(unsigned char input);
+unsigned char PlcReadInput(unsigned input);
 /* An output becomes 0 or 1. */
-void PlcWriteOutput(unsigned char output, unsigned char on);
+void PlcWriteOutput(unsigned output, unsigned char on);
 /* The conversion of an analog input now, 0 to 1023. */
-int PlcReadAdc(unsigned char input);
+int PlcReadAdc(unsigned input);
 /* The duty of the PWM output, 0 to 100 percent. */
 void PlcSetPwm(unsigned char percent);
 /* A byte goes out; the one before it has had its time. */

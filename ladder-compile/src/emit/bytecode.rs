@@ -17,6 +17,7 @@ mod code {
     pub const END: u8 = 0x00;
     pub const FALSE: u8 = 0x01;
     pub const TRUE: u8 = 0x02;
+    pub const NONE: u8 = 0x03;
     pub const LOAD: u8 = 0x04;
     pub const AND: u8 = 0x06;
     pub const OR: u8 = 0x08;
@@ -309,8 +310,8 @@ impl Coder {
                 self.word(out, *busy);
                 number(out, (*scans).max(0) as u64);
             }
-            // Sources are made of code in which timers and counters have been taken apart.
-            Op::Module { .. } => {}
+            // Timers and counters stay whole for chips that have them, never for a source; this code is none.
+            Op::Module { .. } => out.push(code::NONE),
             Op::If { cond, then, otherwise } => {
                 let (mut then, otherwise) = (self.ops(then), self.ops(otherwise));
                 if !otherwise.is_empty() {

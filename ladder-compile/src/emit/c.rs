@@ -34,7 +34,7 @@ pub fn from_ir(program: &Program, ir: &Ir) -> Source {
     let mut text = head(&plan);
     text += helpers::TYPES;
     text += &hooks(&plan);
-    text += &tables::tables(ir, &names);
+    text += &tables::tables(ir, &names, &scan);
     text += &helpers::helpers(&scan);
     text += &cells(ir, &names);
     let _ =
@@ -91,19 +91,19 @@ fn hooks(plan: &Plan<'_>) -> String {
     let of = |role| plan.bits(role).map(|(_, name)| name).collect::<Vec<_>>();
     group(
         "You write this: the level of an input now, 0 or 1.",
-        "unsigned char PlcReadInput(unsigned char input);",
+        "unsigned char PlcReadInput(unsigned input);",
         "PLC_INPUT_",
         of(BitRole::Input),
     );
     group(
         "You write this: an output becomes 0 or 1.",
-        "void PlcWriteOutput(unsigned char output, unsigned char on);",
+        "void PlcWriteOutput(unsigned output, unsigned char on);",
         "PLC_OUTPUT_",
         of(BitRole::Output),
     );
     group(
         "You write this: the conversion of an analog input now, 0 to 1023.",
-        "int PlcReadAdc(unsigned char input);",
+        "int PlcReadAdc(unsigned input);",
         "PLC_ADC_",
         ir.adcs.iter().map(String::as_str).collect(),
     );
@@ -142,7 +142,7 @@ fn hooks(plan: &Plan<'_>) -> String {
 fn cells(ir: &Ir, names: &Spelling) -> String {
     let mut text = "\
 \n#ifndef PLC_BIT
-#if defined(__SDCC_mcs51) || defined(SDCC_mcs51)
+#if defined(__SDCC_mcs51)
 #define PLC_BIT __bit
 #else
 #define PLC_BIT unsigned char

@@ -3,6 +3,7 @@
 //! All of them are told from the intermediate code that the images are made of, so an element has one meaning in this
 //! crate. The parts that C and sketch share stand in `body` and `helpers`.
 
+pub mod arduino;
 mod body;
 pub mod bytecode;
 pub mod c;
@@ -48,6 +49,10 @@ pub struct Source {
     pub analog: Vec<String>,
     /// Cells of EEPROM in use, from 0.
     pub eeprom: u16,
+    /// All bits, temporaries with them.
+    pub bits: u32,
+    /// All integers, temporaries with them.
+    pub words: u32,
 }
 
 /// The optimised intermediate code of a program that no chip has to hold.
@@ -110,6 +115,8 @@ impl Plan<'_> {
             outputs: named(BitRole::Output),
             analog: self.ir.adcs.clone(),
             eeprom: self.ir.eeprom,
+            bits: self.ir.bits.len() as u32,
+            words: self.ir.words.len() as u32,
         }
     }
 }

@@ -79,9 +79,11 @@ pub fn pins(ir: &Ir, target: &'static Target) -> Vec<Pin> {
         pins.push(Pin { name: name.clone(), pin, output: false, analog: true });
     }
     for cell in ir.bits.iter().filter(|cell| matches!(cell.role, BitRole::Input | BitRole::Output)) {
-        let pin = target.pins.iter().copied().find(|pin| !taken.contains(pin)).expect("a pin");
+        let output = cell.role == BitRole::Output;
+        let usable = |pin: &&str| !taken.contains(pin) && target.can_be(pin, output);
+        let pin = target.pins.iter().copied().find(usable).expect("a pin");
         taken.push(pin);
-        pins.push(Pin { name: cell.name.clone(), pin, output: cell.role == BitRole::Output, analog: false });
+        pins.push(Pin { name: cell.name.clone(), pin, output, analog: false });
     }
     pins
 }

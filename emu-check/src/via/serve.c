@@ -1,0 +1,123 @@
+/* Lets a checker run a ladder program scan by scan, by bytes:
+ *   R g          every bit and integer is filled with g, then PlcInit
+ *   I n n on     an input            A n n lo hi   an analog input      B b   a byte has been received
+ *   E n n b      a cell of EEPROM    W n n v0 v1 v2 v3   a bit or an integer, by its slot
+ *   S            one scan; tells all slots (four bytes each, low byte first), the outputs as written, how many bytes were sent and
+ *                the last of them, the duty (255: none yet), the cells of EEPROM
+ *   U            the end
+ * Before this text stand the program and: SLOTS, OUTPUTS, CELLS; MOST_INPUTS, MOST_OUTPUTS, MOST_ANALOG, MOST_CELLS, at least 1;
+ * look() and poke() by slot; get() and put().
+ */
+static unsigned char level[MOST_INPUTS], written[MOST_OUTPUTS], cell[MOST_CELLS];
+static int analog[MOST_ANALOG];
+static int received;
+static unsigned char sent, last, duty;
+
+unsigned char PlcReadInput(unsigned input) { return level[input]; }
+void PlcWriteOutput(unsigned output, unsigned char on) { written[output] = on; }
+int PlcReadAdc(unsigned input) { return analog[input]; }
+void PlcSetPwm(unsigned char percent) { duty = percent; }
+unsigned char PlcReadEeprom(unsigned n) { return cell[n]; }
+void PlcWriteEeprom(unsigned n, unsigned char byte) { cell[n] = byte; }
+
+void PlcSendByte(unsigned char byte)
+{
+    sent++;
+    last = byte;
+}
+
+int PlcReceiveByte(void)
+{
+    int byte = received;
+    received = -1;
+    return byte;
+}
+
+static unsigned get_two(void)
+{
+    unsigned n = get();
+    return n | (unsigned)get() << 8;
+}
+
+static long get_four(void)
+{
+    unsigned low = get_two(), high = get_two();
+    return high < 0x8000u ? (long)high * 65536L + (long)low : (long)low - 65536L - (long)(0xFFFFu - high) * 65536L;
+}
+
+static void put_four(long value)
+{
+    unsigned char i;
+    for (i = 0; i < 4; i++)
+        put((unsigned char)((unsigned long)value >> 8 * i));
+}
+
+static void reset(unsigned char garbage)
+{
+    unsigned n;
+    for (n = 0; n != SLOTS; n++)
+        poke(n, (signed char)garbage);
+    for (n = 0; n < MOST_INPUTS; n++)
+        level[n] = 0;
+    for (n = 0; n < MOST_OUTPUTS; n++)
+        written[n] = garbage;
+    for (n = 0; n < MOST_ANALOG; n++)
+        analog[n] = 0;
+    for (n = 0; n < MOST_CELLS; n++)
+        cell[n] = 0xFF;
+    received = -1;
+    duty = 255;
+    PlcInit();
+}
+
+static void scan(void)
+{
+    unsigned n;
+    sent = 0;
+    last = 0;
+    PlcCycle();
+    for (n = 0; n != SLOTS; n++)
+        put_four(look(n));
+    for (n = 0; n != OUTPUTS; n++)
+        put(written[n]);
+    put(sent);
+    put(last);
+    put(duty);
+    for (n = 0; n != CELLS; n++)
+        put(cell[n]);
+}
+
+static void serve(void)
+{
+    unsigned n;
+    for (;;)
+        switch (get()) {
+        case 'R':
+            reset(get());
+            break;
+        case 'I':
+            n = get_two();
+            level[n] = get();
+            break;
+        case 'A':
+            n = get_two();
+            analog[n] = (int)get_two();
+            break;
+        case 'B':
+            received = get();
+            break;
+        case 'E':
+            n = get_two();
+            cell[n] = get();
+            break;
+        case 'W':
+            n = get_two();
+            poke(n, get_four());
+            break;
+        case 'S':
+            scan();
+            break;
+        default:
+            return;
+        }
+}

@@ -1,0 +1,310 @@
+//! Where everything lives.
+//!
+//! ```text
+//! 00h ..       R0 where RAM above 7Fh is in use, then the bytes that multiplication and division work on, then the words
+//!              that are used most: the addresses 0 to 7 are the registers R0 to R7
+//! 08h, 09h     the stack, where subroutines are called: SP is 07h after reset
+//! 20h .. 2Fh   bits: an image of each port with inputs and of each port with outputs, a bit at its pin's place, then
+//!              relays, edge memories and temporaries; what is left over holds words
+//! .. 7Fh       words, low byte first; bits that found no room, reached through A
+//! 80h .. FFh   words, on chips that have it, reached through R0
+//! ```
+
+use crate::ir::{Bit, BitRole, Cond, Ir, Math, Op, Value, Word};
+use crate::map::Place;
+use crate::pins::Pin;
+use crate::target::Refusal;
+
+use super::regs::Regs;
+
+/// Bytes that have bit addresses.
+const BITS: std::ops::Range<usize> = 0x20..0x30;
+
+/// What the stack takes: one return address, at the place where SP is after reset.
+const STACK: std::ops::Range<usize> = 0x08..0x0A;
+
+/// A port of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Port {
+    /// Address of its register.
+    pub sfr: u8,
+    /// Byte that holds the latched inputs, where there are inputs.
+    pub input: Option<u8>,
+    /// Byte that is written to the port, where there are outputs.
+    pub output: Option<u8>,
+    /// Bits that are outputs.
+    pub outputs: u8,
+}
+
+/// What the code around the rungs needs of RAM.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Needs {
+    /// Widest multiplication and division by subroutine, in bytes; 0 where there is none.
+    pub multiply: u8,
+    /// See `multiply`.
+    pub divide: u8,
+    /// Bytes of the pacing timer.
+    pub pace: usize,
+}
+
+/// Places of all cells.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Layout {
+    /// Ports in use, by address.
+    pub ports: Vec<Port>,
+    /// Byte and bit number, by [`Bit`].
+    bits: Vec<(u8, u8)>,
+    /// Address of the low byte and width, by [`Word`].
+    words: Vec<(u8, u8)>,
+    /// Bytes that the arithmetic subroutines work on.
+    pub scratch: Vec<u8>,
+    /// Bytes of the pacing timer.
+    pub pace: Vec<u8>,
+    /// Bit address of "a byte has arrived", where the program receives.
+    pub arrived: Option<u8>,
+    /// The highest address in use.
+    pub top: u8,
+    /// Bytes of RAM in use, the stack not counted.
+    pub ram_bytes: u32,
+}
+
+impl Layout {
+    /// Byte address and number of a bit.
+    #[must_use]
+    pub fn bit(&self, bit: Bit) -> (u8, u8) {
+        self.bits.get(bit.0 as usize).copied().unwrap_or((0x20, 0))
+    }
+
+    /// Address of the low byte of a word.
+    #[must_use]
+    pub fn word(&self, word: Word) -> u8 {
+        self.words.get(word.0 as usize).map_or(0, |&(at, _)| at)
+    }
+
+    /// The places for the map.
+    #[must_use]
+    pub fn places(&self) -> (Vec<Place>, Vec<Place>) {
+        let space = || "idata".to_owned();
+        let bits = self.bits.iter().map(|&(at, bit)| Place::Bit { space: space(), addr: at.into(), bit });
+        let words = self.words.iter().map(|&(at, bytes)| Place::Word { space: space(), addr: at.into(), bytes });
+        (bits.collect(), words.collect())
+    }
+}
+
+/// Free bytes of RAM.
+struct Free {
+    taken: Vec<bool>,
+    /// Bytes asked for, whether they were there or not.
+    asked: usize,
+}
+
+impl Free {
+    /// Some bytes in a row, the lowest that are free; address 0 where there are none, which [`layout`] notices.
+    fn take(&mut self, bytes: usize) -> u8 {
+        self.asked += bytes;
+        let fits = |at: &usize| self.taken.get(*at..at + bytes).is_some_and(|run| !run.contains(&true));
+        let Some(at) = (0..self.taken.len()).find(fits) else { return 0 };
+        self.taken.iter_mut().skip(at).take(bytes).for_each(|taken| *taken = true);
+        at as u8
+    }
+}
+
+/// How often each cell is used.
+struct Uses {
+    bits: Vec<u32>,
+    words: Vec<u32>,
+}
+
+impl Uses {
+    fn bit(&mut self, bit: Bit) {
+        self.bits.get_mut(bit.0 as usize).into_iter().for_each(|n| *n += 1);
+    }
+
+    fn word(&mut self, word: Word) {
+        self.words.get_mut(word.0 as usize).into_iter().for_each(|n| *n += 1);
+    }
+
+    fn value(&mut self, value: Value) {
+        if let Value::Cell(word) = value {
+            self.word(word);
+        }
+    }
+
+    fn ops(&mut self, ops: &[Op]) {
+        ops.iter().for_each(|op| self.op(op));
+    }
+
+    fn op(&mut self, op: &Op) {
+        match op {
+            Op::Load { bit, .. } | Op::And { bit, .. } | Op::Or { bit, .. } | Op::Store { bit, .. } => self.bit(*bit),
+            Op::Put { bit, .. } | Op::Rising(bit) | Op::Falling(bit) => self.bit(*bit),
+            Op::AndCompare(c) | Op::If { cond: Cond::Compare(c), .. } => {
+                self.word(c.a);
+                self.value(c.b);
+            }
+            Op::If { cond: Cond::Bit(bit), .. } => self.bit(*bit),
+            Op::Move { dst, src } => {
+                self.word(*dst);
+                self.value(*src);
+            }
+            Op::Math { dst, a, b, .. } => {
+                self.word(*dst);
+                self.value(*a);
+                self.value(*b);
+            }
+            Op::Lookup { dst, index, .. } => {
+                self.word(*dst);
+                self.word(*index);
+            }
+            Op::Send { value } => self.value(*value),
+            Op::Receive { dst } => self.word(*dst),
+            _ => {}
+        }
+        if let Op::If { then, otherwise, .. } = op {
+            self.ops(then);
+            self.ops(otherwise);
+        }
+    }
+}
+
+/// Gives every cell a place.
+///
+/// # Errors
+/// RAM is too small: bytes needed and bytes there.
+pub fn layout(ir: &Ir, pins: &[Pin], regs: Regs, ram: u16, needs: Needs) -> Result<Layout, Refusal> {
+    let stack = if needs.multiply.max(needs.divide) > 0 { STACK.len() } else { 0 };
+    // R0 points above 7Fh; whether it has to is known once everything is placed below.
+    let low = attempt(ir, pins, regs, usize::from(ram).min(0x80), needs, false);
+    let placed = match low {
+        Err(_) if ram > 0x80 => attempt(ir, pins, regs, ram.into(), needs, true),
+        low => low,
+    };
+    placed.map_err(|bytes| Refusal::Ram { needed: (bytes + stack) as u64, available: ram.into() })
+}
+
+fn attempt(ir: &Ir, pins: &[Pin], regs: Regs, ram: usize, needs: Needs, points: bool) -> Result<Layout, usize> {
+    let calls = needs.multiply.max(needs.divide) > 0;
+    let mut free = Free { taken: vec![false; ram], asked: 0 };
+    free.taken.iter_mut().take(usize::from(points)).for_each(|taken| *taken = true);
+    free.asked += usize::from(points);
+    if calls {
+        free.taken.iter_mut().skip(STACK.start).take(STACK.len()).for_each(|taken| *taken = true);
+    }
+    // Two operands; the remainder and a count, or the rest of a wide product.
+    let wide = |n: u8| usize::from(n);
+    let product = if needs.multiply > 2 { 3 * wide(needs.multiply) } else { 2 * wide(needs.multiply) };
+    let quotient = if needs.divide > 0 { 3 * wide(needs.divide) + 1 } else { 0 };
+    let scratch = (0..product.max(quotient)).map(|_| free.take(1)).collect();
+
+    let mut uses = Uses { bits: vec![0; ir.bits.len()], words: vec![0; ir.words.len()] };
+    uses.ops(&ir.begin);
+    ir.rungs.iter().flat_map(|rung| &rung.steps).for_each(|step| uses.op(&step.op));
+    uses.ops(&ir.end);
+
+    let mut ports: Vec<Port> = Vec::new();
+    let mut next = BITS.start;
+    let mut image = |free: &mut Free| {
+        free.taken.iter_mut().skip(next).take(1).for_each(|taken| *taken = true);
+        free.asked += 1;
+        next += 1;
+        Some(next as u8 - 1)
+    };
+    let digital = || pins.iter().filter(|pin| !pin.analog);
+    let mut sfrs: Vec<u8> = digital().map(|pin| regs.pin(pin.pin).0).collect();
+    sfrs.sort_unstable();
+    sfrs.dedup();
+    for sfr in sfrs {
+        let on = |output| digital().filter(move |pin| pin.output == output && regs.pin(pin.pin).0 == sfr);
+        ports.push(Port {
+            sfr,
+            input: if on(false).next().is_some() { image(&mut free) } else { None },
+            output: if on(true).next().is_some() { image(&mut free) } else { None },
+            outputs: on(true).fold(0, |mask, pin| mask | 1 << regs.pin(pin.pin).1),
+        });
+    }
+
+    // Bits that are used most have a bit address, as long as there are any.
+    let mut bits = vec![(0, 0); ir.bits.len()];
+    let mut others: Vec<usize> = Vec::new();
+    for (n, cell) in ir.bits.iter().enumerate() {
+        let at = digital().find(|pin| pin.name == cell.name).and_then(|pin| {
+            let (sfr, bit) = regs.pin(pin.pin);
+            let port = ports.iter().find(|port| port.sfr == sfr)?;
+            Some((if pin.output { port.output? } else { port.input? }, bit))
+        });
+        match at {
+            Some(at) if matches!(cell.role, BitRole::Input | BitRole::Output) => {
+                bits.get_mut(n).into_iter().for_each(|place| *place = at);
+            }
+            _ => others.push(n),
+        }
+    }
+    others.sort_by_key(|&n| std::cmp::Reverse(uses.bits.get(n).copied().unwrap_or(0)));
+    let (mut byte, mut used) = (0, 8);
+    let mut one = |free: &mut Free| {
+        if used == 8 {
+            used = 0;
+            byte = match free.taken.get(BITS).and_then(|bytes| bytes.iter().position(|taken| !taken)) {
+                Some(n) => {
+                    free.taken.iter_mut().skip(BITS.start + n).take(1).for_each(|taken| *taken = true);
+                    free.asked += 1;
+                    (BITS.start + n) as u8
+                }
+                None => free.take(1),
+            };
+        }
+        used += 1;
+        (byte, used - 1)
+    };
+    let arrived = ir.uart.receive.then(|| one(&mut free)).map(|(byte, bit)| (byte - BITS.start as u8) * 8 + bit);
+    for n in others {
+        let place = one(&mut free);
+        bits.get_mut(n).into_iter().for_each(|at| *at = place);
+    }
+
+    let pace = (0..needs.pace).map(|_| free.take(1)).collect();
+    let mut words: Vec<(u8, u8)> = ir.words.iter().map(|cell| (0, cell.bytes)).collect();
+    let mut order: Vec<usize> = (0..words.len()).collect();
+    order.sort_by_key(|&n| std::cmp::Reverse(uses.words.get(n).copied().unwrap_or(0)));
+    for n in order {
+        if let Some((at, bytes)) = words.get_mut(n) {
+            *at = free.take((*bytes).into());
+        }
+    }
+    // Bytes in a row that are not there, or more than the chip has.
+    let placed = free.taken.iter().filter(|taken| **taken).count() - if calls { STACK.len() } else { 0 };
+    if placed < free.asked {
+        return Err(free.asked);
+    }
+    let top = free.taken.iter().rposition(|taken| *taken).unwrap_or(0) as u8;
+    Ok(Layout { ports, bits, words, scratch, pace, arrived, top, ram_bytes: placed as u32 })
+}
+
+/// The widest multiplication and division that need a subroutine, in bytes.
+#[must_use]
+pub fn needs(ir: &Ir) -> Needs {
+    fn look(ir: &Ir, ops: &[Op], needs: &mut Needs) {
+        for op in ops {
+            match op {
+                Op::Math { op: math @ (Math::Mul | Math::Div), dst, a, b } => {
+                    let width = ir.width(*math, *dst, *a, *b);
+                    match math {
+                        Math::Mul if width > 1 => needs.multiply = needs.multiply.max(width),
+                        Math::Div => needs.divide = needs.divide.max(width),
+                        _ => {}
+                    }
+                }
+                Op::If { then, otherwise, .. } => {
+                    look(ir, then, needs);
+                    look(ir, otherwise, needs);
+                }
+                _ => {}
+            }
+        }
+    }
+    let mut needs = Needs::default();
+    look(ir, &ir.begin, &mut needs);
+    ir.rungs.iter().for_each(|rung| rung.steps.iter().for_each(|s| look(ir, std::slice::from_ref(&s.op), &mut needs)));
+    look(ir, &ir.end, &mut needs);
+    needs
+}

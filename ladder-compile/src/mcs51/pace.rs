@@ -1,0 +1,250 @@
+//! One scan per period of timer 0 or timer 2, the k-th match at floor(k P), P being the cycle time in machine cycles.
+//!
+//! A period is cut into as few equal *turns* of the timer as fit its 16 bits; a match is the overflow that ends the last turn.
+//! Where a turn is no whole number of machine cycles, the code carries the fraction: at each overflow it decides whether
+//! a turn has one cycle more, as a line is drawn on a grid (Bresenham), so that the k-th match never strays.
+//!
+//! - Timer 2 (8052) reloads itself. What it reloads at an overflow was written a turn before.
+//! - Timer 0 (mode 1) runs on from 0. The code stops it, adds the reload value and the cycles of the stop, which are always
+//!   the same, and starts it again: what it had counted since the overflow is kept.
+
+use emu_8051::isa::Kind;
+
+use super::arch::{Jump, Mcs51};
+use super::regs::{ACC, B, Regs};
+use crate::code::{Asm, Label};
+use crate::map::Ratio;
+use crate::target::Mark;
+
+/// Cycles that timer 0 stands still while its value is changed: from the CLR to the SETB, six instructions of one cycle.
+const STOP: u32 = 7;
+
+/// Counts of a turn at most.
+const MOST: u64 = 65536;
+
+/// Turns of a period at most: they are counted in a byte.
+const MOST_TURNS: u64 = 255;
+
+/// How the scan is paced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pace {
+    /// P in machine cycles.
+    pub period: Ratio,
+    /// Turns of a period.
+    pub turns: u8,
+    /// Machine cycles of a turn, rounded down.
+    pub length: u32,
+    /// What is missing, where something is.
+    pub fraction: Option<Fraction>,
+}
+
+/// A turn is `rest / whole` cycles longer than [`Pace::length`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fraction {
+    /// Numerator.
+    pub rest: u32,
+    /// Denominator, above the numerator.
+    pub whole: u32,
+}
+
+impl Fraction {
+    /// Bytes of the count.
+    fn bytes(self) -> usize {
+        ((32 - (self.whole - 1).leading_zeros()).div_ceil(8) as usize).max(1)
+    }
+
+    /// What makes the count overflow where the sum of the fractions passes a whole.
+    fn offset(self) -> u64 {
+        (1u64 << (8 * self.bytes())) - u64::from(self.whole)
+    }
+}
+
+/// Plans the period.
+///
+/// # Errors
+/// The shortest and the longest period in microseconds, where this one is not between them.
+pub fn pace(clock_hz: u64, cycle_us: u64) -> Result<Pace, (u64, u64)> {
+    let (num, den) = reduced(u128::from(clock_hz) * u128::from(cycle_us), 12_000_000);
+    let us = |cycles: u64| u128::from(cycles) * 12_000_000 / u128::from(clock_hz.max(1));
+    let range = || (us(1).max(1) as u64, us(MOST * MOST_TURNS) as u64);
+    if num < den {
+        return Err(range());
+    }
+    let turns = num.div_ceil(den * u128::from(MOST));
+    if turns > u128::from(MOST_TURNS) {
+        return Err(range());
+    }
+    let (all, whole) = reduced(num, den * turns);
+    let (length, rest) = (all / whole, all % whole);
+    let fraction = (rest != 0).then_some(Fraction { rest: rest as u32, whole: whole as u32 });
+    let period = Ratio { num: num as u64, den: den as u64 };
+    Ok(Pace { period, turns: turns as u8, length: length as u32, fraction })
+}
+
+/// A fraction in lowest terms.
+pub(super) fn reduced(num: u128, den: u128) -> (u128, u128) {
+    let (mut a, mut b) = (num, den);
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    let by = a.max(1);
+    (num / by, den / by)
+}
+
+/// The timer that paces, with the bytes that it needs.
+#[derive(Debug, Clone, Copy)]
+pub struct Timer<'a> {
+    /// How.
+    pub pace: Pace,
+    /// By timer 2, else by timer 0.
+    pub second: bool,
+    /// Bytes of RAM: the fraction's, then the turns'.
+    pub ram: &'a [u8],
+    /// The chip.
+    pub regs: Regs,
+}
+
+impl Pace {
+    /// Machine cycles of the shortest period.
+    #[must_use]
+    pub fn shortest(&self) -> u64 {
+        self.period.num / self.period.den
+    }
+
+    /// Bytes of RAM.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.fraction.map_or(0, Fraction::bytes) + usize::from(self.turns > 1)
+    }
+
+    /// Low and high byte to load for a turn of `cycles`.
+    fn reload(cycles: u32) -> (i32, i32) {
+        let [low, high] = (cycles.wrapping_neg() as u16).to_le_bytes();
+        (low.into(), high.into())
+    }
+}
+
+impl Timer<'_> {
+    fn fraction_at(&self, n: usize) -> i32 {
+        self.ram.get(n).map_or(0, |&at| at.into())
+    }
+
+    fn turns_at(&self) -> i32 {
+        self.ram.last().map_or(0, |&at| at.into())
+    }
+
+    /// Bit address of the overflow flag.
+    #[must_use]
+    pub fn flag(&self) -> i32 {
+        self.regs.bit(if self.second { "TF2" } else { "TF0" })
+    }
+
+    /// Sets the timer and starts it; its registers are as reset leaves them, but TMOD, which is set.
+    pub fn start(&self, asm: &mut Asm<Mcs51>) {
+        let Pace { length, fraction, turns, .. } = self.pace;
+        let set = |asm: &mut Asm<Mcs51>, reg: &str, value: i32| {
+            asm.op(Kind::MovDirImm, &[self.regs.byte(reg), value]);
+        };
+        let (low, high) = Pace::reload(length);
+        // Turns whose reload value is decided before the first overflow.
+        let decided = if self.second { 2 } else { 1 };
+        if let Some(f) = fraction {
+            let done = u64::from(f.rest) * decided % u64::from(f.whole) + f.offset();
+            for (n, byte) in done.to_le_bytes().into_iter().take(f.bytes()).enumerate() {
+                asm.op(Kind::MovDirImm, &[self.fraction_at(n), byte.into()]);
+            }
+        }
+        if turns > 1 {
+            asm.op(Kind::MovDirImm, &[self.turns_at(), turns.into()]);
+        }
+        let (low_reg, high_reg, run) = if self.second { ("TL2", "TH2", "TR2") } else { ("TL0", "TH0", "TR0") };
+        set(asm, low_reg, low);
+        set(asm, high_reg, high);
+        if self.second {
+            let longer = fraction.is_some_and(|f| 2 * u64::from(f.rest) >= u64::from(f.whole));
+            let (low, high) = Pace::reload(length + u32::from(longer));
+            set(asm, "RCAP2L", low);
+            set(asm, "RCAP2H", high);
+        }
+        asm.mark(Mark::TimerStart);
+        asm.op(Kind::SetbBit, &[self.regs.bit(run)]);
+    }
+
+    /// The wait for a match, and what stands at the start of a scan.
+    pub fn wait(&self, asm: &mut Asm<Mcs51>, poll: Label) {
+        asm.mark(Mark::Part("wait for the match"));
+        asm.mark(Mark::Poll);
+        asm.place(poll);
+        asm.repeat(Jump::when(Kind::Jnb, &[self.flag()]), poll, 1);
+        if self.pace.turns > 1 {
+            self.turn(asm);
+            asm.repeat(Jump::when(Kind::DjnzDir, &[self.turns_at()]), poll, 1);
+        }
+        asm.mark(Mark::ScanStart);
+        if self.pace.turns > 1 {
+            asm.op(Kind::MovDirImm, &[self.turns_at(), self.pace.turns.into()]);
+        } else {
+            self.turn(asm);
+        }
+    }
+
+    /// Just after an overflow: takes the flag and sets the length of a turn to come.
+    fn turn(&self, asm: &mut Asm<Mcs51>) {
+        asm.op(Kind::ClrBit, &[self.flag()]);
+        let Pace { length, fraction, .. } = self.pace;
+        if self.second {
+            let Some(f) = fraction else { return };
+            let (low, high) = (self.regs.byte("RCAP2L"), self.regs.byte("RCAP2H"));
+            self.choose(asm, f, Pace::reload(length), Pace::reload(length + 1), (low, high));
+            return;
+        }
+        let (mut low, mut high) = Pace::reload(length.wrapping_sub(STOP));
+        let mut of = None;
+        if let Some(f) = fraction {
+            let long = Pace::reload((length + 1).wrapping_sub(STOP));
+            of = Some(if high == long.1 { (B, None) } else { (B, Some(self.regs.byte("DPL"))) });
+            self.choose(asm, f, (low, high), long, (B, self.regs.byte("DPL")));
+        }
+        let (timer_low, timer_high) = (self.regs.byte("TL0"), self.regs.byte("TH0"));
+        asm.op(Kind::ClrBit, &[self.regs.bit("TR0")]);
+        asm.op(Kind::MovADir, &[timer_low]);
+        match of {
+            Some((at, _)) => asm.op(Kind::AddDir, &[at]),
+            None => asm.op(Kind::AddImm, &[std::mem::take(&mut low)]),
+        }
+        asm.op(Kind::MovDirA, &[timer_low]);
+        asm.op(Kind::MovADir, &[timer_high]);
+        match of {
+            Some((_, Some(at))) => asm.op(Kind::AddcDir, &[at]),
+            _ => asm.op(Kind::AddcImm, &[std::mem::take(&mut high)]),
+        }
+        asm.op(Kind::MovDirA, &[timer_high]);
+        asm.op(Kind::SetbBit, &[self.regs.bit("TR0")]);
+    }
+
+    /// The bytes at `at` := `short`, or `long` where the fractions make a whole. A high byte that is always the same is left
+    /// alone.
+    fn choose(&self, asm: &mut Asm<Mcs51>, f: Fraction, short: (i32, i32), long: (i32, i32), at: (i32, i32)) {
+        let set = |asm: &mut Asm<Mcs51>, value: (i32, i32)| {
+            asm.op(Kind::MovDirImm, &[at.0, value.0]);
+            if short.1 != long.1 {
+                asm.op(Kind::MovDirImm, &[at.1, value.1]);
+            }
+        };
+        let add = |asm: &mut Asm<Mcs51>, value: u64| {
+            for (n, byte) in value.to_le_bytes().into_iter().take(f.bytes()).enumerate() {
+                asm.op(Kind::MovADir, &[self.fraction_at(n)]);
+                asm.op(if n == 0 { Kind::AddImm } else { Kind::AddcImm }, &[byte.into()]);
+                asm.op(Kind::MovDirA, &[self.fraction_at(n)]);
+            }
+        };
+        let same = asm.label();
+        set(asm, short);
+        add(asm, f.rest.into());
+        asm.jump(Jump::when(Kind::Jnc, &[]), same);
+        add(asm, f.offset());
+        set(asm, long);
+        asm.place(same);
+        debug_assert_eq!(self.regs.byte("ACC"), ACC);
+    }
+}

@@ -1,0 +1,112 @@
+//! The serial line: which timer makes its speed, and how it is set.
+
+use emu_8051::isa::Kind;
+
+use super::arch::Mcs51;
+use super::pace::reduced;
+use super::regs::Regs;
+use crate::code::Asm;
+use crate::map::Ratio;
+
+/// How the speed is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Speed {
+    /// By timer 2, else by timer 1 in mode 2.
+    pub second: bool,
+    /// SMOD: timer 1 counts double.
+    pub double: bool,
+    /// Counts of the timer from one overflow to the next.
+    pub counts: u64,
+    /// Machine cycles of a bit.
+    pub bit: Ratio,
+}
+
+/// Where a speed comes from: by timer 2, SMOD, clocks of a bit per count of the timer, most counts (user's manual, "Baud
+/// rates").
+const SOURCES: [(bool, bool, u64, u64); 3] =
+    [(false, false, 384, 256), (false, true, 192, 256), (true, false, 32, 65536)];
+
+/// Scans from one byte to the next, as the language has it.
+fn scans(baud: u64, cycle_us: u64) -> u128 {
+    10_000_000u128.div_ceil(u128::from(baud.max(1)) * u128::from(cycle_us.max(1))).max(1)
+}
+
+/// The nearest speed, at most 2 % off and fast enough that a byte is out before the scan that may send the next one. Timer
+/// 1 goes first.
+///
+/// # Errors
+/// The nearest speed that there is.
+pub fn speed(clock_hz: u64, baud: u64, cycle_us: u64, has_timer2: bool) -> Result<Speed, u64> {
+    let byte = scans(baud, cycle_us) * u128::from(cycle_us) * u128::from(clock_hz);
+    let mut best: Option<(u128, Speed)> = None;
+    let mut nearest: Option<(u64, u64)> = None;
+    for (second, double, clocks, most) in SOURCES.into_iter().filter(|source| has_timer2 || !source.0) {
+        if second && best.is_some() {
+            break;
+        }
+        let about = clock_hz / (clocks.saturating_mul(baud)).max(1);
+        for counts in [about, about + 1].map(|counts| counts.clamp(1, most)) {
+            let bit = clocks * counts;
+            let got = (clock_hz + bit / 2) / bit;
+            if nearest.is_none_or(|(off, _)| got.abs_diff(baud) < off) {
+                nearest = Some((got.abs_diff(baud), got));
+            }
+            // Off by so many parts of `bit * baud`.
+            let off = u128::from(clock_hz).abs_diff(u128::from(bit) * u128::from(baud));
+            let near = 50 * off <= u128::from(bit) * u128::from(baud);
+            let in_time = 10 * u128::from(bit) * 1_000_000 <= byte;
+            // In parts per billion, so that speeds of different sources compare.
+            let error = off * 1_000_000_000 / (u128::from(bit) * u128::from(baud)).max(1);
+            if near && in_time && best.is_none_or(|(known, _)| error < known) {
+                let (num, den) = reduced(bit.into(), 12);
+                best = Some((error, Speed { second, double, counts, bit: Ratio { num: num as u64, den: den as u64 } }));
+            }
+        }
+    }
+    best.map(|(_, speed)| speed).ok_or(nearest.map_or(0, |(_, got)| got))
+}
+
+impl Speed {
+    /// Machine cycles from the write of a byte until the next one may follow, at most, and between the scans that may send,
+    /// at least.
+    #[must_use]
+    pub fn byte(&self, baud: u64, cycle_us: u64, period: Ratio) -> (u64, u64) {
+        let apart = scans(baud, cycle_us) * u128::from(period.num) / u128::from(period.den);
+        ((10 * self.bit.num).div_ceil(self.bit.den), apart as u64)
+    }
+
+    /// What timer 1 wants in TMOD.
+    #[must_use]
+    pub fn tmod(&self) -> i32 {
+        const RELOAD: i32 = 2 << 4;
+        if self.second { 0 } else { RELOAD }
+    }
+
+    /// Sets line and timer; a byte may be sent at once. `first` is the time in machine cycles until the first scan.
+    pub fn start(&self, asm: &mut Asm<Mcs51>, regs: Regs, receive: bool, first: u64) {
+        let mut set = |reg: &str, value: i32| asm.op(Kind::MovDirImm, &[regs.byte(reg), value]);
+        let [low, high] = (self.counts.wrapping_neg() as u16).to_le_bytes();
+        if self.second {
+            set("RCAP2L", low.into());
+            set("RCAP2H", high.into());
+            // The first overflow comes at once, not after 65,536 counts.
+            set("TH2", 0xFF);
+            set("T2CON", regs.mask("RCLK") | regs.mask("TCLK") | regs.mask("TR2"));
+        } else {
+            set("TH1", low.into());
+            // The first overflow takes up to 256 cycles, which matters only to short periods.
+            if first < 512 {
+                set("TL1", low.into());
+            }
+            if self.double {
+                set("PCON", 0x80);
+            }
+        }
+        // Eight bits, the speed by the timer.
+        let receive = if receive { regs.mask("REN") } else { 0 };
+        set("SCON", regs.mask("SM1") | receive | regs.mask("TI"));
+        if !self.second {
+            asm.op(Kind::SetbBit, &[regs.bit("TR1")]);
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! Emitted sources in the hands of others' compilers: C by gcc, avr-gcc and sdcc, byte code with its interpreter, sketches by
+//! avr-g++ with the core of the Arduino; each does what the evaluator does.
+//!
+//! All of it is ignored by a plain `cargo test`; `.ci/peers` installs the compilers and runs it. Random tests take their seed
+//! from the variable EMU_SEED.
+
+#[path = "peers/sources/code.rs"]
+mod code;
+#[path = "../ladder-compile/tests/common/mod.rs"]
+#[allow(dead_code, reason = "made for the tests of the compiler")]
+mod common;
+
+fn seed() -> u64 {
+    std::env::var("EMU_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
+}
