@@ -48,23 +48,23 @@ fn integers_of_every_width() {
 #[test]
 fn integers_in_every_bank() {
     let words = Wish { words: 120, rungs: 10, ..Wish::WORDS };
-    assert_eq!(hold("pic16f876", words, 0..8, 12), 8);
-    assert_eq!(hold("pic16f88", words, 20..24, 12), 4);
-    assert_eq!(hold("pic16f873", Wish { words: 75, ..words }, 0..8, 12), 8);
-    assert_eq!(hold("pic16f819", Wish { words: 95, ..words }, 0..4, 12), 4);
-    assert_eq!(hold("pic16f628", Wish { words: 85, ..words }, 0..4, 12), 4);
+    assert_eq!(hold("pic16f876", words, 0..8, 6), 8);
+    assert_eq!(hold("pic16f88", words, 20..24, 6), 4);
+    assert_eq!(hold("pic16f873", Wish { words: 75, ..words }, 0..8, 6), 8);
+    assert_eq!(hold("pic16f819", Wish { words: 95, ..words }, 0..4, 6), 4);
+    assert_eq!(hold("pic16f628", Wish { words: 85, ..words }, 0..4, 6), 4);
     let widths = Wish { widths: &[1, 2, 3, 4], words: 100, ..words };
-    assert_eq!(hold("pic16f876a", widths, 0..8, 12), 8);
-    assert_eq!(hold("pic16f874", Wish { words: 55, ..widths }, 0..8, 12), 8);
+    assert_eq!(hold("pic16f876a", widths, 0..8, 6), 8);
+    assert_eq!(hold("pic16f874", Wish { words: 55, ..widths }, 0..8, 6), 8);
 }
 
 #[test]
 fn programs_of_several_pages() {
     // Three to four pages of 8 K words, two of 4 K words.
-    let large = Wish { rungs: 80, words: 20, ..Wish::WORDS };
+    let large = Wish { rungs: 58, words: 20, ..Wish::WORDS };
     assert_eq!(hold("pic16f877", large, 0..6, 4), 6);
-    assert_eq!(hold("pic16f876a", Wish { rungs: 50, widths: &[1, 2, 4], ..large }, 0..4, 4), 4);
-    assert_eq!(hold("pic16f873", Wish { rungs: 35, ..large }, 0..4, 4), 4);
+    assert_eq!(hold("pic16f876a", Wish { rungs: 40, widths: &[1, 2, 4], ..large }, 0..4, 4), 4);
+    assert_eq!(hold("pic16f873", Wish { rungs: 26, ..large }, 0..4, 4), 4);
 }
 
 #[test]
