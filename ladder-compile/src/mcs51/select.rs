@@ -150,7 +150,7 @@ impl<'a> Select<'a> {
     }
 
     /// Makes the carry the accumulator; returns whether complemented.
-    pub(super) fn to_carry(&mut self) -> bool {
+    pub(super) fn acc_to_carry(&mut self) -> bool {
         let inverted = match (self.now.in_carry(), self.now.acc.known, self.now.acc.flag) {
             (Some(inverted), ..) => inverted,
             (_, Some(value), _) => {
@@ -170,10 +170,10 @@ impl<'a> Select<'a> {
     }
 
     /// Makes the carry the accumulator, complemented if `inverted`.
-    pub(super) fn to_carry_as(&mut self, inverted: bool) {
+    pub(super) fn acc_to_carry_as(&mut self, inverted: bool) {
         if let (None, Some(value)) = (self.now.in_carry(), self.now.acc.known) {
             self.set_carry(value ^ inverted);
-        } else if self.to_carry() != inverted {
+        } else if self.acc_to_carry() != inverted {
             self.emit(Kind::CplC, &[]);
             self.now.carry = self.now.carry.map(|value| !value);
         }
@@ -244,8 +244,8 @@ impl<'a> Select<'a> {
         if let Some(value) = self.now.acc.known {
             self.write_constant(bit, value ^ negated);
         } else {
-            self.to_carry();
-            self.to_carry_as(negated);
+            self.acc_to_carry();
+            self.acc_to_carry_as(negated);
             self.write_carry(bit);
         }
         self.now.acc.flag = Some((Flag::Cell(bit), negated));
@@ -256,7 +256,7 @@ impl<'a> Select<'a> {
             && same == bit
         {
             if live && self.now.acc.known.is_none() {
-                self.to_carry();
+                self.acc_to_carry();
             }
             self.now.acc.flag = None;
         }
@@ -299,8 +299,8 @@ impl<'a> Select<'a> {
 
     /// An edge: the old byte of the memory goes to A, the memory becomes the accumulator, and the two meet.
     fn edge(&mut self, bit: Bit, rising: bool) {
-        self.to_carry();
-        self.to_carry_as(false);
+        self.acc_to_carry();
+        self.acc_to_carry_as(false);
         let (byte, n) = self.layout.bit(bit);
         self.load(Byte::At(byte));
         let old = if own_address(byte, n).is_some() {
@@ -365,7 +365,7 @@ impl<'a> Select<'a> {
             let inverted = cost(true) < cost(false);
             let mut agree = |lines: &mut Vec<Line>, ends: State| {
                 self.now = ends;
-                self.to_carry_as(inverted);
+                self.acc_to_carry_as(inverted);
                 lines.append(&mut self.out);
                 self.now
             };
@@ -397,7 +397,7 @@ impl<'a> Select<'a> {
         let is_acc = cond == Cond::Acc || self.now.acc.flag.is_some_and(|(known, _)| Some(known) == flag);
         let wanted = |state: State, value: bool| {
             // The value of the condition; of the accumulator, where that is the same.
-            let flips = cond != Cond::Acc && self_negated(&state);
+            let flips = cond != Cond::Acc && complemented(&state);
             State {
                 acc: Acc { known: if is_acc { Some(value ^ flips) } else { state.acc.known }, ..state.acc },
                 ..state
@@ -405,7 +405,7 @@ impl<'a> Select<'a> {
         };
         let (on, off) = if let (true, Some(inverted)) = (is_acc, self.now.in_carry()) {
             // The condition is the carry, complemented if so.
-            let flips = inverted ^ (cond != Cond::Acc && self_negated(&self.now));
+            let flips = inverted ^ (cond != Cond::Acc && complemented(&self.now));
             self.jump(if holds ^ flips { Kind::Jnc } else { Kind::Jc }, &[], other);
             let carry = |value: bool| State { carry: Some(value ^ flips), ..self.now };
             (wanted(carry(holds), holds), wanted(carry(!holds), !holds))
@@ -418,7 +418,8 @@ impl<'a> Select<'a> {
     }
 }
 
-fn self_negated(state: &State) -> bool {
+/// The flag that the accumulator is the same as is complemented.
+fn complemented(state: &State) -> bool {
     state.acc.flag.is_some_and(|(_, negated)| negated)
 }
 
