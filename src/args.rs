@@ -129,7 +129,8 @@ pub struct Ladder {
     pub dialect: Option<Dialect>,
 }
 
-fn dialect(name: &str) -> Result<Dialect, String> {
+/// A dialect by its name.
+pub fn dialect(name: &str) -> Result<Dialect, String> {
     match name {
         "ldmicro-2.3" => Ok(Dialect::Ldmicro23),
         "ldmicro-5" => Ok(Dialect::Ldmicro5),

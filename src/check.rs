@@ -1,25 +1,33 @@
 //! `emu check`: compile, run on the chip, compare every scan with the reference evaluator.
 
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use emu_check::Options;
+use emu_check::{Options, Outcome, Refused, Summary};
+use emu_core::chip::Chip;
 use indicatif::{ProgressBar, ProgressStyle};
+use ladder::Dialect;
+use rayon::prelude::*;
 
-use crate::args::{Ladder, Mcu};
+use crate::args::dialect;
 use crate::compile::Target;
 use crate::fail::{Failure, exit};
+use crate::family;
+use crate::input::{self, Read};
+use crate::output;
 use crate::report::{Terminal, report};
-use crate::{input, output};
 
 const EXAMPLES: &str = "\
 Examples:
   emu check examples/welder.ld --mcu atmega328p
+  emu check examples/*.ld --mcu all
   emu check examples/traffic.ld --mcu atmega328p --scans 100000 --seed 7
-  emu check examples/tank.ld --mcu atmega328p --pin Ypump=PB5 --json
+  emu check examples/tank.ld --mcu atmega328p,pic16f877 --pin Ypump=PB5 --json
 
 Exit codes: 0 chip and reference agree; 1 they differ: the report says where and how to see it again; 3 the program is
-refused. The same seed gives the same run for ever.";
+refused (with --mcu all: by every chip). The same seed gives the same run for ever.";
 
 /// Time after which a bar shows how far the check is.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -28,10 +36,17 @@ const PATIENCE: Duration = Duration::from_secs(1);
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct CheckArgs {
-    #[command(flatten)]
-    program: Ladder,
-    #[command(flatten)]
-    mcu: Mcu,
+    /// The programs, .ld files; - is standard input.
+    #[arg(value_name = "PROGRAM.ld", required = true)]
+    files: Vec<String>,
+    /// What their elements mean: ldmicro-2.3 or ldmicro-5. By default what a header stands for (0.1: ldmicro-2.3, 0.2:
+    /// ldmicro-5).
+    #[arg(long, value_name = "DIALECT", value_parser = dialect)]
+    dialect: Option<Dialect>,
+    /// The chips, separated by commas, or `all` that there is a compiler for: a chip that lacks what a program needs is then
+    /// listed with the reason.
+    #[arg(long, value_name = "CHIP", value_parser = which, value_delimiter = ',', required = true)]
+    mcu: Vec<Which>,
     /// Seed of everything random, stimulus and RAM: a number. It is fixed unless given, so that runs can be repeated.
     #[arg(long, value_name = "N", default_value_t = Options::default().seed)]
     seed: u64,
@@ -45,40 +60,152 @@ pub struct CheckArgs {
     pub json: bool,
 }
 
-/// Checks a program.
+/// Chips of the command line.
+#[derive(Debug, Clone, Copy)]
+enum Which {
+    All,
+    One(&'static Chip),
+}
+
+fn which(name: &str) -> Result<Which, String> {
+    if name.eq_ignore_ascii_case("all") { Ok(Which::All) } else { family::chip(name).map(Which::One) }
+}
+
+/// Checks programs on chips.
 pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
-    let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
-    let options = Options {
-        mcu: args.mcu.chip.name.to_owned(),
+    if args.files.iter().filter(|file| *file == "-").count() > 1 {
+        return Err(Failure::Usage("standard input (-) can be only one of the programs".to_owned()));
+    }
+    let programs = args.files.iter().map(|file| input::program(file, args.dialect, true, terminal));
+    let programs = programs.collect::<Result<Vec<Read>, Failure>>()?;
+    let all = args.mcu.iter().any(|which| matches!(which, Which::All));
+    let mut chips: Vec<&'static str> = Vec::new();
+    for which in &args.mcu {
+        let named: Vec<&'static Chip> = match which {
+            Which::All => ladder_compile::CHIPS.to_vec(),
+            Which::One(chip) => vec![chip],
+        };
+        for chip in named {
+            if !chips.contains(&chip.name) {
+                chips.push(chip.name);
+            }
+        }
+    }
+    let mut pairs: Vec<(&Read, Options)> = Vec::new();
+    for read in &programs {
+        pairs.extend(chips.iter().map(|chip| (read, options(args, chip))));
+    }
+    let bar = Bar::new(terminal, (pairs.len() as u64).saturating_mul(args.scans));
+    let outcomes: Vec<Outcome> = pairs
+        .par_iter()
+        .map(|(read, options)| {
+            let mut told = 0;
+            let mut progress = |done: u64, _: u64| bar.add(done - std::mem::replace(&mut told, done));
+            match emu_check::check(&read.program, options, &mut progress) {
+                Ok(report) => Outcome::Checked(Box::new(report)),
+                Err(errors) => {
+                    let (program, mcu) = (read.program.file.clone(), options.mcu.clone());
+                    Outcome::Refused(Refused { program, mcu, errors })
+                }
+            }
+        })
+        .collect();
+    bar.finish();
+    match <[Outcome; 1]>::try_from(outcomes) {
+        Ok([outcome]) => single(args, outcome, programs, terminal),
+        Err(outcomes) => many(args, all, outcomes),
+    }
+}
+
+fn options(args: &CheckArgs, chip: &str) -> Options {
+    Options {
+        mcu: chip.to_owned(),
         seed: args.seed,
         scans: args.scans,
         pins: args.target.pins.clone(),
         clock_hz: args.target.clock,
         rungs: true,
-    };
-    let (start, mut bar) = (Instant::now(), None);
-    let mut progress = |done: u64, total: u64| {
-        if terminal.live && start.elapsed() >= PATIENCE {
-            bar.get_or_insert_with(|| progress_bar(total)).set_position(done);
-        }
-    };
-    let result = emu_check::check(&read.program, &options, &mut progress);
-    if let Some(bar) = bar {
-        bar.finish_and_clear();
     }
-    let checked = match result {
-        Ok(checked) => checked,
-        Err(refusals) => return Err(Failure::Refused(refusals, read.texts)),
+}
+
+/// One program on one chip: its report alone.
+fn single(args: &CheckArgs, outcome: Outcome, programs: Vec<Read>, terminal: &Terminal) -> Result<u8, Failure> {
+    let texts = programs.into_iter().next().map(|read| read.texts).unwrap_or_default();
+    let checked = match outcome {
+        Outcome::Checked(checked) => checked,
+        Outcome::Refused(Refused { errors, .. }) => return Err(Failure::Refused(errors, texts)),
     };
     if args.json {
         output::json(&checked)?;
     } else {
         // Fuses are for those who burn the image.
         let notes: Vec<_> = checked.notes.iter().filter(|n| n.code != ladder_compile::FUSES_NOTE).cloned().collect();
-        report(terminal, &notes, &read.texts);
+        report(terminal, &notes, &texts);
         output::print(checked.text())?;
     }
     Ok(if checked.agreed { exit::OK } else { exit::FAILED })
+}
+
+/// Several: the reports of those that differ, and a table of all.
+fn many(args: &CheckArgs, all: bool, outcomes: Vec<Outcome>) -> Result<u8, Failure> {
+    let checked = |outcome: &Outcome| matches!(outcome, Outcome::Checked(_));
+    let differs = outcomes.iter().any(|o| matches!(o, Outcome::Checked(report) if !report.agreed));
+    // A program that no chip takes was not checked at all.
+    let lost = |outcome: &Outcome| match outcome {
+        Outcome::Checked(_) => false,
+        Outcome::Refused(Refused { program, .. }) => {
+            let same = |other: &&Outcome| matches!(other, Outcome::Checked(report) if report.program == *program);
+            !all || !outcomes.iter().any(|other| same(&other))
+        }
+    };
+    let refused = outcomes.iter().any(|outcome| !checked(outcome) && lost(outcome));
+    if args.json {
+        output::json(&Summary::new(outcomes))?;
+    } else {
+        let reports = outcomes.iter().filter_map(|outcome| match outcome {
+            Outcome::Checked(report) if !report.agreed => Some(report.text() + "\n"),
+            _ => None,
+        });
+        output::print(reports.collect::<String>() + &emu_check::table(&outcomes))?;
+    }
+    Ok(match (differs, refused) {
+        (true, _) => exit::FAILED,
+        (false, true) => exit::REFUSED,
+        (false, false) => exit::OK,
+    })
+}
+
+/// A bar over all checks, once they take long on a terminal.
+struct Bar {
+    start: Instant,
+    live: bool,
+    done: AtomicU64,
+    total: u64,
+    shown: Mutex<Option<ProgressBar>>,
+}
+
+impl Bar {
+    fn new(terminal: &Terminal, total: u64) -> Bar {
+        Bar { start: Instant::now(), live: terminal.live, done: AtomicU64::new(0), total, shown: Mutex::new(None) }
+    }
+
+    fn add(&self, scans: u64) {
+        let done = self.done.fetch_add(scans, Ordering::Relaxed) + scans;
+        if self.live
+            && self.start.elapsed() >= PATIENCE
+            && let Ok(mut shown) = self.shown.lock()
+        {
+            shown.get_or_insert_with(|| progress_bar(self.total)).set_position(done);
+        }
+    }
+
+    fn finish(&self) {
+        if let Ok(mut shown) = self.shown.lock()
+            && let Some(bar) = shown.take()
+        {
+            bar.finish_and_clear();
+        }
+    }
 }
 
 fn progress_bar(total: u64) -> ProgressBar {

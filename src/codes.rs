@@ -30,6 +30,9 @@ pub const NOT_IN_HEX: &str = "CLI010";
 /// A source where an image is wanted.
 pub const A_SOURCE: &str = "CLI011";
 
+/// A file of inputs by scan is malformed.
+pub const INPUTS: &str = "CLI012";
+
 /// All of them.
 #[rustfmt::skip]
 pub const CODES: &[Code] = &[
@@ -80,6 +83,10 @@ pub const CODES: &[Code] = &[
     Code { code: A_SOURCE, title: "a source where an image is wanted",
         explain: "A note beside the faults of a file that is no Intel HEX: it looks like assembly source. Sources are assembled on the \
                   fly only where the name ends in .asm, .s, .a51 or .src. Mend: rename the file, or assemble it with `emu asm`." },
+    Code { code: INPUTS, title: "a file of inputs by scan is malformed",
+        explain: "A file of `emu sim --inputs` has a head line `scan,NAME,..` and then a line for each scan at which something \
+                  changes: its number, rising from 1 on, and a value for every column, or nothing between the commas. Columns of inputs X.. and of analog \
+                  inputs count, others are passed over, so that what --csv wrote can be given again. Mend: see the place named." },
 ];
 
 /// An error about a whole file.

@@ -10,6 +10,7 @@
 //!   lint.rs    what `run --lint` found              store.rs  files that keep what a memory holds
 //!   avr.rs     flags of the AVR family        mcs51.rs  flags of the 8051 family
 //!   pic16.rs   flags of the PIC16 family       ap101.rs  flags and configuration of AP101
+//!   given.rs   what `sim` gives a program       trace.rs   what `sim` saw
 //! ```
 
 #![forbid(unsafe_code)]
@@ -29,6 +30,7 @@ mod draw;
 mod explain;
 mod fail;
 mod family;
+mod given;
 mod guess;
 mod held;
 mod input;
@@ -46,6 +48,7 @@ mod sink;
 mod sources;
 mod store;
 mod summary;
+mod trace;
 mod wave;
 
 use std::panic;

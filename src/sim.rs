@@ -1,24 +1,36 @@
 //! `emu sim`: what a ladder program means, scan by scan, without any chip.
 
+use std::io::{self, BufWriter, Write};
+
 use clap::Args;
-use ladder::Program;
+use emu_debug::text::unescape;
+use ladder::{Element, Program};
 use ladder_eval::{Evaluator, Unsupported};
-use serde_json::json;
 
 use crate::args::Ladder;
 use crate::codes::NO_MEANING;
 use crate::fail::{Failure, exit};
+use crate::given::{self, Change, What};
+use crate::output::Pending;
 use crate::report::Terminal;
+use crate::trace::Trace;
 use crate::{input, output, wave};
 
 const EXAMPLES: &str = "\
 Examples:
   emu sim examples/welder.ld --scans 10 --set Xtrigger=1
   emu sim examples/welder.ld --scans 320 --at 21:Xtrigger=1 --at 181:Xtrigger=0 --wave
-  emu sim examples/modulo5.ld --scans 30 --at 3:Xpulse=1 --at 4:Xpulse=0 --csv > trace.csv";
+  emu sim examples/modulo5.ld --scans 30 --at 3:Xpulse=1 --at 4:Xpulse=0 --csv trace.csv --vcd trace.vcd
+  emu sim program.ld --set Alevel=512 --uart-in '5:start\\n' --json";
 
 /// Most scans.
 const MAX_SCANS: u64 = 1_000_000;
+
+/// Scans where nothing says how many.
+const USUAL_SCANS: u64 = 20;
+
+/// How long a byte is on the serial line, for ten bits and in microseconds.
+const BYTE_US: u128 = 10_000_000;
 
 /// Flags of `emu sim`.
 #[derive(Debug, Args)]
@@ -26,20 +38,32 @@ const MAX_SCANS: u64 = 1_000_000;
 pub struct SimArgs {
     #[command(flatten)]
     program: Ladder,
-    /// Number of scans, 1 to 1000000.
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=MAX_SCANS))]
-    scans: u64,
-    /// Give a symbol a value before the first scan: Xstart=1, Cparts=-5. Repeatable.
+    /// Number of scans, 1 to 1000000. Default 20, or as many as --inputs goes to.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_SCANS))]
+    scans: Option<u64>,
+    /// Give a symbol a value before the first scan: Xstart=1, Cparts=-5; an analog input that READ_ADC reads its level, 0 to
+    /// 1023: Alevel=512; a cell of the EEPROM that PERSIST uses a byte: eeprom:0=0x12. Repeatable.
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
-    /// Give a symbol a value before a scan, counted from 1: 5:Xstart=0. Repeatable.
+    /// Give a symbol, an analog input or a cell a value before a scan, counted from 1: 5:Xstart=0. Repeatable.
     #[arg(long, value_name = "SCAN:NAME=VALUE")]
     at: Vec<String>,
-    /// Comma-separated values: a head line, then a line for each scan.
-    #[arg(long, conflicts_with = "json")]
-    csv: bool,
+    /// Values of inputs by scan, as --csv writes them: a head line `scan,NAME,..`, then scans in rising order, from each on with
+    /// its values; columns of inputs X.. and analog inputs count, an empty value changes nothing. - is standard input.
+    #[arg(long, value_name = "FILE")]
+    inputs: Option<String>,
+    /// Bytes that arrive on the serial line: '5:hello\n' (escapes \n \r \t \0 \\ \" \xNN), the first completely before that scan, the others
+    /// as fast as the line is, or behind those before them. Repeatable.
+    #[arg(long, value_name = "SCAN:TEXT")]
+    uart_in: Vec<String>,
+    /// Write comma-separated values: a head line, then a line for each scan; - is standard output.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<String>,
+    /// Write a waveform (VCD), in which scan k shows what it left from k cycles on; - is standard output.
+    #[arg(long, value_name = "FILE")]
+    vcd: Option<String>,
     /// A waveform in text: a line for each input, output and relay.
-    #[arg(long, conflicts_with_all = ["json", "csv"])]
+    #[arg(long, conflicts_with = "json")]
     wave: bool,
     /// One JSON document.
     #[arg(long)]
@@ -49,50 +73,79 @@ pub struct SimArgs {
 /// Most values of a trace, which is held in memory as a whole.
 const MAX_VALUES: u64 = 20_000_000;
 
-/// A symbol is given a value before a scan.
-struct Change {
-    scan: u64,
-    symbol: usize,
-    value: i32,
-}
-
 /// Runs a program on the reference evaluator and prints every symbol after every scan.
 pub fn sim(args: &SimArgs, terminal: &Terminal) -> Result<u8, Failure> {
+    if args.inputs.as_deref() == Some("-") && args.program.file == "-" {
+        return Err(Failure::Usage("the program and --inputs cannot both be standard input".to_owned()));
+    }
+    let used = outputs(args)?;
     let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
     let mut evaluator = match Evaluator::new(&read.program) {
         Ok(evaluator) => evaluator,
         Err(refusal) => return Err(Failure::Refused(vec![unsupported(&read.program, &refusal)], read.texts)),
     };
-    let changes = changes(args, &evaluator)?;
-    let count = evaluator.symbols().len();
-    let most = MAX_VALUES / (count as u64).max(1);
-    if args.scans > most {
-        let why = format!("with {count} symbols at most {most} scans are traced at once");
-        return Err(Failure::value("--scans <N>", &args.scans.to_string(), &why));
+    let (scans, changes) = changes(args, &evaluator)?;
+    let bytes = arrivals(args, scans, &read.program)?;
+    let sends = |element: &Element| matches!(element, Element::UartSend { .. } | Element::FormattedString { .. });
+    let symbols = evaluator.symbols().to_vec();
+    let mut trace = Trace::new(&symbols, &evaluator, read.program.elements().any(|(_, element, _)| sends(element)));
+    let most = MAX_VALUES / (trace.width() as u64).max(1);
+    if scans > most {
+        let why = format!("with {} values a scan at most {most} scans are traced at once", trace.width());
+        return Err(Failure::value("--scans <N>", &scans.to_string(), &why));
     }
-    let mut rows: Vec<Vec<i32>> = Vec::new();
-    for scan in 1..=args.scans {
-        for change in changes.iter().filter(|c| c.scan == scan) {
-            evaluator.set(change.symbol, change.value);
+    let (mut changes, mut bytes) = (changes.iter().peekable(), bytes.iter().peekable());
+    for scan in 1..=scans {
+        while let Some(change) = changes.next_if(|change| change.scan <= scan) {
+            change.make(&mut evaluator);
+        }
+        while let Some((_, byte)) = bytes.next_if(|(at, _)| *at <= scan) {
+            if !evaluator.receive(*byte) {
+                output::tell(&format!(
+                    "warning: byte 0x{byte:02X} arrived before scan {scan} while another waited: here it is lost, on a chip that is open\n"
+                ));
+            }
         }
         evaluator.scan();
-        rows.push((0..count).map(|symbol| evaluator.get(symbol)).collect());
+        trace.note(&evaluator);
     }
-    let symbols = evaluator.symbols();
+    let (file, cycle_us) = (&args.program.file, read.program.settings.cycle_us);
+    write(args.csv.as_deref(), |mut out| out.write_all(trace.csv().as_bytes()).and_then(|()| out.flush()))?;
+    write(args.vcd.as_deref(), |out| trace.vcd(file, cycle_us, out))?;
     if args.json {
-        let list: Vec<_> = symbols.iter().map(|s| json!({ "name": s.name, "kind": s.kind })).collect();
-        let file = &args.program.file;
-        output::json(&json!({
-            "schema": 1, "program": file, "cycle_us": read.program.settings.cycle_us, "symbols": list, "scans": rows,
-        }))?;
+        output::json(&trace.json(file, cycle_us))?;
     } else if args.wave {
         let bits = symbols.iter().enumerate().filter(|(_, s)| s.kind.is_bit());
-        output::print(wave::draw(&bits.map(|(i, s)| (s.name.as_str(), i)).collect::<Vec<_>>(), &rows))?;
-    } else {
-        let names: Vec<&str> = symbols.iter().map(|s| s.name.as_str()).collect();
-        output::print(if args.csv { csv(&names, &rows) } else { table(&names, &rows) })?;
+        output::print(wave::draw(&bits.map(|(i, s)| (s.name.as_str(), i)).collect::<Vec<_>>(), &trace.rows))?;
+    } else if used.is_empty() {
+        output::print(trace.table())?;
     }
     Ok(exit::OK)
+}
+
+/// The results other than the table, which must not meet.
+fn outputs(args: &SimArgs) -> Result<Vec<(&'static str, &str)>, Failure> {
+    let printed = |flag| if flag { "-" } else { "" };
+    let (csv, vcd) = (args.csv.as_deref().unwrap_or(""), args.vcd.as_deref().unwrap_or(""));
+    let all = [("--json", printed(args.json)), ("--wave", printed(args.wave)), ("--csv", csv), ("--vcd", vcd)];
+    let used: Vec<_> = all.into_iter().filter(|(_, file)| !file.is_empty()).collect();
+    output::owners(&used)?;
+    for input in std::iter::once(&args.program.file).chain(&args.inputs) {
+        output::spares(input, &used)?;
+    }
+    Ok(used)
+}
+
+/// Writes a result to a file that was asked for, whole or not at all.
+fn write(file: Option<&str>, body: impl FnOnce(Box<dyn Write>) -> io::Result<()>) -> Result<(), Failure> {
+    let Some(name) = file else { return Ok(()) };
+    let failed = |error: io::Error| Failure::writing(name, &error);
+    if output::is_stdout(name) {
+        return body(Box::new(BufWriter::new(io::stdout()))).map_err(failed);
+    }
+    let pending = Pending::new(name)?;
+    body(pending.writer()?).map_err(failed)?;
+    pending.complete()
 }
 
 /// The refusal of an element with its place.
@@ -102,69 +155,56 @@ fn unsupported(program: &Program, refusal: &Unsupported) -> diag::Diagnostic {
     diag::Diagnostic::new(diag::Severity::Error, NO_MEANING, &program.file, pos, refusal.to_string(), hint)
 }
 
-fn changes(args: &SimArgs, evaluator: &Evaluator) -> Result<Vec<Change>, Failure> {
+/// The number of scans, and all changes in the order in which they are made.
+fn changes(args: &SimArgs, evaluator: &Evaluator) -> Result<(u64, Vec<Change>), Failure> {
     let mut changes = Vec::new();
+    if let Some(file) = &args.inputs {
+        changes = given::table(file, evaluator)?;
+    }
+    let last = changes.last().map(|change| change.scan);
+    let scans = args.scans.or(last).unwrap_or(USUAL_SCANS).min(MAX_SCANS);
     for text in &args.set {
-        let made = change(evaluator, 1, text).map_err(|why| Failure::value("--set <NAME=VALUE>", text, &why))?;
-        changes.push(made);
+        let what = What::new(evaluator, text).map_err(|why| Failure::value("--set <NAME=VALUE>", text, &why))?;
+        changes.push(Change { scan: 1, what });
     }
     for text in &args.at {
-        let made = timed(evaluator, args.scans, text);
-        changes.push(made.map_err(|why| Failure::value("--at <SCAN:NAME=VALUE>", text, &why))?);
+        let refuse = |why: String| Failure::value("--at <SCAN:NAME=VALUE>", text, &why);
+        let (scan, rest) = timed(scans, text, "5:Xstart=0").map_err(refuse)?;
+        changes.push(Change { scan, what: What::new(evaluator, rest).map_err(refuse)? });
     }
-    Ok(changes)
+    // What comes later on the command line, or in it rather than in the file, is made last in its scan.
+    changes.sort_by_key(|change| change.scan);
+    Ok((scans, changes))
 }
 
-fn timed(evaluator: &Evaluator, scans: u64, text: &str) -> Result<Change, String> {
-    let (scan, rest) = text.split_once(':').ok_or("give a scan, as in 5:Xstart=0")?;
+/// The bytes that arrive, and before which scan each is complete.
+fn arrivals(args: &SimArgs, scans: u64, program: &Program) -> Result<Vec<(u64, u8)>, Failure> {
+    let (mut bytes, mut free) = (Vec::new(), 1);
+    let receives = program.elements().any(|(_, element, _)| matches!(element, Element::UartRecv { .. }));
+    if !args.uart_in.is_empty() && !receives {
+        return Err(Failure::Usage("--uart-in is for programs with UART_RECV; this one has none".to_owned()));
+    }
+    let (baud, cycle) = (program.settings.baud.unwrap_or(0).max(1), program.settings.cycle_us.max(1));
+    let apart = BYTE_US.div_ceil(u128::from(baud) * u128::from(cycle)).try_into().unwrap_or(u64::MAX);
+    for text in &args.uart_in {
+        let refuse = |why: String| Failure::value("--uart-in <SCAN:TEXT>", text, &why);
+        let (scan, rest) = timed(scans, text, "5:hello").map_err(refuse)?;
+        let mut at = scan.max(free);
+        for byte in unescape(rest).map_err(refuse)? {
+            bytes.push((at, byte));
+            at = at.saturating_add(apart);
+        }
+        free = at;
+    }
+    Ok(bytes)
+}
+
+/// Takes a scan off the front of a text.
+fn timed<'a>(scans: u64, text: &'a str, example: &str) -> Result<(u64, &'a str), String> {
+    let (scan, rest) = text.split_once(':').ok_or_else(|| format!("give a scan, as in {example}"))?;
     match scan.trim().parse() {
-        Ok(scan) if (1..=scans).contains(&scan) => change(evaluator, scan, rest),
+        Ok(scan) if (1..=scans).contains(&scan) => Ok((scan, rest)),
         Ok(scan) => Err(format!("scan {scan} does not run; scans are 1 to {scans} (--scans)")),
         Err(_) => Err(format!("`{scan}` is no scan; scans are 1 to {scans}")),
     }
-}
-
-fn change(evaluator: &Evaluator, scan: u64, text: &str) -> Result<Change, String> {
-    let (name, value) = text.split_once('=').ok_or("give a value, as in Xstart=1")?;
-    let name = name.trim();
-    let symbol = evaluator.index(name).ok_or_else(|| {
-        let names: Vec<&str> = evaluator.symbols().iter().map(|s| s.name.as_str()).collect();
-        format!("the program has no symbol `{name}`; it has {}", names.join(", "))
-    })?;
-    let bit = evaluator.symbols().get(symbol).is_some_and(|s| s.kind.is_bit());
-    let allowed = if bit { 0..=1 } else { -32_768..=32_767 };
-    match value.trim().parse() {
-        Ok(value) if allowed.contains(&value) => Ok(Change { scan, symbol, value }),
-        _ => Err(format!("`{name}` takes {} to {}, not `{value}`", allowed.start(), allowed.end())),
-    }
-}
-
-fn csv(names: &[&str], rows: &[Vec<i32>]) -> String {
-    let mut out = format!("scan,{}\n", names.join(",")).replace(",\n", "\n");
-    for (scan, row) in rows.iter().enumerate() {
-        out.push_str(&(scan + 1).to_string());
-        row.iter().for_each(|value| out.push_str(&format!(",{value}")));
-        out.push('\n');
-    }
-    out
-}
-
-fn table(names: &[&str], rows: &[Vec<i32>]) -> String {
-    let digits = |column: usize| rows.iter().filter_map(|r| r.get(column)).map(|v| v.to_string().len()).max();
-    let widths: Vec<usize> =
-        names.iter().enumerate().map(|(i, name)| name.chars().count().max(digits(i).unwrap_or(0))).collect();
-    let first = rows.len().to_string().len().max(4);
-    let mut out = format!("{:>first$}", "scan");
-    for (name, &width) in names.iter().zip(&widths) {
-        out.push_str(&format!("  {name:>width$}"));
-    }
-    out.push('\n');
-    for (scan, row) in rows.iter().enumerate() {
-        out.push_str(&format!("{:>first$}", scan + 1));
-        for (value, &width) in row.iter().zip(&widths) {
-            out.push_str(&format!("  {value:>width$}"));
-        }
-        out.push('\n');
-    }
-    out
 }

@@ -5,7 +5,7 @@ const COLUMNS: usize = 80;
 
 /// A line for each bit: high, low, or hatched where it changes back and forth within a column. Columns stand for as many
 /// scans each as makes them fit; `bits` names the bits and their position in a row.
-pub fn draw(bits: &[(&str, usize)], rows: &[Vec<i32>]) -> String {
+pub fn draw(bits: &[(&str, usize)], rows: &[Vec<Option<i32>>]) -> String {
     let per_column = rows.len().div_ceil(COLUMNS).max(1);
     let width = bits.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0).max(4);
     let mut out = format!("{:>width$}  ", "scan");
@@ -18,7 +18,7 @@ pub fn draw(bits: &[(&str, usize)], rows: &[Vec<i32>]) -> String {
     for &(name, position) in bits {
         out.push_str(&format!("{name:>width$}  "));
         for column in rows.chunks(per_column) {
-            let level = |row: &Vec<i32>| row.get(position).is_some_and(|&v| v != 0);
+            let level = |row: &Vec<Option<i32>>| row.get(position).is_some_and(|v| v.is_some_and(|v| v != 0));
             out.push(match (column.iter().all(level), column.iter().any(level)) {
                 (true, _) => '▔',
                 (false, false) => '▁',
@@ -36,7 +36,8 @@ mod tests {
 
     #[test]
     fn lines_and_columns() {
-        let rows: Vec<Vec<i32>> = (0..12).map(|i| vec![i32::from(i >= 3), 7, i32::from(i == 11)]).collect();
+        let rows: Vec<Vec<Option<i32>>> =
+            (0..12).map(|i| vec![Some(i32::from(i >= 3)), Some(7), Some(i32::from(i == 11))]).collect();
         let wanted = "\
 scan  1         11
   Xa  ▁▁▁▔▔▔▔▔▔▔▔▔
@@ -44,7 +45,7 @@ scan  1         11
 ";
         assert_eq!(draw(&[("Xa", 0), ("Yb", 2)], &rows), wanted);
         // 160 scans take two a column; what changes within one is hatched.
-        let rows: Vec<Vec<i32>> = (0..160).map(|i| vec![i % 2]).collect();
+        let rows: Vec<Vec<Option<i32>>> = (0..160).map(|i| vec![Some(i % 2)]).collect();
         assert_eq!(draw(&[("Ra", 0)], &rows).lines().nth(1), Some(format!("  Ra  {}", "▒".repeat(80)).as_str()));
         assert_eq!(draw(&[], &[]), "scan\n");
     }

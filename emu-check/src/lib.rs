@@ -29,6 +29,7 @@ mod rig;
 mod run;
 mod shrink;
 mod stimulus;
+mod table;
 mod tap;
 #[cfg(test)]
 mod tests;
@@ -53,6 +54,7 @@ use places::Places;
 pub use codes::CODES;
 pub use coverage::{Class, ClassCoverage, Coverage, Missing};
 pub use report::{Difference, Figures, Report, RungFigures, SCHEMA, What};
+pub use table::{Outcome, Refused, Summary, table};
 
 /// How a program is checked.
 #[derive(Debug, Clone, PartialEq, Eq)]

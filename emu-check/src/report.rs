@@ -243,7 +243,7 @@ impl Difference {
 }
 
 /// `1 scan`, `2,000 scans`.
-fn counted(n: u64, what: &str) -> String {
+pub(crate) fn counted(n: u64, what: &str) -> String {
     let digits = n.to_string();
     let mut number = String::new();
     for (i, digit) in digits.chars().enumerate() {

@@ -19,7 +19,7 @@ fn program(cycle_us: u64) -> Program {
 
 fn compiled(program: &Program, pins: &[(&str, &str)], clock_hz: Option<u64>) -> Compiled {
     let pins = pins.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect();
-    let options = ladder_compile::Options { mcu: "atmega328p".to_owned(), pins, clock_hz };
+    let options = ladder_compile::Options { mcu: "atmega328p".to_owned(), pins, clock_hz, optimise: true };
     compile(program, &options).unwrap_or_else(|faults| panic!("{faults:?}"))
 }
 

@@ -26,7 +26,10 @@ fn json_has_its_fields() {
     let wanted = "schema program mcu seed scans runs compared agreed difference coverage figures notes";
     assert_eq!(keys.join(" "), wanted);
     let figures: Vec<&str> = json["figures"].as_object().expect("an object").keys().map(String::as_str).collect();
-    assert_eq!(figures.join(" "), "code_bytes ram_bytes period_cycles clocks_per_cycle scan_cycles_max scan_cycles_mean scan_cycles_bound slack_cycles rungs");
+    assert_eq!(
+        figures.join(" "),
+        "code_bytes ram_bytes period_cycles clocks_per_cycle scan_cycles_max scan_cycles_mean scan_cycles_bound slack_cycles rungs"
+    );
     assert_eq!((&json["schema"], &json["agreed"], &json["scans"]), (&2.into(), &true.into(), &3.into()));
     // Three scans with the input off leave nearly everything open, and a note says so.
     assert_eq!(json["coverage"]["full"], false);

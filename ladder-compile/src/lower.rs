@@ -251,7 +251,9 @@ impl<'a> Lower<'a> {
                 self.push(Op::Falling(memory));
             }
             Element::Timer { kind, name, delay, adjust } => self.timer(*kind, name, delay, adjust.as_ref()),
-            Element::Counter { kind, name, max, input, .. } => self.counter(*kind, name, max, *input),
+            Element::Counter { kind, name, max, init, input } => {
+                self.counter(*kind, name, max, (init.as_ref(), *input));
+            }
             Element::Res { name } => {
                 let (dst, start) = (self.word(name), self.starts.get(name.as_str()).copied().unwrap_or(0));
                 self.push(when(vec![Op::Move { dst, src: Value::Const(start) }]));

@@ -24,6 +24,8 @@ fn path(code: &Code, from: u32, to: u32, routines: &mut HashMap<u32, u64>) -> u6
         let time = match (insn.flow, insn.target) {
             (Flow::Return, _) => on,
             (Flow::Call, Some(target)) => on + routine(code, target, routines) + get(next),
+            // The end of the scan goes back to the wait, before everything here.
+            (Flow::Jump, Some(target)) if target < from => taken,
             // A loop: every turn but the last ends with the jump back; a jump without condition is left by a skip over it.
             (Flow::Branch, Some(target)) if target <= insn.addr => {
                 let turn = path(code, target, insn.addr, routines);

@@ -33,7 +33,7 @@ const CASES: &[Case] = &[
 #[test]
 fn the_timer_is_set_as_the_table_says() {
     for &(clock, cycle, prescale, ticks, fraction) in CASES {
-        let pace = ladder_compile::avr::pace::pace(clock, cycle).expect("can be paced");
+        let pace = ladder_compile::avr::pace::pace(clock, cycle, 2).expect("can be paced");
         let found = (pace.prescale, pace.ticks, pace.fraction.map(|f| (f.rest, f.whole)));
         assert_eq!(found, (prescale, ticks, fraction), "{clock} Hz, {cycle} us");
     }

@@ -37,8 +37,7 @@ pub(crate) struct Text {
 pub(crate) struct Sending {
     /// The rung bit of the last scan.
     before: bool,
-    on: bool,
-    /// Characters sent.
+    /// The character that is next; there is none while nothing is being sent.
     position: usize,
     /// What is left of the number.
     rest: i32,
@@ -77,7 +76,7 @@ impl Parts {
             waiting: None,
             cells: vec![0xFF; code.cells as usize],
             writing: 0,
-            texts: vec![Sending::default(); code.texts.len()],
+            texts: code.texts.iter().map(|t| Sending { position: t.pieces.len(), ..Sending::default() }).collect(),
         }
     }
 
@@ -112,21 +111,18 @@ impl Parts {
         let text = &code.texts[number];
         let mut now = self.texts[number];
         if rung && !now.before {
-            (now.on, now.position) = (true, 0);
+            now.position = 0;
         }
         now.before = rung;
-        if let (true, 0, Some(&piece)) = (now.on, self.busy, text.pieces.get(now.position)) {
+        if let (0, Some(&piece)) = (self.busy, text.pieces.get(now.position)) {
             let signed = text.pieces.contains(&Piece::Sign);
             let (value, width) = text.var.map_or((0, 0), |var| (values[var as usize], code.cut[var as usize]));
             let byte = now.character(piece, signed, value, width);
             self.transmit(code, byte);
             now.position += 1;
         }
-        let left = now.position < text.pieces.len();
-        let out = now.on && left;
-        now.on &= left;
         self.texts[number] = now;
-        out
+        now.position < text.pieces.len()
     }
 
     /// Whether no byte is being written to the EEPROM.

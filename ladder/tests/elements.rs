@@ -64,5 +64,75 @@ fn symbols_are_collected_by_kind() {
         "s1 Variable 0",
     ];
     assert_eq!(found, expected);
+    assert!(program.symbols().iter().all(|s| s.bytes == if s.kind.is_bit() { 0 } else { 2 }));
     assert!(SymbolKind::Relay.is_bit() && !SymbolKind::Timer.is_bit());
+}
+
+#[test]
+fn widths_of_the_newer_dialect() {
+    // Rungs, and the bytes of the integers in the order of the symbols. `VAR LIST` says 1 for a, 3 for t, 4 for Cd.
+    #[rustfmt::skip]
+    let cases = [
+        ("MOVE a t",             "a=1 t=3"),
+        ("MOVE b -2147483648",   "b=2"),
+        ("CTU Ca 127",           "Ca=1"),
+        ("CTU Ca 128",           "Ca=2"),
+        ("CTU Ca -128",          "Ca=1"),
+        ("CTU Ca -129",          "Ca=2"),
+        ("CTU Ca 32768",         "Ca=3"),
+        ("CTU Ca 8388607",       "Ca=3"),
+        ("CTU Ca 8388608",       "Ca=4"),
+        ("CTU Ca 5 300",         "Ca=2"),
+        ("CTU Ca t",             "Ca=3 t=3"),
+        ("CTU Ca m",             "Ca=2 m=2"),
+        ("CTU Ca Cb\nCTU Cb 1",  "Ca=2 Cb=1"),
+        ("CTU Ca 5\nCTD Ca 200", "Ca=2"),
+        ("CTU Cd 5",             "Cd=4"),
+        ("TON Ta 1270000",       "Ta=1"),
+        ("TON Ta 1280000",       "Ta=2"),
+        ("TON Ta 1280000 -1",    "Ta=1"),
+        ("TON Ta 327680000",     "Ta=3"),
+        ("TON Ta 1000000000000", "Ta=4"),
+        ("TON Ta 20000\nTOF Ta 9000000", "Ta=2"),
+        ("SHIFT_REGISTER a 2",   "a0=2 a1=2"),
+        ("READ_ADC Ain",         "Ain=2"),
+    ];
+    for (rungs, wanted) in cases {
+        let text = format!(
+            "LDmicro0.2\nCYCLE=10000\nCRYSTAL=1\nVAR LIST\n1 bytes a\n3 bytes t\n4 bytes Cd\nEND\nPROGRAM\nRUNG\n{rungs}\nEND\n"
+        );
+        let program = parse("t", &text).expect("reads").program;
+        let found: Vec<String> = program.symbols().iter().map(|s| format!("{}={}", s.name, s.bytes)).collect();
+        assert_eq!(found.join(" "), wanted, "{rungs}");
+    }
+}
+
+#[test]
+fn pieces_of_strings() {
+    use ladder::format::{Piece, pieces};
+    // Text, and its pieces: bytes, `-` and the weight of each place with `<` for the first and `>` for the last.
+    #[rustfmt::skip]
+    let cases = [
+        ("",            true,  ""),
+        ("aé",          true,  "97 233"),
+        (r"\\x",        true,  "92 120"),
+        (r"\x4a\xFf",   true,  "74 255"),
+        (r"\1",         true,  "<1>"),
+        (r"\5",         true,  "<10000 1000 100 10 1>"),
+        (r"1\-23",      true,  "49 - <10 1> 51"),
+        ("\u{1}a\u{1f}", false, "88 97 88"),
+        (r"\n",         false, "10"),
+        ("\t",          true,  "9"),
+    ];
+    for (text, quoted, wanted) in cases {
+        let shown = |piece: &Piece| match piece {
+            Piece::Byte(byte) => byte.to_string(),
+            Piece::Sign => "-".to_owned(),
+            Piece::Digit { divisor, first, last } => {
+                format!("{}{divisor}{}", if *first { "<" } else { "" }, if *last { ">" } else { "" })
+            }
+        };
+        let found = pieces(text, quoted).map(|p| p.iter().map(shown).collect::<Vec<_>>().join(" "));
+        assert_eq!(found.as_deref(), Ok(wanted), "{text}");
+    }
 }

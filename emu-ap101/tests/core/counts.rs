@@ -5,10 +5,15 @@ use emu_core::Cpu;
 
 use crate::rig::{Block, image, words};
 
-/// Type, unit, preset; what is written to the module in each program cycle; the count that is set between the first two program
+/// Type, unit, preset.
+type Record = (u8, u8, u16);
+/// Count and Q.
+type Found = (i16, u8);
+
+/// A module; what is written to the module in each program cycle; the count that is set between the first two program
 /// cycles, Q behind that, and count and Q behind the second program cycle.
 #[rustfmt::skip]
-const CASES: &[((u8, u8, u16), [bool; 2], i16, u8, (i16, u8))] = &[
+const CASES: &[(Record, [bool; 2], i16, u8, Found)] = &[
     // TON
     ((1, 0, 10), [true, true],       9, 0, (10, 0)),
     ((1, 0, 10), [true, true],      10, 1, (10, 1)),
@@ -29,7 +34,7 @@ const CASES: &[((u8, u8, u16), [bool; 2], i16, u8, (i16, u8))] = &[
     ((7, 0, 10), [false, true],     10, 0, (0, 1)),
 ];
 
-fn machine(module: (u8, u8, u16)) -> Ap101 {
+fn machine(module: Record) -> Ap101 {
     let mut block = Block { outputs: 0, period: 8, ..Block::EMPTY };
     block.modules[5] = module;
     block.programs[0] = [0, 2, 0, 1];

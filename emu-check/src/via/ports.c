@@ -4,7 +4,7 @@
 #include <avr/io.h>
 static unsigned char get(void) { return GPIOR1; }
 static void put(unsigned char byte) { GPIOR0 = byte; }
-#elif defined(SDCC)
+#elif defined(__SDCC)
 static volatile __xdata __at(0x7FFE) unsigned char inbox;
 static volatile __xdata __at(0x7FFF) unsigned char outbox;
 static unsigned char get(void) { return inbox; }

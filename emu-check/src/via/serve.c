@@ -55,7 +55,7 @@ static void put_four(long value)
 static void reset(unsigned char garbage)
 {
     unsigned n;
-    for (n = 0; n < SLOTS; n++)
+    for (n = 0; n != SLOTS; n++)
         poke(n, (signed char)garbage);
     for (n = 0; n < MOST_INPUTS; n++)
         level[n] = 0;
@@ -76,14 +76,14 @@ static void scan(void)
     sent = 0;
     last = 0;
     PlcCycle();
-    for (n = 0; n < SLOTS; n++)
+    for (n = 0; n != SLOTS; n++)
         put_four(look(n));
-    for (n = 0; n < OUTPUTS; n++)
+    for (n = 0; n != OUTPUTS; n++)
         put(written[n]);
     put(sent);
     put(last);
     put(duty);
-    for (n = 0; n < CELLS; n++)
+    for (n = 0; n != CELLS; n++)
         put(cell[n]);
 }
 

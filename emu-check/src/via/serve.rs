@@ -28,10 +28,8 @@ fn words(words: &[&str]) -> Vec<String> {
 pub fn native(programs: &[(Source, Script)], portable: bool) -> Result<Vec<Vec<Record>>, Diagnostic> {
     let scratch = Scratch::new()?;
     let mut args = words(&STRICT);
-    args.extend(words(&["-O1", "-o", "served"]));
-    if portable {
-        args.push("-DPLC_PORTABLE".to_owned());
-    }
+    args.extend(words(if portable { &["-O0", "-DPLC_PORTABLE"] } else { &["-O1"] }));
+    args.extend(words(&["-o", "served"]));
     for ((source, _), n) in programs.iter().zip(0..) {
         let name = format!("program{n}.c");
         scratch.write(&name, unit::member(source, n))?;

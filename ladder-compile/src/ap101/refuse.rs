@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use ladder::{CounterKind, ElementId};
 
 use super::layout::{modules, preset};
-use crate::ir::{Cond, Ir, Module, Op, Value, Word};
+use crate::ir::{Cond, Ir, Module, Op, Value, Word, bytes_of};
 use crate::target::{Job, Refusal};
 
 /// Every reason, at most one for each element, in order.
@@ -94,15 +94,20 @@ impl Look<'_> {
             let cause = format!("the limit of `{name}` is the integer `{}`, {BITS}", self.name(other));
             return Some((cause, "give it a constant"));
         }
-        if preset(is, limit).is_none() || cell.bytes > 2 {
+        if preset(is, limit).is_none()
+            || cell.bytes > 2
+            || matches!(limit, Value::Const(max) if bytes_of(max) > cell.bytes)
+        {
             let (low, high) = match is {
                 Module::Timer(_) => (1, i16::MAX),
                 Module::Counter { kind: CounterKind::Ctd, bounded: true, .. } => (i16::MIN, i16::MAX - 1),
                 Module::Counter { .. } => (i16::MIN, i16::MAX),
             };
             let Value::Const(limit) = limit else { return None };
-            let cause =
-                format!("`{name}` counts to {limit} with {} bytes, a module to {low}..{high} with 2", cell.bytes);
+            let cause = format!(
+                "`{name}` has the limit {limit} and {} bytes; modules have limits from {low} to {high} and 2 bytes",
+                cell.bytes
+            );
             return Some((cause, "choose a limit within that; a timer of a longer delay needs a longer cycle"));
         }
         (cell.initial != 0).then(|| {

@@ -6,7 +6,7 @@
 use emu_ap101::isa::Kind;
 use ladder::CounterKind;
 
-use super::layout::{self, Layout, R, RESET};
+use super::layout::{self, Layout, M, R, RESET};
 use super::{Jump, Machine};
 use crate::code::Asm;
 use crate::ir::{Bit, Cond, Logic, Module, Op, Word};
@@ -27,12 +27,14 @@ pub struct Select<'a, 'b> {
     inverted: bool,
     /// What A holds, the accumulator or not.
     known: Option<bool>,
+    /// A bit that A holds, or the complement of which.
+    held: Option<(u16, bool)>,
 }
 
 impl<'a, 'b> Select<'a, 'b> {
     /// `all`: the operations of the scan, which [`Select::next`] takes one after the other.
     pub fn new(asm: &'b mut Asm<Machine>, layout: &'a Layout, all: &'a [&'a Op]) -> Self {
-        Select { asm, layout, all, inverted: false, known: None }
+        Select { asm, layout, all, inverted: false, known: None, held: None }
     }
 
     /// The next operation of the scan.
@@ -53,8 +55,18 @@ impl<'a, 'b> Select<'a, 'b> {
 
     fn put(&mut self, kind: Kind, addr: u16) {
         self.asm.op(kind, &[addr.into()]);
-        if !matches!(kind, Kind::Sto | Kind::Stoc | Kind::Stc | Kind::Rtc) {
+        let writes = matches!(kind, Kind::Sto | Kind::Stoc | Kind::Stc | Kind::Rtc);
+        if !writes || self.held.is_some_and(|(held, _)| held == addr) {
+            self.held = None;
+        }
+        if !writes {
             self.known = None;
+        }
+        // What is written to a module is not what is read there.
+        match kind {
+            Kind::Ld | Kind::Ldc => self.held = Some((addr, kind == Kind::Ldc)),
+            Kind::Sto | Kind::Stoc if !(R..M).contains(&addr) => self.held = Some((addr, kind == Kind::Stoc)),
+            _ => {}
         }
     }
 
@@ -70,12 +82,13 @@ impl<'a, 'b> Select<'a, 'b> {
         self.asm.op(Kind::Not, &[]);
         self.inverted = !self.inverted;
         self.known = self.known.map(|a| !a);
+        self.held = self.held.map(|(bit, complement)| (bit, !complement));
     }
 
     fn clear(&mut self) {
         if self.known != Some(false) {
             self.asm.op(Kind::Clr, &[]);
-            self.known = Some(false);
+            (self.known, self.held) = (Some(false), None);
         }
     }
 
@@ -87,6 +100,10 @@ impl<'a, 'b> Select<'a, 'b> {
     }
 
     fn load(&mut self, addr: u16, negated: bool, rest: &Rest<'_>) {
+        if let Some((_, complement)) = self.held.filter(|(held, _)| *held == addr) {
+            self.inverted = complement != negated;
+            return;
+        }
         self.inverted = wants_inverted(rest);
         self.put(if negated == self.inverted { Kind::Ld } else { Kind::Ldc }, addr);
     }
@@ -174,9 +191,10 @@ impl<'a, 'b> Select<'a, 'b> {
     fn falling(&mut self, memory: u16) {
         self.turn(false);
         self.put(Kind::Stc, memory);
-        self.asm.op(Kind::Not, &[]);
+        self.not();
         self.put(Kind::And, memory);
         self.put(Kind::Rtc, memory);
+        self.inverted = false;
     }
 
     /// The template of an operation by itself.
@@ -288,12 +306,12 @@ impl<'a, 'b> Select<'a, 'b> {
         self.asm.place(first);
         self.arm(then, true, from, rest);
         self.asm.place(end);
-        self.known = None;
+        (self.known, self.held) = (None, None);
     }
 
     fn arm(&mut self, list: &[Op], a: bool, from: Option<u16>, rest: &Rest<'_>) {
         let ops: Vec<&Op> = list.iter().collect();
-        (self.inverted, self.known) = (false, Some(a));
+        (self.inverted, self.known, self.held) = (false, Some(a), None);
         let mut here = Rest { ops: &ops, then: Some(rest) };
         if let Some(from) = from
             && reads_acc(&here)

@@ -1,35 +1,50 @@
-//! Where everything lives: bits in registers while there are any, words in RAM.
+//! Where everything lives: bits and integers in registers while there are any, the rest in RAM.
 //!
 //! ```text
-//! r0, r1       product of MUL; r1 is zero otherwise
-//! r2 .. r15    bits: first the image of each input port and of each output port, a bit at its pin's place,
-//!              then relays, edge memories and temporaries, eight to a register
-//! r18, r19     scratch; also the remainder, and the product
-//! r20, r21     scratch of the division
-//! r23:r22      right operand
-//! r25:r24      left operand and result
-//! Y            start of RAM, for ever: the first 64 bytes are reached in one word
-//! RAM          words (low byte first), then bits that found no register, then the fraction of the timer; stack at the end
+//! r1:r0          zero, but while a product stands there
+//! r2 .. r15      the image of each input port and of each output port, a bit at its pin's place; then relays, edge
+//!                memories and temporaries, eight to a register; then integers
+//! r17:r16        an integer, and so are r21:r20, X, Y and Z where nothing else needs them
+//! r18, r19       scratch
+//! r23:r22        right operand
+//! r25:r24        left operand and result
+//! r21:r20, X     upper bytes of wide operands; Z: pointer of tables
+//! Y              start of RAM, where RAM is used: the first 64 bytes are reached in one word
+//! RAM            integers (low byte first), bits, the fraction of the timer; the stack at the end
 //! ```
 
-use emu_core::chip::Chip;
+use emu_avr::isa::Kind;
 
-use crate::ir::{Bit, BitRole, Ir, Word};
+use super::arch::Asm;
+use super::uses::Uses;
+use crate::ir::{Bit, BitRole, Word};
 use crate::pins::Pin;
+use crate::target::Job;
 
-/// First and last register that hold bits.
-const BIT_REGS: std::ops::RangeInclusive<u8> = 2..=15;
+/// Registers that any instruction on bits takes, but none with a constant.
+const LOW: std::ops::RangeInclusive<u8> = 2..=15;
 
 /// Bytes kept free for the stack: one return address.
 const STACK: u32 = 2;
 
-/// Where a byte of bits is kept.
+/// Where a byte of bits, or the low byte of an integer, is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Home {
     /// In a register, which is also the data address of that number.
     Reg(u8),
     /// In RAM, at a data address.
     Ram(u16),
+}
+
+impl Home {
+    /// Data address.
+    #[must_use]
+    pub fn addr(self) -> u16 {
+        match self {
+            Home::Reg(reg) => reg.into(),
+            Home::Ram(addr) => addr,
+        }
+    }
 }
 
 /// A port of the program.
@@ -41,10 +56,14 @@ pub struct Port {
     pub input: Option<u8>,
     /// Register that is written to the port: outputs, and the pull-ups of the inputs, which stay 1.
     pub output: Option<u8>,
-    /// Bits that are inputs.
+    /// Bits that are inputs of the program.
     pub inputs: u8,
-    /// Bits that are outputs.
+    /// Bits that are outputs of the program.
     pub outputs: u8,
+    /// Bits with a pull-up: the inputs, and the receiver's pin.
+    pub pull_ups: u8,
+    /// Bits that are driven: the outputs, and the pin of the PWM output.
+    pub driven: u8,
 }
 
 /// Places of all cells.
@@ -54,12 +73,14 @@ pub struct Layout {
     pub ports: Vec<Port>,
     /// Home and bit number, by [`Bit`].
     pub bits: Vec<(Home, u8)>,
-    /// Data addresses of the low bytes, by [`Word`].
-    pub words: Vec<u16>,
-    /// Data address of the timer's fraction.
-    pub fraction: u16,
-    /// Registers that hold bits and are no port images.
-    pub flags: Vec<u8>,
+    /// Homes by [`Word`].
+    pub words: Vec<Home>,
+    /// Widths in bytes, by [`Word`].
+    pub sizes: Vec<u8>,
+    /// Where the timer's fraction begins.
+    pub fraction: Home,
+    /// Registers that hold bits, integers, or the images of ports.
+    pub registers: Vec<u8>,
     /// First data address of RAM.
     pub ram_start: u16,
     /// Bytes of RAM in use.
@@ -70,79 +91,193 @@ impl Layout {
     /// Home of a bit.
     #[must_use]
     pub fn bit(&self, bit: Bit) -> (Home, u8) {
-        self.bits.get(bit.0 as usize).copied().unwrap_or((Home::Reg(*BIT_REGS.end()), 0))
+        self.bits.get(bit.0 as usize).copied().unwrap_or((Home::Reg(*LOW.end()), 0))
     }
 
-    /// Data address of a word.
+    /// Home of a word.
     #[must_use]
-    pub fn word(&self, word: Word) -> u16 {
-        self.words.get(word.0 as usize).copied().unwrap_or(self.ram_start)
+    pub fn word(&self, word: Word) -> Home {
+        self.words.get(word.0 as usize).copied().unwrap_or(Home::Ram(self.ram_start))
+    }
+
+    /// Width of a word in bytes.
+    #[must_use]
+    pub fn bytes(&self, word: Word) -> u8 {
+        self.sizes.get(word.0 as usize).copied().unwrap_or(2)
+    }
+
+    /// `reg` := the byte of RAM at a data address.
+    pub fn load(&self, asm: &mut Asm, reg: i32, addr: u16) {
+        match addr.wrapping_sub(self.ram_start) {
+            near @ 0..64 => asm.op(Kind::LddY, &[reg, near.into()]),
+            _ => asm.op(Kind::Lds, &[reg, addr.into()]),
+        }
+    }
+
+    /// The byte of RAM at a data address := `reg`.
+    pub fn store(&self, asm: &mut Asm, addr: u16, reg: i32) {
+        match addr.wrapping_sub(self.ram_start) {
+            near @ 0..64 => asm.op(Kind::StdY, &[near.into(), reg]),
+            _ => asm.op(Kind::Sts, &[reg, addr.into()]),
+        }
     }
 }
 
 /// Gives every cell a place; `fraction` is the number of bytes that the timer's fraction needs.
 ///
 /// # Errors
-/// The bytes of RAM needed, when the chip has fewer.
-pub fn layout(ir: &Ir, pins: &[Pin], chip: &Chip, fraction: u16) -> Result<Layout, u64> {
-    let mut free = BIT_REGS;
-    let mut ports: Vec<Port> = Vec::new();
-    for pin in pins {
-        let port = match ports.iter_mut().find(|p| p.letter == pin.port()) {
-            Some(port) => port,
-            None => {
-                ports.push(Port { letter: pin.port(), input: None, output: None, inputs: 0, outputs: 0 });
-                let Some(port) = ports.last_mut() else { continue };
-                port
-            }
-        };
-        *if pin.output { &mut port.outputs } else { &mut port.inputs } |= 1 << pin.bit();
+/// The bytes of RAM needed, stack included, when the chip has fewer.
+pub fn layout(job: &Job<'_>, uses: &Uses, fraction: u16) -> Result<Layout, u64> {
+    // Y is free where nothing is left for RAM, which only a try can tell.
+    match place(job, uses, fraction, true) {
+        Ok(layout) if layout.ram_bytes == 0 => Ok(layout),
+        _ => place(job, uses, fraction, false),
     }
-    ports.sort_by_key(|p| p.letter);
+}
+
+/// The registers that are free.
+struct Free([bool; 32]);
+
+impl Free {
+    fn take(&mut self, from: impl IntoIterator<Item = u8>, size: u8) -> Option<u8> {
+        let all = |at: u8| (at..at + size).all(|reg| self.0.get(usize::from(reg)).copied().unwrap_or(false));
+        let found = from.into_iter().find(|&at| all(at))?;
+        (found..found + size)
+            .for_each(|reg| self.0.get_mut(usize::from(reg)).into_iter().for_each(|free| *free = false));
+        Some(found)
+    }
+}
+
+fn place(job: &Job<'_>, uses: &Uses, fraction: u16, use_y: bool) -> Result<Layout, u64> {
+    let Job { ir, pins, target, .. } = *job;
+    let chip = target.chip;
+    // Pairs that take constants, the ones that count by one instruction first.
+    let upper = [
+        (26, !uses.wide),
+        (30, !uses.wide && !uses.tables),
+        (28, use_y),
+        (16, !uses.wide),
+        // The count-down of the timer works in r18 to r21.
+        (20, !uses.wide && !uses.divides && fraction <= 2),
+    ];
+    let upper: Vec<u8> = upper.into_iter().filter(|&(_, free)| free).map(|(pair, _)| pair).collect();
+    let mut free = Free([false; 32]);
+    for reg in LOW.chain(upper.iter().flat_map(|&pair| [pair, pair + 1])) {
+        free.0.get_mut(usize::from(reg)).into_iter().for_each(|it| *it = true);
+    }
+    let before = free.0;
+
+    let receive = target.uart.filter(|_| ir.uart.receive).map(|(_, receive)| receive);
+    let mut ports = ports(pins, receive, target.pwm.filter(|_| ir.pwm_hz.is_some()));
     for port in &mut ports {
-        port.input = if port.inputs != 0 { free.next() } else { None };
-        port.output = if port.outputs != 0 { free.next() } else { None };
+        port.input = if port.inputs != 0 { free.take(LOW, 1) } else { None };
+        port.output = if port.outputs != 0 { free.take(LOW, 1) } else { None };
     }
 
-    let words = ir.words.len() as u64 * 2;
-    let mut bits = Vec::with_capacity(ir.bits.len());
-    let (mut flags, mut current, mut used, mut spilled) = (Vec::new(), None, 8, 0u64);
-    for cell in &ir.bits {
-        let image = pins.iter().find(|p| p.name == cell.name).and_then(|pin| {
+    let mut ram = u64::from(chip.ram_start);
+    let mut in_ram = |bytes: u64| {
+        ram += bytes;
+        Home::Ram((ram - bytes) as u16)
+    };
+    let mut bits = vec![(Home::Ram(chip.ram_start), 0); ir.bits.len()];
+    let mut loose = Vec::new();
+    for (n, cell) in ir.bits.iter().enumerate() {
+        let image = pins.iter().filter(|pin| !pin.analog).find(|p| p.name == cell.name).and_then(|pin| {
             let port = ports.iter().find(|p| p.letter == pin.port())?;
-            Some((if pin.output { port.output? } else { port.input? }, pin.bit()))
+            Some((Home::Reg(if pin.output { port.output? } else { port.input? }), pin.bit()))
         });
-        if let (BitRole::Input | BitRole::Output, Some((reg, bit))) = (cell.role, image) {
-            bits.push((Home::Reg(reg), bit));
-            continue;
+        match (cell.role, image) {
+            (BitRole::Input | BitRole::Output, Some(image)) => bits[n] = image,
+            _ => loose.push(n),
         }
-        if used == 8 {
-            used = 0;
-            current = Some(match free.next() {
-                Some(reg) => {
-                    flags.push(reg);
-                    Home::Reg(reg)
-                }
-                None => {
-                    spilled += 1;
-                    Home::Ram((u64::from(chip.ram_start) + words + spilled - 1) as u16)
-                }
-            });
-        }
-        bits.push((current.unwrap_or(Home::Ram(chip.ram_start)), used));
-        used += 1;
     }
-    let needed = words + spilled + u64::from(fraction);
+    loose.sort_by_key(|&n| std::cmp::Reverse(uses.bits.get(n).copied()));
+    let mut bytes_of_bits = Vec::new();
+    for group in loose.chunks(8) {
+        match free.take(LOW, 1) {
+            Some(reg) => group.iter().zip(0..).for_each(|(&n, bit)| bits[n] = (Home::Reg(reg), bit)),
+            None => bytes_of_bits.push(group),
+        }
+    }
+
+    let mut order: Vec<usize> = (0..ir.words.len()).collect();
+    order.sort_by_key(|&n| std::cmp::Reverse(uses.words.get(n).copied()));
+    let mut words = vec![Home::Ram(chip.ram_start); ir.words.len()];
+    for n in order {
+        let bytes = ir.words.get(n).map_or(2, |word| word.bytes);
+        let singles = || LOW.chain(upper.iter().rev().flat_map(|&pair| [pair, pair + 1]));
+        let reg = match bytes {
+            1 => free.take(singles(), 1),
+            2 => free.take(upper.iter().copied().chain(LOW.rev().filter(|reg| reg % 2 == 0)), 2),
+            _ => None,
+        };
+        words[n] = reg.map_or_else(|| in_ram(bytes.into()), Home::Reg);
+    }
+    for group in bytes_of_bits {
+        let home = in_ram(1);
+        group.iter().zip(0..).for_each(|(&n, bit)| bits[n] = (home, bit));
+    }
+    // The count-down is subtracted from by constants.
+    let high = || upper.iter().copied().filter(|_| fraction != 0);
+    let reg = match fraction {
+        1 => free.take(high().flat_map(|pair| [pair, pair + 1]), 1),
+        2 => free.take(high(), 2),
+        _ => None,
+    };
+    let fraction = reg.map_or_else(|| in_ram(fraction.into()), Home::Reg);
+    let needed = ram - u64::from(chip.ram_start);
     if needed + u64::from(STACK) > u64::from(chip.ram_len) {
         return Err(needed + u64::from(STACK));
     }
+    let registers = (0..32u8).filter(|&reg| {
+        let at = |of: &[bool; 32]| of.get(usize::from(reg)).copied().unwrap_or(false);
+        at(&before) && !at(&free.0)
+    });
     Ok(Layout {
+        registers: registers.collect(),
         ports,
         bits,
-        words: (0..ir.words.len() as u16).map(|n| chip.ram_start + 2 * n).collect(),
-        fraction: chip.ram_start + (words + spilled) as u16,
-        flags,
+        words,
+        sizes: ir.words.iter().map(|word| word.bytes).collect(),
+        fraction,
         ram_start: chip.ram_start,
         ram_bytes: needed as u16,
     })
+}
+
+/// The ports of these pins, by letter, without registers; `receive` and `pwm` are pins that the program uses so.
+fn ports(pins: &[Pin], receive: Option<&str>, pwm: Option<&str>) -> Vec<Port> {
+    let mut ports: Vec<Port> = Vec::new();
+    let mut add = |letter, inputs, outputs, pull_ups, driven| {
+        let port = match ports.iter_mut().find(|port: &&mut Port| port.letter == letter) {
+            Some(port) => port,
+            None => {
+                ports.push(Port { letter, input: None, output: None, inputs: 0, outputs: 0, pull_ups: 0, driven: 0 });
+                let Some(port) = ports.last_mut() else { return };
+                port
+            }
+        };
+        port.inputs |= inputs;
+        port.outputs |= outputs;
+        port.pull_ups |= inputs | pull_ups;
+        port.driven |= outputs | driven;
+    };
+    for pin in pins.iter().filter(|pin| !pin.analog) {
+        let bit = 1 << pin.bit();
+        if pin.output { add(pin.port(), 0, bit, 0, 0) } else { add(pin.port(), bit, 0, 0, 0) }
+    }
+    for (pin, pull_up) in receive.map(|pin| (pin, true)).into_iter().chain(pwm.map(|pin| (pin, false))) {
+        let (letter, bit) = site(pin);
+        if pull_up { add(letter, 0, 0, bit, 0) } else { add(letter, 0, 0, 0, bit) }
+    }
+    ports.sort_by_key(|port| port.letter);
+    ports
+}
+
+/// Letter of the port and mask of a pin such as `PB3`.
+#[must_use]
+pub fn site(pin: &str) -> (char, u8) {
+    let mut chars = pin.chars().skip(1);
+    let letter = chars.next().unwrap_or('?');
+    (letter, 1 << chars.next().and_then(|c| c.to_digit(8)).unwrap_or(0))
 }

@@ -6,12 +6,11 @@
 
 use emu_avr::isa::Kind;
 
-use super::emit::{Asm, Mark};
-use super::select::Regs;
+use super::arch::Asm;
+use super::layout::{Home, Layout};
+use super::regs::{self, Regs};
 use crate::map::Ratio;
-
-/// Clocks from the reset of the prescaler to the start of the timer: the STS that selects the clock.
-const LEAD: u64 = 2;
+use crate::target::Mark;
 
 /// Prescalers and their clock select bits (DS40002061, table 16-5).
 const PRESCALERS: [(u32, u8); 5] = [(1, 1), (8, 2), (64, 3), (256, 4), (1024, 5)];
@@ -59,11 +58,17 @@ pub enum NoPace {
     Longer(u64),
 }
 
-/// Chooses the finest tick with which a period fits.
+/// Clocks from the reset of the prescaler to the start of the timer: the OUT or STS that selects the clock.
+#[must_use]
+pub fn lead(regs: &Regs) -> u64 {
+    if regs::is_io(regs.addr(&["TCCR1B"])) { 1 } else { 2 }
+}
+
+/// Chooses the finest tick with which a period fits; `lead` as [`lead`] has it.
 ///
 /// # Errors
 /// The cycle is zero, or longer than the timer can pace.
-pub fn pace(clock_hz: u64, cycle_us: u64) -> Result<Pace, NoPace> {
+pub fn pace(clock_hz: u64, cycle_us: u64, lead: u64) -> Result<Pace, NoPace> {
     if cycle_us == 0 || clock_hz == 0 {
         return Err(NoPace::Zero);
     }
@@ -77,9 +82,9 @@ pub fn pace(clock_hz: u64, cycle_us: u64) -> Result<Pace, NoPace> {
         let mut first = ticks;
         let mut fraction = None;
         if rest != 0 {
-            // The prescaler is LEAD clocks ahead of the timer, so every match comes that much early; the count-down starts
+            // The prescaler is `lead` clocks ahead of the timer, so every match comes that much early; the count-down starts
             // with as much of a tick in hand.
-            let lead = if prescale == 1 { 0 } else { u128::from(LEAD) * whole / u128::from(prescale) };
+            let lead = if prescale == 1 { 0 } else { u128::from(lead) * whole / u128::from(prescale) };
             let before = whole - 1 - lead;
             let start = if before < rest { before + whole - rest } else { before - rest };
             first += u128::from(before < rest);
@@ -115,50 +120,72 @@ impl Pace {
         u64::from(self.ticks) * u64::from(self.prescale)
     }
 
+    /// Bytes of the count-down, 0 where there is none.
+    #[must_use]
+    pub fn fraction_bytes(&self) -> u16 {
+        self.fraction.map_or(0, |fraction| fraction.bytes)
+    }
+
     /// Starts the timer; its registers are as reset leaves them.
-    pub fn start(&self, asm: &mut Asm, regs: &Regs, fraction_at: u16) {
-        const CTC: i32 = 1 << 3;
-        const PRESCALER_RESET: i32 = 1;
+    pub fn start(&self, asm: &mut Asm, regs: &Regs, layout: &Layout) {
         if let Some(fraction) = self.fraction {
-            for (n, byte) in fraction.start.to_le_bytes().into_iter().take(fraction.bytes.into()).enumerate() {
-                asm.op(Kind::Ldi, &[24, i32::from(byte)]);
-                asm.op(Kind::Sts, &[24, i32::from(fraction_at) + n as i32]);
+            for (byte, n) in fraction.start.to_le_bytes().into_iter().take(fraction.bytes.into()).zip(0..) {
+                match layout.fraction {
+                    Home::Reg(reg) => asm.op(Kind::Ldi, &[i32::from(reg) + n, byte.into()]),
+                    Home::Ram(addr) => {
+                        asm.op(Kind::Ldi, &[24, byte.into()]);
+                        layout.store(asm, addr + n as u16, 24);
+                    }
+                }
             }
         }
         let [low, high] = ((self.first - 1) as u16).to_le_bytes();
-        asm.op(Kind::Ldi, &[24, i32::from(high)]);
-        asm.op(Kind::Sts, &[24, regs.data("OCR1AH")]);
-        asm.op(Kind::Ldi, &[24, i32::from(low)]);
-        asm.op(Kind::Sts, &[24, regs.data("OCR1AL")]);
-        asm.op(Kind::Ldi, &[24, PRESCALER_RESET]);
-        asm.op(Kind::Ldi, &[25, CTC | i32::from(self.select)]);
-        asm.op(Kind::Out, &[regs.io("GTCCR"), 24]);
+        // The high byte goes first: it waits until the low one is written.
+        regs::set(asm, regs.addr(&["OCR1AH"]), high.into(), 24);
+        regs::set(asm, regs.addr(&["OCR1AL"]), low.into(), 24);
+        let (prescaler, control) = (regs.addr(&["GTCCR", "SFIOR"]), regs.addr(&["TCCR1B"]));
+        // The prescalers have run since reset; without one they do not matter.
+        if self.prescale > 1 {
+            let reset = regs.mask(&[&["PSRSYNC", "PSR10", "PSR321", "PSR310"]]);
+            asm.op(Kind::Ldi, &[25, reset]);
+        }
+        asm.op(Kind::Ldi, &[24, regs.mask(&[&["WGM12", "CTC1"]]) | i32::from(self.select)]);
+        if self.prescale > 1 {
+            regs::write(asm, prescaler, 25);
+        }
         asm.mark(Mark::TimerStart);
-        asm.op(Kind::Sts, &[25, regs.data("TCCR1B")]);
+        regs::write(asm, control, 24);
     }
 
     /// Just after a match: the length of the period that has begun, where the periods differ.
-    pub fn next(&self, asm: &mut Asm, regs: &Regs, fraction_at: u16) {
+    pub fn next(&self, asm: &mut Asm, regs: &Regs, layout: &Layout) {
         let Some(fraction) = self.fraction else { return };
-        let reg = |n: usize| 18 + n as i32;
-        let bytes = usize::from(fraction.bytes);
-        let subtract = |asm: &mut Asm, value: u32| {
-            for (n, byte) in value.to_le_bytes().into_iter().take(bytes).enumerate() {
-                asm.op(if n == 0 { Kind::Subi } else { Kind::Sbci }, &[reg(n), i32::from(byte)]);
+        let bytes = i32::from(fraction.bytes);
+        let first = match layout.fraction {
+            Home::Reg(reg) => i32::from(reg),
+            Home::Ram(addr) => {
+                (0..bytes).for_each(|n| layout.load(asm, 18 + n, addr + n as u16));
+                18
             }
         };
-        (0..bytes).for_each(|n| asm.op(Kind::Lds, &[reg(n), i32::from(fraction_at) + n as i32]));
+        let subtract = |asm: &mut Asm, value: u32| {
+            for (byte, n) in value.to_le_bytes().into_iter().zip(0..bytes) {
+                asm.op(if n == 0 { Kind::Subi } else { Kind::Sbci }, &[first + n, byte.into()]);
+            }
+        };
         let [low, high] = ((self.ticks - 1) as u16).to_le_bytes();
-        asm.op(Kind::Ldi, &[24, i32::from(low)]);
-        asm.op(Kind::Ldi, &[25, i32::from(high)]);
+        asm.op(Kind::Ldi, &[24, low.into()]);
+        asm.op(Kind::Ldi, &[25, high.into()]);
         subtract(asm, fraction.rest);
         let same = asm.label();
-        asm.branch(Kind::Brcc, same);
+        asm.jump(super::arch::Jump::If(Kind::Brcc), same);
         subtract(asm, fraction.whole.wrapping_neg());
         asm.op(Kind::Adiw, &[24, 1]);
         asm.place(same);
-        asm.op(Kind::Sts, &[25, regs.data("OCR1AH")]);
-        asm.op(Kind::Sts, &[24, regs.data("OCR1AL")]);
-        (0..bytes).for_each(|n| asm.op(Kind::Sts, &[reg(n), i32::from(fraction_at) + n as i32]));
+        regs::write(asm, regs.addr(&["OCR1AH"]), 25);
+        regs::write(asm, regs.addr(&["OCR1AL"]), 24);
+        if let Home::Ram(addr) = layout.fraction {
+            (0..bytes).for_each(|n| layout.store(asm, addr + n as u16, 18 + n));
+        }
     }
 }

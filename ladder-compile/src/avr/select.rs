@@ -1,92 +1,60 @@
-//! Intermediate code to instructions.
+//! Intermediate code to instructions: bits, and what chooses between lists of operations.
 //!
 //! The accumulator is the T flag, so a contact is a skip over CLT and a coil is BLD: two clocks and one, whatever the
-//! values. Words are worked on in r25:r24; what that pair holds is remembered along straight code.
+//! values. Words are the matter of [`super::words`] and [`super::compare`], peripherals that of [`super::devices`].
 
 use emu_avr::isa::Kind;
-use emu_core::chip::Chip;
 
-use super::emit::{Asm, Label};
+use super::arch::{Asm, Jump};
+use super::devices::Devices;
 use super::layout::{Home, Layout};
-use crate::ir::{Bit, Compare, Cond, Math, Op, Rel, Value, Word};
-
-/// Low register of the left operand and result.
-const A: i32 = 24;
-/// Low register of the right operand.
-const B: i32 = 22;
-/// Holds a byte of bits from RAM.
-const BYTE: i32 = 18;
-/// Holds a mask, the high byte of a constant, or the old value of an edge memory.
-const SCRATCH: i32 = 19;
-/// Always zero.
-const ZERO: i32 = 1;
-
-/// Addresses of the chip's registers by name.
-#[derive(Debug, Clone, Copy)]
-pub struct Regs {
-    chip: &'static Chip,
-}
-
-impl Regs {
-    /// The registers of `chip`.
-    #[must_use]
-    pub fn new(chip: &'static Chip) -> Self {
-        Regs { chip }
-    }
-
-    /// Data address; a register that the chip does not have gives one that no instruction can encode.
-    #[must_use]
-    pub fn data(&self, name: &str) -> i32 {
-        self.chip.reg(name).map_or(-1, i32::from)
-    }
-
-    /// I/O address.
-    #[must_use]
-    pub fn io(&self, name: &str) -> i32 {
-        self.data(name) - 0x20
-    }
-
-    /// I/O address of a port's register: `PORT`, `DDR` or `PIN` and the letter.
-    #[must_use]
-    pub fn port(&self, register: &str, letter: char) -> i32 {
-        self.io(&format!("{register}{letter}"))
-    }
-}
+use super::regs::{BYTE, Regs, SCRATCH};
+use super::runtime::{Around, Routine};
+use crate::code::Label;
+use crate::ir::{Bit, Cond, Ir, Logic, Op, Word};
 
 /// What is known along straight code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Known {
+pub struct Known {
     /// The T flag.
-    t: Option<bool>,
-    /// The word that r25:r24 holds.
-    a: Option<Word>,
+    pub t: Option<bool>,
+    /// A word that A holds, and to how many bytes, extended with sign.
+    pub a: Option<(Word, usize)>,
 }
 
 impl Known {
+    /// What is known where two paths meet.
     fn meet(self, other: Known) -> Known {
-        Known { t: if self.t == other.t { self.t } else { None }, a: if self.a == other.a { self.a } else { None } }
+        Known { t: self.t.filter(|_| self.t == other.t), a: self.a.filter(|_| self.a == other.a) }
     }
 }
 
-/// Turns operations into instructions, one list after the other.
-#[derive(Debug)]
+/// A subroutine, where it begins, and how often it is wanted.
+pub type Wanted = (Routine, Label, u32);
+
+/// The code being selected.
 pub struct Select<'a> {
-    /// The code so far.
+    /// Takes the instructions.
     pub asm: &'a mut Asm,
-    layout: &'a Layout,
-    known: Known,
-    /// The multiplication, once it is used.
-    pub multiply: Option<Label>,
-    /// The division, once it is used.
-    pub divide: Option<Label>,
+    /// The scan.
+    pub ir: &'a Ir,
+    /// Places of the cells.
+    pub layout: &'a Layout,
+    /// Names of registers.
+    pub regs: &'a Regs,
+    /// How the peripherals are set.
+    pub devices: &'a Devices,
+    /// What is known here.
+    pub known: Known,
+    /// Subroutines so far.
+    pub routines: Vec<Wanted>,
+    /// Subroutines that are wanted once in the whole program, so that they need be none.
+    pub single: &'a [Routine],
+    /// What this chip cannot do though it was asked to: a fault of the compiler.
+    pub fault: Option<String>,
 }
 
-impl<'a> Select<'a> {
-    /// Nothing is known at first.
-    pub fn new(asm: &'a mut Asm, layout: &'a Layout) -> Self {
-        Select { asm, layout, known: Known::default(), multiply: None, divide: None }
-    }
-
+impl Select<'_> {
     /// Appends the code of `ops`.
     pub fn ops(&mut self, ops: &[Op]) {
         ops.iter().for_each(|op| self.op(op));
@@ -96,54 +64,83 @@ impl<'a> Select<'a> {
     pub fn op(&mut self, op: &Op) {
         match op {
             Op::Acc(value) => self.acc(*value),
-            Op::Load { bit, negated: false } => {
-                let (reg, n) = self.fetch(*bit);
-                self.asm.op(Kind::Bst, &[reg, n]);
-                self.known.t = None;
-            }
-            Op::Load { bit, negated: true } => {
-                self.acc(true);
-                self.narrow(*bit, true);
-            }
-            Op::And { bit, negated } => self.narrow(*bit, *negated),
-            Op::Or { bit, negated } => {
-                let (reg, n) = self.fetch(*bit);
-                self.asm.op(if *negated { Kind::Sbrs } else { Kind::Sbrc }, &[reg, n]);
-                self.asm.op(Kind::Set, &[]);
-                self.known.t = None;
-            }
-            Op::Store { bit, negated } => {
-                let (reg, n) = self.fetch(*bit);
-                self.asm.op(Kind::Bld, &[reg, n]);
-                if *negated {
-                    self.asm.op(Kind::Ldi, &[SCRATCH, 1 << n]);
-                    self.asm.op(Kind::Eor, &[reg, SCRATCH]);
+            Op::Load { bit, negated } => self.load_bit(*bit, *negated),
+            Op::And { bit, negated } => match self.known.t {
+                Some(true) => self.load_bit(*bit, *negated),
+                Some(false) => {}
+                None => self.narrow(*bit, *negated),
+            },
+            Op::Or { bit, negated } => match self.known.t {
+                Some(false) => self.load_bit(*bit, *negated),
+                Some(true) => {}
+                None => {
+                    let (reg, n) = self.fetch(*bit);
+                    self.asm.op(if *negated { Kind::Sbrs } else { Kind::Sbrc }, &[reg, n]);
+                    self.asm.op(Kind::Set, &[]);
                 }
-                self.commit(*bit);
-            }
+            },
+            Op::Store { bit, negated } => self.store_bit(*bit, *negated),
             Op::Put { bit, value } => self.put(*bit, *value),
             Op::Rising(bit) => {
                 let n = self.remember(*bit);
                 self.asm.op(Kind::Sbrc, &[SCRATCH, n]);
                 self.asm.op(Kind::Clt, &[]);
-                self.known.t = None;
+                self.known.t = self.known.t.filter(|t| !t);
             }
             Op::Falling(bit) => {
                 let n = self.remember(*bit);
-                let low = self.asm.label();
-                self.asm.branch(Kind::Brtc, low);
-                self.asm.op(Kind::Eor, &[SCRATCH, SCRATCH]);
-                self.asm.place(low);
-                self.asm.op(Kind::Bst, &[SCRATCH, n]);
-                self.known.t = None;
+                match self.known.t {
+                    Some(true) => self.acc(false),
+                    Some(false) => {
+                        self.asm.op(Kind::Bst, &[SCRATCH, n]);
+                        self.known.t = None;
+                    }
+                    None => {
+                        let low = self.asm.label();
+                        self.asm.jump(Jump::If(Kind::Brtc), low);
+                        self.asm.op(Kind::Eor, &[SCRATCH, SCRATCH]);
+                        self.asm.place(low);
+                        self.asm.op(Kind::Bst, &[SCRATCH, n]);
+                    }
+                }
             }
             Op::AndCompare(compare) => self.and_compare(compare),
-            Op::Move { dst, src } => self.set(*dst, *src),
+            Op::Move { dst, src } => self.move_word(*dst, *src),
             Op::Math { op, dst, a, b } => self.math(*op, *dst, *a, *b),
             Op::If { cond, then, otherwise } => self.branch(*cond, then, otherwise),
-            Op::Logic { .. } | Op::Lookup { .. } | Op::ReadAdc { .. } | Op::SetPwm { .. } | Op::Send { .. } => {}
-            Op::Receive { .. } | Op::Recall { .. } | Op::Persist { .. } | Op::Module { .. } => {}
+            Op::Logic { dst, is } => self.logic(*dst, *is),
+            Op::Lookup { dst, index, table } => self.look_up(*dst, *index, *table),
+            Op::ReadAdc { dst, input } => self.read_adc(*dst, *input),
+            Op::SetPwm { duty } => self.set_pwm(*duty),
+            Op::Send { value } => self.send(*value),
+            Op::Receive { dst } => self.receive(*dst),
+            Op::Recall { dst, addr } => self.recall(*dst, *addr),
+            Op::Persist { src, addr, busy, scans } => self.persist(*src, *addr, *busy, *scans),
+            Op::Module { .. } => self.fault = Some(format!("no code for `{}`", self.ir.text(op))),
         }
+    }
+
+    /// A subroutine: called, or in its place where it is the only one of its kind. A is lost but for its result.
+    pub fn routine(&mut self, routine: Routine) {
+        let known = self.routines.iter_mut().find(|(known, ..)| *known == routine);
+        let label = match known {
+            Some((_, label, count)) => {
+                *count += 1;
+                *label
+            }
+            None => {
+                let label = self.asm.label();
+                self.routines.push((routine, label, 1));
+                label
+            }
+        };
+        if self.single.contains(&routine) {
+            let around = Around { regs: self.regs, layout: self.layout, eeprom: self.ir.eeprom };
+            routine.body(self.asm, &around);
+        } else {
+            self.asm.jump(Jump::Call, label);
+        }
+        self.known.a = None;
     }
 
     fn acc(&mut self, value: bool) {
@@ -153,12 +150,36 @@ impl<'a> Select<'a> {
         }
     }
 
+    fn load_bit(&mut self, bit: Bit, negated: bool) {
+        if negated {
+            self.acc(true);
+            self.narrow(bit, true);
+        } else {
+            let (reg, n) = self.fetch(bit);
+            self.asm.op(Kind::Bst, &[reg, n]);
+            self.known.t = None;
+        }
+    }
+
     /// T := T and bit.
     fn narrow(&mut self, bit: Bit, negated: bool) {
         let (reg, n) = self.fetch(bit);
         self.asm.op(if negated { Kind::Sbrc } else { Kind::Sbrs }, &[reg, n]);
         self.asm.op(Kind::Clt, &[]);
         self.known.t = None;
+    }
+
+    fn store_bit(&mut self, bit: Bit, negated: bool) {
+        if let (true, Some(t)) = (negated, self.known.t) {
+            return self.put(bit, !t);
+        }
+        let (reg, n) = self.fetch(bit);
+        self.asm.op(Kind::Bld, &[reg, n]);
+        if negated {
+            self.asm.op(Kind::Ldi, &[SCRATCH, 1 << n]);
+            self.asm.op(Kind::Eor, &[reg, SCRATCH]);
+        }
+        self.commit(bit);
     }
 
     fn put(&mut self, bit: Bit, value: bool) {
@@ -175,6 +196,32 @@ impl<'a> Select<'a> {
         self.commit(bit);
     }
 
+    /// A bit of its own for every operation: cleared or set, then changed by a skip for each operand.
+    fn logic(&mut self, dst: Bit, is: Logic) {
+        let skip = |this: &mut Self, first: bool, skips: Kind, bit: Bit, sets: bool| {
+            if first {
+                this.asm.op(if sets { Kind::Clt } else { Kind::Set }, &[]);
+            }
+            let (reg, n) = this.fetch(bit);
+            this.asm.op(skips, &[reg, n]);
+            this.asm.op(if sets { Kind::Set } else { Kind::Clt }, &[]);
+        };
+        match is {
+            Logic::Copy(a) => skip(self, true, Kind::Sbrc, a, true),
+            Logic::Not(a) => skip(self, true, Kind::Sbrs, a, true),
+            Logic::And(a, b) => {
+                skip(self, true, Kind::Sbrs, a, false);
+                skip(self, false, Kind::Sbrs, b, false);
+            }
+            Logic::Or(a, b) => {
+                skip(self, true, Kind::Sbrc, a, true);
+                skip(self, false, Kind::Sbrc, b, true);
+            }
+        }
+        self.known.t = None;
+        self.store_bit(dst, false);
+    }
+
     /// The bit's old byte to the scratch register, T to the bit; returns the bit's number.
     fn remember(&mut self, bit: Bit) -> i32 {
         let (reg, n) = self.fetch(bit);
@@ -189,7 +236,7 @@ impl<'a> Select<'a> {
         match self.layout.bit(bit) {
             (Home::Reg(reg), n) => (reg.into(), n.into()),
             (Home::Ram(addr), n) => {
-                self.load(BYTE, addr);
+                self.layout.load(self.asm, BYTE, addr);
                 (BYTE, n.into())
             }
         }
@@ -198,192 +245,36 @@ impl<'a> Select<'a> {
     /// Stores the byte that [`Self::fetch`] loaded.
     fn commit(&mut self, bit: Bit) {
         if let (Home::Ram(addr), _) = self.layout.bit(bit) {
-            self.store(addr, BYTE);
-        }
-    }
-
-    fn load(&mut self, reg: i32, addr: u16) {
-        match addr - self.layout.ram_start {
-            near @ 0..64 => self.asm.op(Kind::LddY, &[reg, near.into()]),
-            _ => self.asm.op(Kind::Lds, &[reg, addr.into()]),
-        }
-    }
-
-    fn store(&mut self, addr: u16, reg: i32) {
-        match addr - self.layout.ram_start {
-            near @ 0..64 => self.asm.op(Kind::StdY, &[near.into(), reg]),
-            _ => self.asm.op(Kind::Sts, &[reg, addr.into()]),
-        }
-    }
-
-    fn constant(&mut self, reg: i32, value: i16) {
-        let [low, high] = value.to_le_bytes();
-        self.asm.op(Kind::Ldi, &[reg, low.into()]);
-        self.asm.op(Kind::Ldi, &[reg + 1, high.into()]);
-    }
-
-    /// The left operand.
-    fn left(&mut self, value: Value) {
-        match value {
-            Value::Cell(word) if self.known.a == Some(word) => {}
-            Value::Cell(word) => {
-                let addr = self.layout.word(word);
-                self.load(A, addr);
-                self.load(A + 1, addr + 1);
-                self.known.a = Some(word);
-            }
-            Value::Const(value) => {
-                self.constant(A, value as i16);
-                self.known.a = None;
-            }
-        }
-    }
-
-    /// The right operand.
-    fn right(&mut self, value: Value) {
-        match value {
-            Value::Cell(word) if self.known.a == Some(word) => self.asm.op(Kind::Movw, &[B, A]),
-            Value::Cell(word) => {
-                let addr = self.layout.word(word);
-                self.load(B, addr);
-                self.load(B + 1, addr + 1);
-            }
-            Value::Const(value) => self.constant(B, value as i16),
-        }
-    }
-
-    /// Both operands, the right one first where the left register pair holds it.
-    fn both(&mut self, a: Value, b: Value) {
-        if matches!(b, Value::Cell(word) if self.known.a == Some(word)) {
-            self.right(b);
-            self.left(a);
-        } else {
-            self.left(a);
-            self.right(b);
-        }
-    }
-
-    /// r25:r24 to a word.
-    fn save(&mut self, dst: Word) {
-        let addr = self.layout.word(dst);
-        self.store(addr, A);
-        self.store(addr + 1, A + 1);
-        self.known.a = Some(dst);
-    }
-
-    fn set(&mut self, dst: Word, src: Value) {
-        if src == Value::Const(0) {
-            let addr = self.layout.word(dst);
-            self.store(addr, ZERO);
-            self.store(addr + 1, ZERO);
-            if self.known.a == Some(dst) {
-                self.known.a = None;
-            }
-        } else {
-            self.left(src);
-            self.save(dst);
-        }
-    }
-
-    fn math(&mut self, op: Math, dst: Word, a: Value, b: Value) {
-        match (op, a, b) {
-            (Math::Add, a @ Value::Cell(_), Value::Const(c)) | (Math::Add, Value::Const(c), a) => self.add(a, c as i16),
-            (Math::Sub, a, Value::Const(c)) => self.add(a, (c as i16).wrapping_neg()),
-            (Math::Add, a, b) => {
-                self.both(a, b);
-                self.asm.op(Kind::Add, &[A, B]);
-                self.asm.op(Kind::Adc, &[A + 1, B + 1]);
-            }
-            (Math::Sub, a, b) => {
-                self.both(a, b);
-                self.asm.op(Kind::Sub, &[A, B]);
-                self.asm.op(Kind::Sbc, &[A + 1, B + 1]);
-            }
-            (Math::Mul, a, b) => {
-                self.both(a, b);
-                let entry = *self.multiply.get_or_insert_with(|| self.asm.label());
-                self.asm.call(entry);
-            }
-            (Math::Div, a, b) => {
-                self.both(a, b);
-                let entry = *self.divide.get_or_insert_with(|| self.asm.label());
-                self.asm.call(entry);
-            }
-        }
-        self.save(dst);
-    }
-
-    fn add(&mut self, a: Value, constant: i16) {
-        self.left(a);
-        match constant {
-            0 => {}
-            1..=63 => self.asm.op(Kind::Adiw, &[A, constant.into()]),
-            -63..=-1 => self.asm.op(Kind::Sbiw, &[A, -i32::from(constant)]),
-            _ => {
-                let [low, high] = constant.wrapping_neg().to_le_bytes();
-                self.asm.op(Kind::Subi, &[A, low.into()]);
-                self.asm.op(Kind::Sbci, &[A + 1, high.into()]);
-            }
-        }
-    }
-
-    fn and_compare(&mut self, compare: &Compare) {
-        if let (Rel::Lt | Rel::Ge, Value::Const(0)) = (compare.rel, compare.b) {
-            // Only the sign counts.
-            self.left(Value::Cell(compare.a));
-            self.asm.op(if compare.rel == Rel::Ge { Kind::Sbrc } else { Kind::Sbrs }, &[A + 1, 7]);
-            self.asm.op(Kind::Clt, &[]);
-        } else {
-            let over = self.asm.label();
-            let (holds, _) = self.compare(compare);
-            self.asm.branch(holds, over);
-            self.asm.op(Kind::Clt, &[]);
-            self.asm.place(over);
-        }
-        self.known.t = None;
-    }
-
-    /// Compares; returns the branches that are taken when the comparison holds and when it does not.
-    fn compare(&mut self, compare: &Compare) -> (Kind, Kind) {
-        match compare.b {
-            Value::Const(value) => {
-                self.left(Value::Cell(compare.a));
-                let [low, high] = (value as i16).to_le_bytes();
-                let high_reg = if high == 0 { ZERO } else { SCRATCH };
-                self.asm.op(Kind::Cpi, &[A, low.into()]);
-                if high != 0 {
-                    self.asm.op(Kind::Ldi, &[SCRATCH, high.into()]);
-                }
-                self.asm.op(Kind::Cpc, &[A + 1, high_reg]);
-            }
-            b => {
-                self.both(Value::Cell(compare.a), b);
-                self.asm.op(Kind::Cp, &[A, B]);
-                self.asm.op(Kind::Cpc, &[A + 1, B + 1]);
-            }
-        }
-        match compare.rel {
-            Rel::Eq => (Kind::Breq, Kind::Brne),
-            Rel::Ne => (Kind::Brne, Kind::Breq),
-            Rel::Lt => (Kind::Brlt, Kind::Brge),
-            Rel::Ge => (Kind::Brge, Kind::Brlt),
+            self.layout.store(self.asm, addr, BYTE);
         }
     }
 
     fn branch(&mut self, cond: Cond, then: &[Op], otherwise: &[Op]) {
+        if let (Cond::Acc, Some(t)) = (cond, self.known.t) {
+            return self.ops(if t { then } else { otherwise });
+        }
         // Only one arm: jump past it. Two: the first ends with a jump past the second.
         let (first, second, holds) = if then.is_empty() { (otherwise, then, false) } else { (then, otherwise, true) };
         let (other, end) = (self.asm.label(), self.asm.label());
         match cond {
-            Cond::Acc => self.asm.branch(if holds { Kind::Brtc } else { Kind::Brts }, other),
+            Cond::Acc => self.asm.jump(Jump::If(if holds { Kind::Brtc } else { Kind::Brts }), other),
             Cond::Bit(bit) => {
                 let (reg, n) = self.fetch(bit);
+                if let ([Op::Acc(value)], []) = (first, second)
+                    && self.known.t != Some(*value)
+                {
+                    // One instruction: the skip goes past it.
+                    self.asm.op(if holds { Kind::Sbrc } else { Kind::Sbrs }, &[reg, n]);
+                    self.asm.op(if *value { Kind::Set } else { Kind::Clt }, &[]);
+                    self.known.t = None;
+                    return;
+                }
                 self.asm.op(if holds { Kind::Sbrs } else { Kind::Sbrc }, &[reg, n]);
-                self.asm.jump(other);
+                self.asm.jump(Jump::To, other);
             }
             Cond::Compare(compare) => {
                 let (yes, no) = self.compare(&compare);
-                self.asm.branch(if holds { no } else { yes }, other);
+                self.asm.jump(Jump::If(if holds { no } else { yes }), other);
             }
         }
         let before = self.known;
@@ -392,7 +283,7 @@ impl<'a> Select<'a> {
         self.ops(first);
         let after_first = self.known;
         if !second.is_empty() {
-            self.asm.jump(end);
+            self.asm.jump(Jump::To, end);
         }
         self.asm.place(other);
         self.known = with_t(!holds);

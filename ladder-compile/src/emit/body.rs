@@ -199,6 +199,10 @@ impl<'a> Body<'a> {
 
     fn math(&self, op: Math, dst: Word, a: Value, b: Value) -> String {
         let width = self.ir.bytes(dst);
+        // Compilers warn of constants that wrap.
+        if let (Value::Const(a), Value::Const(b)) = (a, b) {
+            return literal(wrapped(folded(op, a, b), width));
+        }
         let sign = match op {
             Math::Add => '+',
             Math::Sub => '-',
@@ -278,7 +282,30 @@ impl<'a> Body<'a> {
             Rel::Lt => "<",
             Rel::Ge => ">=",
         };
+        // Compilers warn of comparisons that are decided before they are made.
+        let decided = match compare.b {
+            Value::Cell(b) => (b == compare.a).then_some(matches!(compare.rel, Rel::Eq | Rel::Ge)),
+            Value::Const(b) => decided(compare.rel, b, self.ir.bytes(compare.a)),
+        };
+        if let Some(value) = decided {
+            return u8::from(value).to_string();
+        }
         format!("{} {rel} {}", self.word(compare.a), self.value(compare.b))
+    }
+}
+
+/// What a comparison of every number of `bytes` bytes with `b` gives, where that is the same for all.
+fn decided(rel: Rel, b: i32, bytes: u8) -> Option<bool> {
+    let least = i32::MIN >> (32 - 8 * u32::from(bytes.clamp(1, 4)));
+    let (below, above) = (b < least, b > !least);
+    match rel {
+        Rel::Lt if b == least => Some(false),
+        Rel::Ge if b == least => Some(true),
+        _ if !below && !above => None,
+        Rel::Eq => Some(false),
+        Rel::Ne => Some(true),
+        Rel::Lt => Some(above),
+        Rel::Ge => Some(below),
     }
 }
 
@@ -289,6 +316,23 @@ pub(super) fn literal(constant: i32) -> String {
         (-0x8000, _) => "(-32767 - 1)".to_owned(),
         (_, 1 | 2) => constant.to_string(),
         _ => format!("{constant}L"),
+    }
+}
+
+/// The low four bytes of what an operation on constants gives.
+fn folded(op: Math, a: i32, b: i32) -> i32 {
+    match (op, b) {
+        (Math::Add, b) => a.wrapping_add(b),
+        (Math::Sub, b) => a.wrapping_sub(b),
+        (Math::Mul, b) => a.wrapping_mul(b),
+        (Math::Div, 0) => {
+            if a < 0 {
+                1
+            } else {
+                -1
+            }
+        }
+        (Math::Div, b) => a.wrapping_div(b),
     }
 }
 

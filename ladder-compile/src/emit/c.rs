@@ -34,7 +34,7 @@ pub fn from_ir(program: &Program, ir: &Ir) -> Source {
     let mut text = head(&plan);
     text += helpers::TYPES;
     text += &hooks(&plan);
-    text += &tables::tables(ir, &names);
+    text += &tables::tables(ir, &names, &scan);
     text += &helpers::helpers(&scan);
     text += &cells(ir, &names);
     let _ =
@@ -142,7 +142,7 @@ fn hooks(plan: &Plan<'_>) -> String {
 fn cells(ir: &Ir, names: &Spelling) -> String {
     let mut text = "\
 \n#ifndef PLC_BIT
-#if defined(__SDCC_mcs51) || defined(SDCC_mcs51)
+#if defined(__SDCC_mcs51)
 #define PLC_BIT __bit
 #else
 #define PLC_BIT unsigned char

@@ -116,7 +116,7 @@ pub(super) fn helpers(body: &str) -> String {
         text += "\
 \n/* The low bits of a result as a number with sign. The compilers named here convert so themselves; the other way is
    right with every compiler. */
-#if (defined(__GNUC__) || defined(SDCC)) && !defined(PLC_PORTABLE)
+#if (defined(__GNUC__) || defined(__SDCC)) && !defined(PLC_PORTABLE)
 #define PLC_WRAPS
 #endif
 ";

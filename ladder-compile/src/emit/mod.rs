@@ -3,6 +3,7 @@
 //! All of them are told from the intermediate code that the images are made of, so an element has one meaning in this
 //! crate. The parts that C and sketch share stand in `body` and `helpers`.
 
+pub mod arduino;
 mod body;
 pub mod bytecode;
 pub mod c;

@@ -64,7 +64,7 @@ const MACROS: &str = "
 #define PLC_SHORT(t, i) ((plc16)pgm_read_word(&(t)[i]))
 #define PLC_LONG(t, i) ((plc32)pgm_read_dword(&(t)[i]))
 #else
-#if defined(SDCC)
+#if defined(__SDCC)
 #define PLC_TABLE __code const
 #else
 #define PLC_TABLE const
@@ -76,10 +76,16 @@ const MACROS: &str = "
 #endif
 ";
 
-/// The tables, twelve values a line; nothing where there are none.
-pub(super) fn tables(ir: &Ir, names: &Spelling) -> String {
-    let mut text = if ir.tables.is_empty() { String::new() } else { MACROS.to_owned() };
+/// The tables that `scan` reads, twelve values a line; nothing where there are none.
+pub(super) fn tables(ir: &Ir, names: &Spelling, scan: &str) -> String {
+    let mut text = String::new();
     for (table, name) in ir.tables.iter().zip(&names.tables) {
+        if !scan.contains(&format!("({name}, ")) {
+            continue;
+        }
+        if text.is_empty() {
+            text += MACROS;
+        }
         let _ = write!(text, "static PLC_TABLE {} {name}[{}] = {{", element(table).kind(), table.values.len());
         for (n, value) in table.values.iter().enumerate() {
             let comma = if n == 0 { "" } else { "," };

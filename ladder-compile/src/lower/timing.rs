@@ -29,14 +29,15 @@ pub(super) fn starts(program: &Program) -> HashMap<&str, i32> {
     let mut starts = HashMap::new();
     for (_, element, _) in program.elements() {
         if let Element::Counter { name, init, .. } = element {
-            let start = match init {
-                Some(Operand::Const { value, .. }) => *value as i32,
-                _ => 0,
-            };
-            starts.entry(name.as_str()).or_insert(start);
+            starts.entry(name.as_str()).or_insert(start(init.as_ref()));
         }
     }
     starts
+}
+
+/// A counter's start value.
+fn start(init: Option<&Operand>) -> i32 {
+    if let Some(Operand::Const { value, .. }) = init { *value as i32 } else { 0 }
 }
 
 /// The element of each integer that uses it first in a scan.
@@ -118,7 +119,13 @@ impl Lower<'_> {
         }
     }
 
-    pub(super) fn counter(&mut self, kind: CounterKind, name: &str, max: &Operand, input: Option<char>) {
+    pub(super) fn counter(
+        &mut self,
+        kind: CounterKind,
+        name: &str,
+        max: &Operand,
+        (init, input): (Option<&Operand>, Option<char>),
+    ) {
         let word = self.word(name);
         let (n, max) = (Value::Cell(word), self.value(max));
         let input = input.unwrap_or('/');
@@ -136,8 +143,8 @@ impl Lower<'_> {
             }
             CounterKind::Ctd => vec![add(word, Math::Sub)],
             CounterKind::Ctc => {
-                let start = self.starts.get(name).copied().unwrap_or(0);
-                let back = Op::Move { dst: word, src: Value::Const(start) };
+                // It goes back to its own start value, whatever another counter of the name has.
+                let back = Op::Move { dst: word, src: Value::Const(start(init)) };
                 self.where_(CompareOp::Geq, n, max, vec![back], vec![add(word, Math::Add)])
             }
         };

@@ -1,6 +1,9 @@
 //! Random programs of what the machine has, as text.
 
 use emu_core::rng::Rng;
+use ladder::Dialect;
+
+use crate::rig::HEAD;
 
 /// What a program may have.
 #[derive(Debug, Clone, Copy)]
@@ -11,8 +14,8 @@ pub struct Wish {
     pub depth: u32,
     /// Timers and counters at most.
     pub modules: u64,
-    /// The header's first line, with the dialect that it stands for.
-    pub header: &'static str,
+    /// What it means; the file is one of release 2.3 either way.
+    pub dialect: Dialect,
 }
 
 pub struct Draw<'a> {
@@ -26,7 +29,7 @@ pub struct Draw<'a> {
 /// A program that keeps the wish. The same seed gives the same program.
 pub fn program(rng: &mut Rng, wish: Wish) -> String {
     let relays = 1 + rng.below(6);
-    let out = format!("{}\nCYCLE=10000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\n", wish.header);
+    let out = HEAD.to_owned();
     let mut draw = Draw { rng, wish, out, modules: Vec::new(), relays };
     for _ in 0..1 + draw.rng.below(wish.rungs) {
         draw.rung();
@@ -130,29 +133,24 @@ impl Draw<'_> {
         if n >= self.wish.modules {
             return if last { "COIL Ylast 0 0 0".to_owned() } else { "SHORT".to_owned() };
         }
-        let five = self.wish.header.ends_with('2');
-        let counter = self.rng.one_in(2);
-        let name = if counter { format!("C{n}") } else { format!("T{n}") };
-        self.modules.push(name.clone());
-        // LDmicro puts CTC at the end of a rung, and nothing else that times or counts.
-        if last || counter && self.rng.one_in(3) && last {
-            let max = self.limit();
-            self.modules.pop();
+        let five = self.wish.dialect == Dialect::Ldmicro5;
+        // At the end of a rung stands a CTC, elsewhere any other.
+        if last || self.rng.one_in(2) {
+            let kind = if last { "CTC" } else { ["CTU", "CTD"][self.rng.below(2) as usize] };
             self.modules.push(format!("C{n}"));
-            return self.counter("CTC", n, max, five);
-        }
-        if counter {
-            let kind = ["CTU", "CTD"][self.rng.below(2) as usize];
             let max = self.limit();
             return self.counter(kind, n, max, five);
         }
+        self.modules.push(format!("T{n}"));
         let kind = ["TON", "TOF", "RTO"][self.rng.below(3) as usize];
         let scans = 2 + self.rng.below(5);
-        format!("{kind} {name} {}", scans * 10_000)
+        format!("{kind} T{n} {}", scans * 10_000)
     }
 
     fn counter(&mut self, kind: &str, n: u64, max: i64, five: bool) -> String {
         if five {
+            // No number above the largest is below it: that limit is refused.
+            let max = if kind == "CTD" { max.min(32_766) } else { max };
             let input = ['/', '\\', '-', 'o'][self.rng.below(4) as usize];
             format!("{kind} C{n} {max} 0 {input}")
         } else {

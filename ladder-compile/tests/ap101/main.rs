@@ -5,3 +5,5 @@ mod fits;
 mod plain;
 mod random;
 mod rig;
+#[path = "../../../tests/ladder/mod.rs"]
+mod table;

@@ -2,7 +2,7 @@
 
 use emu_ap101::Ap101;
 use emu_core::{Cpu, Event, Level, PinId, Probe, Stop, Time};
-use ladder::{Program, SymbolKind};
+use ladder::{Dialect, Program, SymbolKind};
 use ladder_compile::Place;
 use ladder_compile::ap101::TARGETS;
 use ladder_compile::ir::{BitRole, Ir};
@@ -14,11 +14,18 @@ use ladder_eval::Evaluator;
 
 pub const TARGET: &Target = &TARGETS[0];
 
-/// A program of these rungs: 10 ms, 1 MHz. A text that begins with a header is taken as it is.
+/// What stands before the rungs of a program: 10 ms, 1 MHz.
+pub const HEAD: &str = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\n";
+
+/// A program of these rungs. A text that begins with a header is taken as it is.
 pub fn program(text: &str) -> Program {
-    let head = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\n";
-    let text = if text.starts_with("LDmicro") { text.to_owned() } else { format!("{head}{text}\n") };
-    match ladder::parse("test.ld", &text) {
+    program_in(text, Dialect::Ldmicro23)
+}
+
+/// The same in a dialect.
+pub fn program_in(text: &str, dialect: Dialect) -> Program {
+    let text = if text.starts_with("LDmicro") { text.to_owned() } else { format!("{HEAD}{text}\n") };
+    match ladder::parse_with("test.ld", &text, ladder::Options { dialect: Some(dialect) }) {
         Ok(parsed) => parsed.program,
         Err(errors) => panic!("{}\n{text}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")),
     }

@@ -126,7 +126,6 @@ impl<'a> Machine<'a> {
             }
             Op::ReadAdc { dst, input } => self.put(*dst, self.adc[*input as usize].into()),
             Op::SetPwm { duty } => self.duty = Some(self.value(*duty).clamp(0, 100) as u8),
-            Op::Module { .. } => panic!("no modules here"),
             Op::Send { value } => self.sent.push(self.value(*value) as u8),
             Op::Receive { dst } => {
                 let byte = self.received.take();

@@ -3,6 +3,7 @@
 
 pub mod bench;
 pub mod interp;
+pub mod ladders;
 pub mod programs;
 
 use emu_avr::Avr;

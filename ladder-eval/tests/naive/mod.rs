@@ -1,9 +1,11 @@
-//! A second interpreter of the simple elements: recursive over the model, state in maps by name, arithmetic in 64 bits
-//! brought back by remainders. Slow and plain on purpose; it shares no code with the evaluator.
+//! A second interpreter: recursive over the model, state in maps by name, arithmetic in 64 bits brought back by remainders,
+//! times as the scan at which something is free again, digits in closed form. Slow and plain on purpose; it shares no code
+//! with the evaluator, but for the pieces of a string, which are syntax.
 
 use std::collections::HashMap;
 
-use ladder::{CompareOp, CounterKind, Element, ElementId, MathOp, Node, Operand, Program, TimerKind};
+use ladder::format::{Piece, pieces};
+use ladder::{CompareOp, CounterKind, Dialect, Element, ElementId, Format, MathOp, Node, Operand, Program, TimerKind};
 
 /// What was seen at one element: rung bit before and after.
 pub type Seen = (ElementId, bool, bool);
@@ -13,17 +15,62 @@ pub type Seen = (ElementId, bool, bool);
 pub struct Naive {
     pub bits: HashMap<String, bool>,
     pub integers: HashMap<String, i64>,
+    /// What a conversion gives, by name.
+    pub levels: HashMap<String, i64>,
+    /// The byte that the last scan sent.
+    pub sent: Option<u8>,
+    /// The byte that waits.
+    pub waiting: Option<u8>,
+    pub duty: Option<i64>,
+    /// The EEPROM by address; what is absent is FFh.
+    pub cells: HashMap<usize, u8>,
     remembered: HashMap<(u32, u32), bool>,
     relay: bool,
     place: (u32, u32),
     seen: Vec<Seen>,
+    /// Bytes of the integers, and what a RES stores.
+    widths: HashMap<String, u32>,
+    starts: HashMap<String, i64>,
+    /// Address of the first cell of each PERSIST.
+    addresses: HashMap<(u32, u32), usize>,
+    /// Number of this scan, and those from which on transmitter and EEPROM are free.
+    now: u64,
+    line_free: u64,
+    cells_free: u64,
+    /// Of a string that is being sent: the next character, and the number that it shows once it is read.
+    texts: HashMap<(u32, u32), (usize, i64)>,
 }
 
 impl Naive {
+    /// The state at power-up.
+    pub fn new(program: &Program) -> Naive {
+        let widths = program.symbols().into_iter().map(|s| (s.name, s.bytes.into())).collect();
+        let mut naive = Naive { widths, ..Naive::default() };
+
+        let mut address = 0;
+        for (ElementId { rung, index }, element, _) in program.elements() {
+            match element {
+                Element::Counter { name, init, .. } if !naive.starts.contains_key(name) => {
+                    let start = init.as_ref().map_or(0, |init| naive.of(init));
+                    naive.store(name, start);
+                    naive.starts.insert(name.clone(), start);
+                }
+                Element::Persist { name } => {
+                    naive.addresses.insert((rung, index), address);
+                    address += naive.widths[name] as usize;
+                }
+                _ => {}
+            }
+        }
+        naive
+    }
+
     /// One scan; gives what happened at each element.
     pub fn scan(&mut self, program: &Program) -> Vec<Seen> {
         self.relay = true;
         self.seen.clear();
+        self.now += 1;
+        self.sent = None;
         for (r, rung) in program.rungs.iter().enumerate() {
             self.place = (r as u32, 0);
             self.series(&rung.series, self.relay, program);
@@ -83,28 +130,115 @@ impl Naive {
                 self.remembered.insert(self.place, power);
                 !power && before
             }
-            Element::Timer { kind, name, delay, .. } => {
-                let scans = self.of(delay) / program.settings.cycle_us as i64 - 1;
-                self.timer(*kind, name, scans, power, before)
+            Element::Timer { kind, name, delay, adjust } => {
+                let usual = if (program.dialect, program.format) == (Dialect::Ldmicro5, Format::V02) { 0 } else { -1 };
+                let scans = self.of(delay) / program.settings.cycle_us as i64;
+                let adjust = adjust.as_ref().map_or(usual, |adjust| self.of(adjust));
+                self.timer(*kind, name, scans + adjust, power, before)
             }
-            Element::Counter { kind, name, max, .. } => {
-                let max = self.of(max);
+            Element::Counter { kind, name, max, input, init } => {
                 self.remembered.insert(self.place, power);
-                if power && !before {
-                    let n = self.integer(name);
+                let counts = match input {
+                    Some('\\') => before && !power,
+                    Some('-') => power,
+                    Some('o') => !power,
+                    _ => power && !before,
+                };
+                let bounded = program.dialect == Dialect::Ldmicro5;
+                if counts {
+                    let (n, max) = (self.integer(name), self.of(max));
                     let next = match kind {
+                        CounterKind::Ctu if bounded && n >= max => n,
+                        CounterKind::Ctd if bounded && n <= max => n,
                         CounterKind::Ctu => n + 1,
                         CounterKind::Ctd => n - 1,
                         CounterKind::Ctc if n < max => n + 1,
-                        CounterKind::Ctc => 0,
+                        CounterKind::Ctc => init.as_ref().map_or(0, |init| self.of(init)),
                     };
                     self.store(name, next);
                 }
-                if *kind == CounterKind::Ctc { power } else { self.integer(name) >= max }
+                let (n, max) = (self.integer(name), self.of(max));
+                match kind {
+                    CounterKind::Ctc => power,
+                    CounterKind::Ctd if bounded => n > max,
+                    _ => n >= max,
+                }
             }
             Element::Res { name } => {
                 if power {
-                    self.store(name, 0);
+                    self.store(name, self.starts.get(name).copied().unwrap_or(0));
+                }
+                power
+            }
+            Element::ShiftRegister { name, stages } => {
+                self.remembered.insert(self.place, power);
+                if power && !before {
+                    let held: Vec<i64> = (0..*stages).map(|stage| self.integer(&format!("{name}{stage}"))).collect();
+                    for (stage, value) in (1..*stages).zip(held) {
+                        self.store(&format!("{name}{stage}"), value);
+                    }
+                }
+                power
+            }
+            Element::LookUpTable { dest, index, values, .. } => {
+                let at = self.of(index);
+                if power && at >= 0 && at < values.len() as i64 {
+                    self.store(dest, values[at as usize]);
+                }
+                power
+            }
+            Element::PiecewiseLinear { dest, index, points } => {
+                let x = self.of(index);
+                let after = (1..points.len()).find(|&i| x <= points[i].0).filter(|_| power);
+                if let Some(after) = after {
+                    let ((x0, y0), (x1, y1)) = (points[after - 1], points[after]);
+                    let fits = |v: i64| (-0x8000..0x8000).contains(&v);
+                    let short =
+                        points.iter().all(|(x, y)| fits(*x) && fits(*y)) && self.short(dest) && self.short(index);
+                    let bits = if short { 16 } else { 32 };
+                    let product = around(around(x - x0, bits) * (y1 - y0), bits);
+                    self.store(dest, around(y0 + divide(product, x1 - x0), bits));
+                }
+                power
+            }
+            Element::ReadAdc { name, .. } => {
+                if power {
+                    self.store(name, self.levels.get(name).copied().unwrap_or(0));
+                }
+                power
+            }
+            Element::SetPwm { duty, .. } => {
+                if power {
+                    self.duty = Some(self.of(duty).clamp(0, 100));
+                }
+                power
+            }
+            Element::UartSend { name, .. } => {
+                if power && self.now >= self.line_free {
+                    self.transmit(self.integer(name).rem_euclid(256) as u8, program);
+                }
+                self.now < self.line_free
+            }
+            Element::UartRecv { name, .. } => match (power, self.waiting) {
+                (true, Some(byte)) => {
+                    self.waiting = None;
+                    self.store(name, byte.into());
+                    true
+                }
+                _ => false,
+            },
+            Element::FormattedString { var, text, quoted } => {
+                self.remembered.insert(self.place, power);
+                let pieces = pieces(text, *quoted).expect("a sound text");
+                if power && !before {
+                    self.texts.insert(self.place, (0, 0));
+                }
+                self.string(&pieces, var.as_deref(), program)
+            }
+            Element::Persist { name } => {
+                if power && self.now >= self.cells_free {
+                    self.persist(name, before, program);
+                    self.remembered.insert(self.place, true);
                 }
                 power
             }
@@ -139,7 +273,7 @@ impl Naive {
                         CompareOp::Leq => difference <= 0,
                     }
             }
-            other => panic!("the generator gives no {other:?}"),
+            Element::Placeholder => panic!("the generator gives no placeholder"),
         }
     }
 
@@ -179,10 +313,100 @@ impl Naive {
         self.integers.get(name).copied().unwrap_or(0)
     }
 
-    /// Stores the number of 16 bits that is congruent to `value`.
+    /// Stores the number of the integer's width that is congruent to `value`.
     pub fn store(&mut self, name: &str, value: i64) {
-        self.integers.insert(name.to_owned(), (value + 0x8000).rem_euclid(0x1_0000) - 0x8000);
+        let bits = 8 * self.widths.get(name).copied().unwrap_or(2);
+        self.integers.insert(name.to_owned(), around(value, bits));
     }
+
+    /// Whether an operand, or a variable by its name, has at most 16 bits.
+    fn short<'a>(&self, operand: impl Into<Short<'a>>) -> bool {
+        match operand.into() {
+            Short::Name(name) => self.widths[name] <= 2,
+            Short::Value(value) => (-0x8000..0x8000).contains(&value),
+        }
+    }
+
+    fn transmit(&mut self, byte: u8, program: &Program) {
+        let rate = program.settings.baud.expect("a rate") * program.settings.cycle_us;
+        self.sent = Some(byte);
+        self.line_free = self.now + (10_000_000 / rate + u64::from(10_000_000 % rate != 0)).max(1);
+    }
+
+    fn string(&mut self, pieces: &[Piece], var: Option<&str>, program: &Program) -> bool {
+        let Some(&(at, mut shown)) = self.texts.get(&self.place) else { return false };
+        if at < pieces.len() && self.now >= self.line_free {
+            let value = var.map_or(0, |name| self.integer(name));
+            let places = pieces.iter().filter(|p| matches!(p, Piece::Digit { .. })).count() as u32;
+            let signed = pieces.contains(&Piece::Sign);
+            let byte = match pieces[at] {
+                Piece::Byte(byte) => byte,
+                Piece::Sign => {
+                    let bits = 8 * self.widths[var.expect("a variable")];
+                    shown = around(value.abs(), bits);
+                    if value < 0 { b'-' } else { b' ' }
+                }
+                Piece::Digit { divisor, first, last } => {
+                    if first && !signed {
+                        shown = value;
+                    }
+                    let above = if first { shown } else { shown % (i64::from(divisor) * 10) };
+                    let blank = shown / i64::from(divisor) == 0 && !last && places > 1;
+                    if blank { b' ' } else { (48 + above / i64::from(divisor)).rem_euclid(256) as u8 }
+                }
+            };
+            self.transmit(byte, program);
+            self.texts.insert(self.place, (at + 1, shown));
+        }
+        let left = self.texts[&self.place].0 < pieces.len();
+        if !left {
+            self.texts.remove(&self.place);
+        }
+        left
+    }
+
+    fn persist(&mut self, name: &str, loaded: bool, program: &Program) {
+        let (from, count) = (self.addresses[&self.place], self.widths[name] as usize);
+        let byte = |value: i64, place: usize| value.div_euclid(256_i64.pow(place as u32)).rem_euclid(256) as u8;
+        let held = |naive: &Naive, place: usize| naive.cells.get(&(from + place)).copied().unwrap_or(255);
+        if !loaded {
+            let value = (0..count).map(|place| i64::from(held(self, place)) * 256_i64.pow(place as u32)).sum();
+            return self.store(name, value);
+        }
+        let value = self.integer(name);
+        if let Some(place) = (0..count).find(|&place| held(self, place) != byte(value, place)) {
+            self.cells.insert(from + place, byte(value, place));
+            let cycle = program.settings.cycle_us;
+            self.cells_free = self.now + 10_000 / cycle + u64::from(10_000 % cycle != 0);
+        }
+    }
+}
+
+/// What may be short.
+enum Short<'a> {
+    Name(&'a str),
+    Value(i64),
+}
+
+impl<'a> From<&'a String> for Short<'a> {
+    fn from(name: &'a String) -> Self {
+        Short::Name(name)
+    }
+}
+
+impl<'a> From<&'a Operand> for Short<'a> {
+    fn from(operand: &'a Operand) -> Self {
+        match operand {
+            Operand::Var(name) => Short::Name(name),
+            Operand::Const { value, .. } => Short::Value(*value),
+        }
+    }
+}
+
+/// The number of so many bits that is congruent to `value`.
+fn around(value: i64, bits: u32) -> i64 {
+    let half = 1 << (bits - 1);
+    (value + half).rem_euclid(2 * half) - half
 }
 
 /// The quotient of the magnitudes with the sign of the operands; by zero -1, or 1 below zero.

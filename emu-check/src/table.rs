@@ -1,0 +1,125 @@
+//! Several programs on several chips: what came of each, as a table and as one document.
+
+use std::fmt::Write;
+
+use diag::Diagnostic;
+use serde::Serialize;
+
+use crate::report::{Report, SCHEMA, counted};
+
+/// What came of one program on one chip.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// It was checked.
+    Checked(Box<Report>),
+    /// It was refused.
+    Refused(Refused),
+}
+
+/// Why there was nothing to check.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Refused {
+    /// Name of the program's file.
+    pub program: String,
+    /// The chip.
+    pub mcu: String,
+    /// Why.
+    pub errors: Vec<Diagnostic>,
+}
+
+/// Many checks. `docs/check.md` describes its JSON.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Version of this shape, [`SCHEMA`].
+    pub schema: u32,
+    /// Nothing that was checked differed.
+    pub agreed: bool,
+    /// Reports, program by program, chip by chip.
+    pub checks: Vec<Report>,
+    /// What was not checked, in the same order.
+    pub refused: Vec<Refused>,
+}
+
+impl Summary {
+    /// All outcomes in one document.
+    #[must_use]
+    pub fn new(outcomes: Vec<Outcome>) -> Summary {
+        let (mut checks, mut refused) = (Vec::new(), Vec::new());
+        for outcome in outcomes {
+            match outcome {
+                Outcome::Checked(report) => checks.push(*report),
+                Outcome::Refused(why) => refused.push(why),
+            }
+        }
+        Summary { schema: SCHEMA, agreed: checks.iter().all(|report| report.agreed), checks, refused }
+    }
+}
+
+/// Heads of the columns; the first two and the verdict stand left, numbers right.
+const HEADS: [&str; 12] =
+    ["program", "chip", "verdict", "scans", "code", "RAM", "period", "worst", "bound", "mean", "slack", "worst rung"];
+
+/// A line for each outcome: sizes in bytes; times of a scan outside of its wait in clocks of the oscillator. Reasons of refusals follow.
+#[must_use]
+pub fn table(outcomes: &[Outcome]) -> String {
+    let mut rows: Vec<Vec<String>> = vec![HEADS.map(str::to_owned).to_vec()];
+    let mut reasons = String::new();
+    for outcome in outcomes {
+        match outcome {
+            Outcome::Checked(report) => rows.push(row(report)),
+            Outcome::Refused(Refused { program, mcu, errors }) => {
+                rows.push(vec![program.clone(), mcu.clone(), "refused".to_owned()]);
+                for error in errors {
+                    let hint = if error.hint.is_empty() { String::new() } else { format!("; {}", error.hint) };
+                    _ = writeln!(reasons, "  {program} on {mcu}: {}{hint} [{}]", error.cause, error.code);
+                }
+            }
+        }
+    }
+    let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
+    let widths: Vec<usize> = (0..HEADS.len()).map(|column| width(column).unwrap_or(0)).collect();
+    let mut text = String::new();
+    for row in &rows {
+        let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, &width))| match column {
+            0..=2 => format!("{cell:<width$}"),
+            _ => format!("{cell:>width$}"),
+        });
+        let line = cells.collect::<Vec<_>>().join("  ");
+        _ = writeln!(text, "{}", line.trim_end());
+    }
+    let checked = outcomes.iter().filter(|outcome| matches!(outcome, Outcome::Checked(_))).count();
+    let differ = outcomes.iter().filter(|o| matches!(o, Outcome::Checked(report) if !report.agreed)).count();
+    let all = counted(checked as u64, "check");
+    _ = writeln!(text, "{all}: {} agree, {differ} differ; {} refused", checked - differ, outcomes.len() - checked);
+    if !reasons.is_empty() {
+        _ = writeln!(text, "refused:\n{}", reasons.trim_end());
+    }
+    text
+}
+
+fn row(report: &Report) -> Vec<String> {
+    let figures = &report.figures;
+    let clocks = |cycles: u64| cycles.saturating_mul(figures.clocks_per_cycle).to_string();
+    let rung = figures.rungs.iter().filter_map(|rung| Some((rung.cycles_max?, rung.rung))).max_by_key(|rung| rung.0);
+    let times = |cycles: &str| match cycles.split_once('/') {
+        None => cycles.parse().map_or_else(|_| cycles.to_owned(), clocks),
+        Some((num, den)) => {
+            let ratio = num.parse::<f64>().ok().zip(den.parse::<f64>().ok()).map(|(num, den)| num / den);
+            ratio.map_or_else(|| cycles.to_owned(), |ratio| format!("{:.2}", ratio * figures.clocks_per_cycle as f64))
+        }
+    };
+    vec![
+        report.program.clone(),
+        report.mcu.clone(),
+        if report.agreed { "agrees" } else { "DIFFERS" }.to_owned(),
+        report.scans.to_string(),
+        figures.code_bytes.to_string(),
+        figures.ram_bytes.to_string(),
+        times(&figures.period_cycles),
+        clocks(figures.scan_cycles_max),
+        clocks(figures.scan_cycles_bound),
+        format!("{:.1}", figures.scan_cycles_mean * figures.clocks_per_cycle as f64),
+        clocks(figures.slack_cycles),
+        rung.map_or_else(String::new, |(cycles, rung)| format!("{} ({rung})", clocks(cycles))),
+    ]
+}

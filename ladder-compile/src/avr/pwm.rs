@@ -1,0 +1,149 @@
+//! The PWM output: timer 2 counts all of its 256 values, up or up and down, and drives its pin by OCR2.
+
+use emu_avr::isa::Kind;
+use emu_avr::periph::timers::Tap;
+
+use super::arch::{Asm, Jump};
+use super::regs::{self, A, LOW_ZERO, Regs, SCRATCH, ZERO};
+use crate::target::{Job, Refusal};
+
+/// How timer 2 is set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pwm {
+    /// Clock select bits.
+    select: u8,
+    /// Clocks per tick.
+    prescale: u16,
+    /// Phase correct: the timer counts up and down. Else fast: it counts up.
+    phase: bool,
+}
+
+/// Ticks of a period of fast and of phase correct PWM.
+const FAST: u64 = 256;
+const PHASE: u64 = 510;
+
+impl Pwm {
+    /// Clocks of a period.
+    #[must_use]
+    pub fn period(&self) -> u64 {
+        u64::from(self.prescale) * if self.phase { PHASE } else { FAST }
+    }
+
+    /// Steps of the duty.
+    #[must_use]
+    pub fn steps(&self) -> u32 {
+        if self.phase { 255 } else { 256 }
+    }
+
+    /// What OCR2 holds for a duty in percent, 0 to 100; nothing where the pin is to be low and OCR2 cannot say so: fast PWM
+    /// is high for one tick at least.
+    fn compare(&self, percent: i32) -> Option<i32> {
+        match (self.phase, percent) {
+            (false, 0) => None,
+            _ => Some((percent * self.factor() >> 8) - i32::from(!self.phase)),
+        }
+    }
+
+    /// Steps of one percent times 256, rounded so that 100 percent are all of them.
+    fn factor(&self) -> i32 {
+        if self.phase { 653 } else { 656 }
+    }
+}
+
+/// The setting nearest to the frequency that the program asks for.
+///
+/// # Errors
+/// More than 5 % off.
+pub fn plan(job: &Job<'_>, taps: &[Tap]) -> Result<Option<Pwm>, Refusal> {
+    let Some(hertz) = job.ir.pwm_hz.map(u64::from) else { return Ok(None) };
+    let clock = job.clock_hz;
+    let settings = taps.iter().zip(0..).filter_map(|(tap, select)| match tap {
+        Tap::Div(prescale) => Some((*prescale, select)),
+        _ => None,
+    });
+    let settings = settings.flat_map(|(prescale, select)| [false, true].map(|phase| Pwm { select, prescale, phase }));
+    // |clock / period - hertz|, by a denominator that is a multiple of all periods.
+    let off = |pwm: &Pwm| u128::from(clock.abs_diff(hertz.saturating_mul(pwm.period())));
+    let best = settings.min_by_key(|pwm| off(pwm) * (1 << 40) / u128::from(pwm.period()));
+    let Some(best) = best else { return Err(Refusal::Pwm { nearest: 0 }) };
+    if off(&best) * 20 > u128::from(hertz) * u128::from(best.period()) {
+        return Err(Refusal::Pwm { nearest: (2 * clock / best.period()).div_ceil(2) });
+    }
+    Ok(Some(best))
+}
+
+/// TCCR2 of the older chips, TCCR2A of the others.
+const MODE: &[&str] = &["TCCR2A", "TCCR2"];
+const COMPARE: &[&str] = &["OCR2A", "OCR2"];
+/// Holds MODE while the duty is reckoned.
+const MODE_REG: i32 = regs::BYTE;
+
+impl Pwm {
+    /// MODE with the pin driven by the timer, or left to its port.
+    fn mode(&self, regs: &Regs, driven: bool) -> i32 {
+        let mut bits: Vec<&[&str]> = vec![&["WGM20"]];
+        if !self.phase {
+            bits.push(&["WGM21"]);
+        }
+        if driven {
+            bits.push(&["COM2A1", "COM21"]);
+        }
+        let clock = if regs.has("TCCR2B") { 0 } else { i32::from(self.select) };
+        regs.mask(&bits) | clock
+    }
+
+    /// Starts the timer with the pin low.
+    pub fn start(&self, asm: &mut Asm, regs: &Regs) {
+        regs::set(asm, regs.addr(MODE), self.mode(regs, false), 24);
+        if regs.has("TCCR2B") {
+            regs::set(asm, regs.addr(&["TCCR2B"]), self.select.into(), 24);
+        }
+    }
+
+    /// The duty := a constant.
+    pub fn constant(&self, asm: &mut Asm, regs: &Regs, duty: i32) {
+        let compare = self.compare(duty.clamp(0, 100));
+        if let Some(compare) = compare {
+            regs::set(asm, regs.addr(COMPARE), compare, SCRATCH);
+        }
+        regs::set(asm, regs.addr(MODE), self.mode(regs, compare.is_some()), SCRATCH);
+    }
+
+    /// The duty := the lowest `bytes` bytes of A, which are lost.
+    pub fn variable(&self, asm: &mut Asm, regs: &Regs, bytes: usize) {
+        let in_range = asm.label();
+        let low = A[0];
+        let high = A.into_iter().take(bytes).next_back().unwrap_or(low);
+        asm.op(Kind::Cpi, &[low, 101]);
+        A.into_iter().take(bytes).skip(1).for_each(|reg| asm.op(Kind::Cpc, &[reg, ZERO]));
+        asm.jump(Jump::If(Kind::Brlt), in_range);
+        asm.op(Kind::Ldi, &[low, 100]);
+        asm.place(in_range);
+        asm.op(Kind::Sbrc, &[high, 7]);
+        asm.op(Kind::Ldi, &[low, 0]);
+        if !self.phase {
+            let driven = asm.label();
+            asm.op(Kind::Ldi, &[MODE_REG, self.mode(regs, true)]);
+            asm.op(Kind::And, &[low, low]);
+            asm.jump(Jump::If(Kind::Brne), driven);
+            asm.op(Kind::Ldi, &[MODE_REG, self.mode(regs, false)]);
+            asm.place(driven);
+        }
+        // The factor is 512 and some more.
+        asm.op(Kind::Ldi, &[SCRATCH, self.factor() - 512]);
+        asm.op(Kind::Mul, &[low, SCRATCH]);
+        asm.op(Kind::Add, &[low, low]);
+        asm.op(Kind::Add, &[low, ZERO]);
+        if !self.phase {
+            asm.op(Kind::Dec, &[low]);
+        }
+        asm.op(Kind::Eor, &[ZERO, ZERO]);
+        asm.op(Kind::Eor, &[LOW_ZERO, LOW_ZERO]);
+        regs::write(asm, regs.addr(COMPARE), low);
+        if self.phase {
+            regs::set(asm, regs.addr(MODE), self.mode(regs, true), SCRATCH);
+        } else {
+            regs::write(asm, regs.addr(MODE), MODE_REG);
+        }
+    }
+}

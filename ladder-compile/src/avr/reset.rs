@@ -1,0 +1,187 @@
+//! From reset to the start of the pacing timer: memory, registers, ports, peripherals, whatever they held.
+
+use emu_avr::isa::Kind;
+
+use super::arch::{Asm, Jump};
+use super::devices::Devices;
+use super::layout::{Home, Layout};
+use super::regs::{self, LOW_ZERO, Regs, ZERO};
+use super::runtime::{wait_clear, wait_clocks};
+use crate::target::Job;
+
+/// Up to so many words of instructions RAM, and the registers, are cleared one by one; above them by a loop of that size.
+const LOOP: usize = 5;
+
+/// Clocks of the converter that a conversion takes, and those in which it waits for its clock.
+const CONVERSION: u32 = 14;
+/// The same for the first conversion.
+const FIRST_CONVERSION: u32 = 26;
+/// Instructions around a conversion, in clocks, which its wait covers too.
+const AROUND: u32 = 8;
+/// The fastest clock of the converter at which it has its full resolution, in Hz.
+const CONVERTER_HZ: u64 = 200_000;
+
+/// Pins of the debugging interface, which the program takes from it.
+const JTAG: &[(&str, &[&str])] = &[
+    ("atmega16", &["PC2", "PC3", "PC4", "PC5"]),
+    ("atmega32", &["PC2", "PC3", "PC4", "PC5"]),
+    ("atmega64", &["PF4", "PF5", "PF6", "PF7"]),
+    ("atmega128", &["PF4", "PF5", "PF6", "PF7"]),
+    ("atmega162", &["PC4", "PC5", "PC6", "PC7"]),
+];
+
+/// Memory and registers; `calls`: the program has subroutines.
+pub fn memory(asm: &mut Asm, regs: &Regs, layout: &Layout, job: &Job<'_>, calls: bool) {
+    let chip = job.target.chip;
+    asm.op(Kind::Eor, &[ZERO, ZERO]);
+    let at_end = emu_avr::chips::part(chip.name).is_some_and(|part| part.stack_at_end);
+    if calls && !at_end {
+        let [low, high] = (chip.ram_start + (chip.ram_len - 1)).to_le_bytes();
+        regs::set(asm, regs.addr(&["SPH"]), high.into(), 24);
+        regs::set(asm, regs.addr(&["SPL"]), low.into(), 24);
+    }
+    let bytes = usize::from(layout.ram_bytes);
+    if bytes > LOOP {
+        clear_ram(asm, layout);
+    }
+    clear_registers(asm, &layout.registers);
+    if bytes > 0 {
+        let [low, high] = layout.ram_start.to_le_bytes();
+        asm.op(Kind::Ldi, &[28, low.into()]);
+        asm.op(Kind::Ldi, &[29, high.into()]);
+    }
+    if bytes <= LOOP {
+        (0..layout.ram_bytes).for_each(|n| layout.store(asm, layout.ram_start + n, ZERO));
+    }
+    for (cell, home) in job.ir.words.iter().zip(&layout.words) {
+        for (byte, n) in cell.initial.to_le_bytes().into_iter().zip(0..cell.bytes).filter(|&(byte, _)| byte != 0) {
+            match *home {
+                Home::Reg(reg) if reg >= 16 => asm.op(Kind::Ldi, &[(reg + n).into(), byte.into()]),
+                Home::Reg(reg) => {
+                    asm.op(Kind::Ldi, &[24, byte.into()]);
+                    asm.op(Kind::Mov, &[(reg + n).into(), 24]);
+                }
+                Home::Ram(addr) => {
+                    asm.op(Kind::Ldi, &[24, byte.into()]);
+                    layout.store(asm, addr + u16::from(n), 24);
+                }
+            }
+        }
+    }
+}
+
+fn clear_ram(asm: &mut Asm, layout: &Layout) {
+    let [low, high] = layout.ram_start.to_le_bytes();
+    let [end_low, end_high] = (layout.ram_start + layout.ram_bytes).to_le_bytes();
+    asm.op(Kind::Ldi, &[30, low.into()]);
+    asm.op(Kind::Ldi, &[31, high.into()]);
+    let many = layout.ram_bytes > 256;
+    if many {
+        asm.op(Kind::Ldi, &[24, end_high.into()]);
+    }
+    let again = asm.label();
+    asm.place(again);
+    asm.op(Kind::StZi, &[ZERO]);
+    asm.op(Kind::Cpi, &[30, end_low.into()]);
+    if many {
+        asm.op(Kind::Cpc, &[31, 24]);
+    }
+    asm.repeat(Jump::If(Kind::Brne), again, layout.ram_bytes.into());
+}
+
+fn clear_registers(asm: &mut Asm, used: &[u8]) {
+    let mut words = Vec::new();
+    let mut rest = used.iter().copied().peekable();
+    while let Some(reg) = rest.next() {
+        let pair = reg % 2 == 0 && rest.next_if_eq(&(reg + 1)).is_some();
+        words.push((reg, pair));
+    }
+    if words.len() < LOOP {
+        asm.op(Kind::Eor, &[LOW_ZERO, LOW_ZERO]);
+        for (reg, pair) in words {
+            asm.op(if pair { Kind::Movw } else { Kind::Mov }, &[reg.into(), if pair { LOW_ZERO } else { ZERO }]);
+        }
+        return;
+    }
+    // Registers are data memory from address 0: Z runs down from its own place, and is zero at the end.
+    asm.op(Kind::Ldi, &[30, 30]);
+    asm.op(Kind::Ldi, &[31, 0]);
+    let again = asm.label();
+    asm.place(again);
+    asm.op(Kind::StZd, &[ZERO]);
+    asm.op(Kind::And, &[30, 30]);
+    asm.repeat(Jump::If(Kind::Brne), again, 30);
+}
+
+/// Ports: pull-ups before directions, so that no output glitches. They are as reset leaves them: inputs without pull-up.
+pub fn ports(asm: &mut Asm, regs: &Regs, layout: &Layout, job: &Job<'_>) {
+    let jtag = JTAG.iter().find(|(chip, _)| *chip == job.target.chip.name).map_or(&[][..], |&(_, pins)| pins);
+    if job.pins.iter().any(|pin| jtag.contains(&pin.pin)) {
+        // The bit counts when it is written twice within four clocks.
+        let control = regs.addr(&["MCUCSR"]);
+        regs::read(asm, 24, control);
+        asm.op(Kind::Ori, &[24, regs.mask(&[&["JTD"]])]);
+        regs::write(asm, control, 24);
+        regs::write(asm, control, 24);
+    }
+    for port in &layout.ports {
+        if port.pull_ups != 0 {
+            asm.op(Kind::Ldi, &[24, port.pull_ups.into()]);
+            regs::write(asm, regs.port("PORT", port.letter), 24);
+            if let Some(image) = port.output {
+                asm.op(Kind::Mov, &[image.into(), 24]);
+            }
+        }
+        if port.driven != 0 {
+            regs::set(asm, regs.port("DDR", port.letter), port.driven.into(), 24);
+        }
+    }
+}
+
+/// Peripherals in use.
+pub fn devices(asm: &mut Asm, regs: &Regs, devices: &Devices, job: &Job<'_>) {
+    if let Some(serial) = devices.serial {
+        serial.start(asm, regs, job);
+    }
+    if let Some(pwm) = devices.pwm {
+        pwm.start(asm, regs);
+    }
+    if let Some(&input) = devices.inputs.first() {
+        // The first conversion takes longer than others, so it is done with here.
+        let (control, start) = (regs.addr(&["ADCSRA"]), regs.bit(&["ADSC"]));
+        regs::set(asm, regs.addr(&["ADMUX"]), input.into(), 24);
+        let bits = regs.mask(&[&["ADEN"], &["ADSC"]]) | i32::from(converter_clock(job.clock_hz));
+        regs::set(asm, control, bits, 24);
+        wait_clear(asm, control, start, turns(control, FIRST_CONVERSION, job.clock_hz));
+    }
+    if job.ir.eeprom > 0 {
+        // A write that reset has interrupted goes on.
+        let control = regs.addr(&["EECR"]);
+        wait_clear(asm, control, regs.bit(&["EEPE", "EEWE"]), u32::from(u16::MAX));
+        if regs.has("EEARH") {
+            regs::write(asm, regs.addr(&["EEARH"]), ZERO);
+        }
+    }
+}
+
+/// The analog inputs of a program: ADMUX of each, and the turns of the loop that waits for a conversion.
+#[must_use]
+pub fn converter(regs: &Regs, job: &Job<'_>) -> Option<(Vec<u8>, u32)> {
+    let channel = |name: &String| {
+        let pin = job.pins.iter().find(|pin| pin.analog && pin.name == *name)?;
+        let (_, channel) = job.target.adc.iter().find(|(known, _)| *known == pin.pin)?;
+        // The reference is the supply.
+        Some(channel | regs.mask(&[&["REFS0"]]) as u8)
+    };
+    let inputs = job.ir.adcs.iter().map(channel).collect::<Option<Vec<u8>>>()?;
+    Some((inputs, turns(regs.addr(&["ADCSRA"]), CONVERSION, job.clock_hz)))
+}
+
+/// ADPS: the clock is divided by two to this power.
+fn converter_clock(clock_hz: u64) -> u8 {
+    (1..7).find(|power| clock_hz >> power <= CONVERTER_HZ).unwrap_or(7)
+}
+
+fn turns(control: i32, conversion: u32, clock_hz: u64) -> u32 {
+    ((conversion << converter_clock(clock_hz)) + AROUND).div_ceil(wait_clocks(control))
+}

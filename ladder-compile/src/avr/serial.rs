@@ -1,0 +1,81 @@
+//! The serial line: its speed, and its start.
+
+use super::arch::Asm;
+use super::regs::{self, Regs};
+use crate::map::Ratio;
+use crate::target::{Job, Refusal};
+
+/// How the serial line is set: eight bits, no parity, one stop bit, as reset leaves it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Serial {
+    /// UBRR.
+    pub rate: u16,
+    /// U2X: eight clocks a step instead of sixteen.
+    pub double: bool,
+    /// Clocks of a bit.
+    pub bit: u64,
+}
+
+/// Error of the speed that is refused, in parts of a hundred.
+const WORST_ERROR: u64 = 2;
+
+/// The setting nearest to the speed asked for; sixteen samples a bit where both are as near.
+///
+/// # Errors
+/// More than 2 % off.
+pub fn plan(job: &Job<'_>) -> Result<Option<Serial>, Refusal> {
+    if !job.ir.uart.send && !job.ir.uart.receive {
+        return Ok(None);
+    }
+    let (clock, baud) = (job.clock_hz, job.baud.unwrap_or(0).max(1));
+    let settings = [false, true].map(|double| {
+        let step = if double { 8 } else { 16 };
+        let steps = ((2 * clock / (step * baud)).div_ceil(2)).clamp(1, 4096);
+        Serial { rate: (steps - 1) as u16, double, bit: step * steps }
+    });
+    // |clock / bit - baud|, by the common denominator.
+    let off = |serial: &Serial| clock.abs_diff(baud.saturating_mul(serial.bit));
+    let near = |serial: &Serial| u128::from(off(serial)) * 1_000_000_000 / u128::from(serial.bit);
+    let [slow, fast] = settings;
+    let best = if near(&fast) < near(&slow) { fast } else { slow };
+    if u128::from(off(&best)) * 100 > u128::from(WORST_ERROR) * u128::from(baud) * u128::from(best.bit) {
+        return Err(Refusal::Baud { nearest: (2 * clock / best.bit).div_ceil(2) });
+    }
+    Ok(Some(best))
+}
+
+/// The registers of the line: the second one where there are two.
+pub const DATA: &[&str] = &["UDR1", "UDR0", "UDR"];
+/// Status.
+pub const STATUS: &[&str] = &["UCSR1A", "UCSR0A", "UCSRA"];
+/// A byte has been received.
+pub const RECEIVED: &[&str] = &["RXC1", "RXC0", "RXC"];
+const CONTROL: &[&str] = &["UCSR1B", "UCSR0B", "UCSRB"];
+const RATE_HIGH: &[&str] = &["UBRR1H", "UBRR0H", "UBRRH"];
+const RATE_LOW: &[&str] = &["UBRR1L", "UBRR0L", "UBRRL"];
+const TRANSMIT: &[&str] = &["TXEN1", "TXEN0", "TXEN"];
+const RECEIVE: &[&str] = &["RXEN1", "RXEN0", "RXEN"];
+const DOUBLE: &[&str] = &["U2X1", "U2X0", "U2X"];
+
+impl Serial {
+    /// Starts the line; its registers are as reset leaves them.
+    pub fn start(&self, asm: &mut Asm, regs: &Regs, job: &Job<'_>) {
+        let [low, high] = self.rate.to_le_bytes();
+        if high != 0 {
+            regs::set(asm, regs.addr(RATE_HIGH), high.into(), 24);
+        }
+        regs::set(asm, regs.addr(RATE_LOW), low.into(), 24);
+        if self.double {
+            regs::set(asm, regs.addr(STATUS), regs.mask(&[DOUBLE]), 24);
+        }
+        let parts = [(job.ir.uart.send, TRANSMIT), (job.ir.uart.receive, RECEIVE)];
+        let parts: Vec<&[&str]> = parts.into_iter().filter(|part| part.0).map(|part| part.1).collect();
+        regs::set(asm, regs.addr(CONTROL), regs.mask(&parts), 24);
+    }
+
+    /// Clocks of a bit as a fraction.
+    #[must_use]
+    pub fn bit(&self) -> Ratio {
+        Ratio { num: self.bit, den: 1 }
+    }
+}

@@ -1,0 +1,124 @@
+//! The chips: their pins in the order in which they are given out, and what an image needs of their fuses.
+
+use emu_avr::chips::CHIPS;
+use emu_core::chip::Chip;
+
+use super::build;
+use crate::target::Target;
+
+/// The chips of the family that there is a compiler for.
+pub const TARGETS: &[Target] = &[
+    x8("atmega328p"),
+    x8("atmega328"),
+    x8("atmega168"),
+    x8("atmega88"),
+    x8("atmega48"),
+    x8("atmega8"),
+    m16("atmega16"),
+    m16("atmega32"),
+    m128("atmega64"),
+    m128("atmega128"),
+    Target { pins: PINS_162, uart: Some(("PB3", "PB2")), pwm: Some("PB1"), adc: &[], ..x8("atmega162") },
+];
+
+/// PC6 is reset, PB6 and PB7 carry the crystal; PD0 and PD1 come last because boards put the serial line there.
+const fn x8(name: &str) -> Target {
+    Target {
+        pins: &[
+            "PD2", "PD3", "PD4", "PD5", "PD6", "PD7", "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PC0", "PC1", "PC2",
+            "PC3", "PC4", "PC5", "PD0", "PD1",
+        ],
+        uart: Some(("PD1", "PD0")),
+        pwm: Some("PB3"),
+        adc: &[("PC0", 0), ("PC1", 1), ("PC2", 2), ("PC3", 3), ("PC4", 4), ("PC5", 5)],
+        chip: chip(name),
+        eeprom: chip(name).eeprom,
+        build,
+    }
+}
+
+/// PC2 to PC5 are the debugging interface's.
+const fn m16(name: &str) -> Target {
+    Target {
+        pins: &[
+            "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PB6", "PB7", "PD2", "PD3", "PD4", "PD5", "PD6", "PC0", "PC1",
+            "PC6", "PC7", "PA0", "PA1", "PA2", "PA3", "PA4", "PA5", "PA6", "PA7", "PD7", "PC2", "PC3", "PC4", "PC5",
+            "PD0", "PD1",
+        ],
+        pwm: Some("PD7"),
+        adc: &[("PA0", 0), ("PA1", 1), ("PA2", 2), ("PA3", 3), ("PA4", 4), ("PA5", 5), ("PA6", 6), ("PA7", 7)],
+        ..x8(name)
+    }
+}
+
+/// PF4 to PF7 are the debugging interface's, PE0 and PE1 the programmer's.
+const fn m128(name: &str) -> Target {
+    Target {
+        pins: &[
+            "PA0", "PA1", "PA2", "PA3", "PA4", "PA5", "PA6", "PA7", "PC0", "PC1", "PC2", "PC3", "PC4", "PC5", "PC6",
+            "PC7", "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PB6", "PD0", "PD1", "PD4", "PD5", "PD6", "PD7", "PE2",
+            "PE3", "PE4", "PE5", "PE6", "PE7", "PG0", "PG1", "PG2", "PG3", "PG4", "PF0", "PF1", "PF2", "PF3", "PB7",
+            "PF4", "PF5", "PF6", "PF7", "PE0", "PE1", "PD2", "PD3",
+        ],
+        uart: Some(("PD3", "PD2")),
+        pwm: Some("PB7"),
+        adc: &[("PF0", 0), ("PF1", 1), ("PF2", 2), ("PF3", 3), ("PF4", 4), ("PF5", 5), ("PF6", 6), ("PF7", 7)],
+        ..x8(name)
+    }
+}
+
+/// PC4 to PC7 are the debugging interface's, PB2 and PB3 the second serial line's.
+const PINS_162: &[&str] = &[
+    "PA0", "PA1", "PA2", "PA3", "PA4", "PA5", "PA6", "PA7", "PB0", "PB4", "PB5", "PB6", "PB7", "PD0", "PD1", "PD2",
+    "PD3", "PD4", "PD5", "PD6", "PD7", "PC0", "PC1", "PC2", "PC3", "PE0", "PE1", "PE2", "PB1", "PC4", "PC5", "PC6",
+    "PC7", "PB2", "PB3",
+];
+
+/// The chip of that name.
+const fn chip(name: &str) -> &'static Chip {
+    let mut n = 0;
+    while n < CHIPS.len() {
+        if same(CHIPS[n].name.as_bytes(), name.as_bytes()) {
+            return CHIPS[n];
+        }
+        n += 1;
+    }
+    panic!("no such chip")
+}
+
+const fn same(a: &[u8], b: &[u8]) -> bool {
+    let mut n = 0;
+    while n < a.len() && n < b.len() && a[n] == b[n] {
+        n += 1;
+    }
+    n == a.len() && n == b.len()
+}
+
+/// What an image needs of the fuses for a crystal of that clock ("Clock sources" and "Fuse bits" of the chip's data sheet).
+#[must_use]
+pub fn fuses(chip: &Chip, clock_hz: u64) -> Vec<String> {
+    let has = |name: &str| (chip.constants)().iter().any(|(known, _)| *known == name);
+    let select = match (has("FUSE_CKOPT"), clock_hz) {
+        (true, 0..400_000) => "CKSEL = 1001, for a watch crystal; CKSEL = 0000 for a clock from outside",
+        (true, 400_000..900_000) => "CKOPT = 1, CKSEL3..1 = 101",
+        (true, 900_000..3_000_000) => "CKOPT = 1, CKSEL3..1 = 110",
+        (true, 3_000_000..=8_000_000) => "CKOPT = 1, CKSEL3..1 = 111",
+        (true, _) => "CKOPT = 0, CKSEL3..1 = 111",
+        (false, 0..400_000) => "CKSEL = 0100, for a watch crystal; CKSEL = 0000 for a clock from outside",
+        (false, 400_000..900_000) => "CKSEL3..1 = 100",
+        (false, 900_000..3_000_000) => "CKSEL3..1 = 101",
+        (false, 3_000_000..8_000_000) => "CKSEL3..1 = 110",
+        (false, 8_000_000..=16_000_000) => "CKSEL3..1 = 111",
+        (false, _) => "CKSEL3..1 = 011, full swing",
+    };
+    let mut fuses = vec![format!("clock: crystal of {clock_hz} Hz at XTAL1 and XTAL2 ({select})")];
+    let lines = [
+        ("FUSE_CKDIV8", "CKDIV8 = 1: the clock is not divided"),
+        ("FUSE_WDTON", "WDTON = 1: the watchdog is off"),
+        ("FUSE_BOOTRST", "BOOTRST = 1: reset starts at address 0"),
+        ("FUSE_M103C", "M103C = 1: no compatibility with the ATmega103"),
+        ("FUSE_M161C", "M161C = 1: no compatibility with the ATmega161"),
+    ];
+    fuses.extend(lines.into_iter().filter(|(fuse, _)| has(fuse)).map(|(_, line)| line.to_owned()));
+    fuses
+}

@@ -1,0 +1,356 @@
+//! A sketch for Arduino boards with an ATmega328P: objects for inputs, outputs, flags, timers, counters and numbers, and a
+//! loop that makes one scan a turn, paced by `micros()`. In the manner of a compiler described in a thesis of the PUC Minas,
+//! whose own debouncing, counters and timers it does not share: debouncing works, and the elements mean what they always do.
+
+use std::fmt::Write;
+
+use diag::{Diagnostic, Pos, Severity};
+use emu_avr::chips::ATMEGA328P;
+use ladder::{Program, SymbolKind};
+
+use super::body::{Body, Spelling, literal};
+use super::names::{Names, comment};
+use super::{Plan, Source, helpers, lowered, tables};
+use crate::codes;
+use crate::ir::{BitRole, Ir, WordRole};
+use crate::pins::{self, Pin};
+use crate::target::{Job, Refusal, Target};
+
+/// The board: an ATmega328P with its pins in the order of their numbers, those of the serial line last. Timer 0 is the core's
+/// clock, so PWM comes from timer 1, which reaches any frequency.
+pub const BOARD: Target = Target {
+    chip: &ATMEGA328P,
+    pins: &[
+        "PD2", "PD3", "PD4", "PD5", "PD6", "PD7", "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PC0", "PC1", "PC2", "PC3",
+        "PC4", "PC5", "PD0", "PD1",
+    ],
+    uart: Some(("PD1", "PD0")),
+    pwm: Some("PB1"),
+    adc: &[("PC0", 0), ("PC1", 1), ("PC2", 2), ("PC3", 3), ("PC4", 4), ("PC5", 5)],
+    eeprom: 1024,
+    build: no_image,
+};
+
+fn no_image(_: &Job<'_>) -> Result<crate::target::Built, Refusal> {
+    Err(Refusal::Internal("a sketch is no image".to_owned()))
+}
+
+/// The board, where something wants it for as long as the program runs.
+static THE_BOARD: Target = BOARD;
+
+/// Clock of the boards in Hz.
+const CLOCK_HZ: u64 = 16_000_000;
+
+/// How a sketch is made.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Options {
+    /// Pins by symbol, such as (`Xstart`, `PD2`); they go before those of `IO LIST`.
+    pub pins: Vec<(String, String)>,
+    /// For how long an input must be steady before it counts, in milliseconds, rounded up to scans; 0: it counts at once.
+    pub debounce_ms: u32,
+}
+
+/// A sketch, and where its pins are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sketch {
+    /// The text and its cells.
+    pub source: Source,
+    /// Inputs, outputs and analog inputs at the pins of the chip.
+    pub pins: Vec<Pin>,
+    /// Notes: the pins that were given out in order.
+    pub notes: Vec<Diagnostic>,
+}
+
+/// `program` as one sketch.
+///
+/// # Errors
+/// As [`lowered`]; pins that the board does not have or that are given twice; a PWM frequency that it cannot make.
+pub fn emit(program: &Program, options: &Options) -> Result<Sketch, Vec<Diagnostic>> {
+    let ir = lowered(program)?;
+    let mut notes = Vec::new();
+    let pins = pins::assign(program, &options.pins, &THE_BOARD, &mut notes);
+    if let Some(hz) = ir.pwm_hz.filter(|hz| u64::from(*hz) * 20 > CLOCK_HZ) {
+        let cause = format!("SET_PWM asks for {hz} Hz, a board of 16 MHz makes at most {} Hz", CLOCK_HZ / 20);
+        let at = Pos::default();
+        notes.push(Diagnostic::new(Severity::Error, codes::PWM, &program.file, at, cause, "choose a lower frequency"));
+    }
+    if notes.iter().any(Diagnostic::is_error) {
+        notes.retain(Diagnostic::is_error);
+        return Err(notes);
+    }
+    Ok(Sketch { source: from_ir(program, &ir, &pins, options.debounce_ms), pins, notes })
+}
+
+/// The number of a pin on the board.
+#[must_use]
+pub fn number(pin: &str) -> Option<u8> {
+    let bit = pin.get(2..)?.parse::<u8>().ok().filter(|bit| *bit < 8)?;
+    match pin.get(..2)? {
+        "PD" => Some(bit),
+        "PB" if bit < 6 => Some(8 + bit),
+        "PC" if bit < 6 => Some(14 + bit),
+        _ => None,
+    }
+}
+
+/// The same of intermediate code that was made of `program`, with a pin for each input, output and analog input.
+#[must_use]
+pub fn from_ir(program: &Program, ir: &Ir, pins: &[Pin], debounce_ms: u32) -> Source {
+    let plan = Plan { program, ir };
+    let objects = objects(ir);
+    let member = |names: &[String], member: &str| names.iter().map(|name| format!("{name}.{member}")).collect();
+    let names = Spelling {
+        bits: member(&objects.bits, "on"),
+        words: member(&objects.words, "value"),
+        tables: objects.tables.clone(),
+    };
+    let scan = Body::new(ir, &names).scan(&plan.texts());
+    let each = |role, call: &str| -> String {
+        let of = plan.bits(role).filter_map(|(bit, _)| objects.bits.get(bit.0 as usize));
+        of.map(|name| format!("    {name}.{call}();\n")).collect()
+    };
+    let cycle_us = program.settings.cycle_us;
+    let scans = (u64::from(debounce_ms) * 1000).div_ceil(cycle_us.max(1));
+    let mut text = format!("/* {}, as a sketch for boards with an ATmega328P. */\n\n", comment(&program.file));
+    if ir.eeprom > 0 {
+        text += "#include <avr/eeprom.h>\n";
+    }
+    text += helpers::TYPES;
+    let _ = write!(
+        text,
+        "\n/* One scan in so many microseconds. */\nconst unsigned long CYCLE_US = {cycle_us}UL;\n\
+         /* An input counts when it has been steady for so many scans besides the one that sees it change. */\n\
+         const unsigned long DEBOUNCE_SCANS = {scans}UL;\n"
+    );
+    text += CLASSES;
+    text += &parts(&plan, pins);
+    text += &tables::tables(ir, &names, &scan);
+    text += &helpers::helpers(&scan);
+    text += &declared(&plan, pins, &objects);
+    text += "\n/* When the next scan begins. */\nunsigned long due;\n\nvoid setup()\n{\n";
+    text += &each(BitRole::Input, "setup");
+    text += &each(BitRole::Output, "setup");
+    if ir.pwm_hz.is_some() {
+        text += "    PlcSetupPwm();\n";
+    }
+    if ir.uart.send || ir.uart.receive {
+        let _ = writeln!(text, "    Serial.begin({}UL);", program.settings.baud.unwrap_or(0));
+    }
+    text += "    due = micros();\n}\n\nvoid loop()\n{\n    while (micros() - due < CYCLE_US)\n        ;\n    due += CYCLE_US;\n\n";
+    text += &each(BitRole::Input, "read");
+    if ir.uart.receive {
+        text += "    PlcLatchByte();\n";
+    }
+    text += "    unsigned char rung = 1;\n    (void)rung;\n";
+    text += &scan;
+    text.push('\n');
+    text += &each(BitRole::Output, "write");
+    text += "}\n";
+    let of = |names: &[String], n: u32| (n, names.get(n as usize).cloned().unwrap_or_default());
+    plan.source(text, |bit| of(&objects.bits, bit.0), |word| of(&objects.words, word.0))
+}
+
+/// Names that the core of the Arduino and the sketch itself have for something else.
+const RESERVED: &[&str] = &["Client", "Counter", "CYCLE_US", "Timer", "Tone", "X", "Y", "R", "T", "C"];
+
+/// The objects' names: a symbol's own name where nothing else can have it, else with an underscore behind it.
+fn objects(ir: &Ir) -> Spelling {
+    let mut names = Names::new(RESERVED);
+    let mut give = |name: &str, kept: &[char]| {
+        let own = name.chars().next().is_some_and(|c| kept.contains(&c))
+            && name.chars().nth(1).is_some_and(|c| c.is_ascii_lowercase())
+            && !RESERVED.contains(&name);
+        if own { names.give("", name) } else { names.give("", &format!("{name}_")) }
+    };
+    Spelling {
+        bits: ir.bits.iter().map(|cell| give(&cell.name, &['X', 'Y', 'R'])).collect(),
+        words: ir.words.iter().map(|cell| give(&cell.name, &['T', 'C'])).collect(),
+        tables: ir.tables.iter().map(|table| give(&table.name, &[])).collect(),
+    }
+}
+
+const CLASSES: &str = "
+/* An input, on while its pin is high; the pull-up is on. */
+class Input {
+  public:
+    bool on;
+    Input(byte pin) : on(false), pin(pin), changing(0) {}
+    void setup() { pinMode(pin, INPUT_PULLUP); }
+    void read()
+    {
+        bool level = digitalRead(pin) == HIGH;
+        if (level == on)
+            changing = 0;
+        else if (changing < DEBOUNCE_SCANS)
+            changing++;
+        else {
+            on = level;
+            changing = 0;
+        }
+    }
+  private:
+    byte pin;
+    unsigned long changing;
+};
+
+/* An output; its pin follows at the end of a scan. */
+class Output {
+  public:
+    bool on;
+    Output(byte pin) : on(false), pin(pin) {}
+    void setup()
+    {
+        digitalWrite(pin, LOW);
+        pinMode(pin, OUTPUT);
+    }
+    void write() { digitalWrite(pin, on ? HIGH : LOW); }
+  private:
+    byte pin;
+};
+
+/* A relay, or what an element remembers. */
+class Flag {
+  public:
+    bool on;
+    Flag() : on(false) {}
+};
+
+/* Timers count scans, counters edges, numbers whatever is put into them. */
+template <typename T> class Number {
+  public:
+    T value;
+    Number(T start) : value(start) {}
+};
+template <typename T> class Timer : public Number<T> {
+  public:
+    Timer(T start) : Number<T>(start) {}
+};
+template <typename T> class Counter : public Number<T> {
+  public:
+    Counter(T start) : Number<T>(start) {}
+};
+";
+
+const PWM: &str = "
+/* The PWM output is pin 9, driven by timer 1: it counts from 0 to TOP, and the pin is high for as many of its ticks as the duty
+   is of all. */
+#if F_CPU / PWM_HZ <= 65536
+#define PWM_SELECT _BV(CS10)
+#define PWM_TOP ((F_CPU + PWM_HZ / 2) / PWM_HZ - 1)
+#elif F_CPU / 8 / PWM_HZ <= 65536
+#define PWM_SELECT _BV(CS11)
+#define PWM_TOP ((F_CPU / 8 + PWM_HZ / 2) / PWM_HZ - 1)
+#elif F_CPU / 64 / PWM_HZ <= 65536
+#define PWM_SELECT (_BV(CS11) | _BV(CS10))
+#define PWM_TOP ((F_CPU / 64 + PWM_HZ / 2) / PWM_HZ - 1)
+#else
+#define PWM_SELECT _BV(CS12)
+#define PWM_TOP ((F_CPU / 256 + PWM_HZ / 2) / PWM_HZ - 1)
+#endif
+static void PlcSetupPwm()
+{
+    digitalWrite(9, LOW);
+    pinMode(9, OUTPUT);
+    ICR1 = (unsigned int)(PWM_TOP > 65535UL ? 65535UL : PWM_TOP);
+    TCCR1A = _BV(WGM11);
+    TCCR1B = _BV(WGM13) | _BV(WGM12) | PWM_SELECT;
+}
+static void PlcSetPwm(unsigned char percent)
+{
+    unsigned long high = ((ICR1 + 1UL) * percent + 50) / 100;
+    if (high == 0) {
+        TCCR1A = _BV(WGM11);
+        return;
+    }
+    OCR1A = (unsigned int)(high - 1);
+    TCCR1A = _BV(COM1A1) | _BV(WGM11);
+}
+";
+
+/// What the program uses of the chip.
+fn parts(plan: &Plan<'_>, pins: &[Pin]) -> String {
+    let ir = plan.ir;
+    let mut text = String::new();
+    if !ir.adcs.is_empty() {
+        text += "\n/* Analog inputs, 0 to 1023. */\nstatic int PlcReadAdc(unsigned input)\n{\n    switch (input) {\n";
+        for (name, n) in ir.adcs.iter().zip(0..) {
+            let pin = pins.iter().find(|pin| pin.name == *name).and_then(|pin| number(pin.pin)).unwrap_or(14);
+            let _ = writeln!(text, "    case {n}: return analogRead({pin}); /* {} */", comment(name));
+        }
+        text += "    default: return 0;\n    }\n}\n";
+    }
+    if let Some(hz) = ir.pwm_hz {
+        let _ = write!(text, "\n#define PWM_HZ {hz}UL{PWM}");
+    }
+    if ir.uart.send {
+        text += "\nstatic void PlcSendByte(unsigned char byte) { Serial.write(byte); }\n";
+    }
+    if ir.uart.receive {
+        text += "
+/* The byte that waits at the start of a scan, or -1. */
+static int waiting = -1;
+static void PlcLatchByte()
+{
+    if (waiting < 0)
+        waiting = Serial.read();
+}
+static int PlcReceiveByte()
+{
+    int byte = waiting;
+    waiting = -1;
+    return byte;
+}
+";
+    }
+    if ir.eeprom > 0 {
+        text += "
+static unsigned char PlcReadEeprom(unsigned cell) { return eeprom_read_byte((const uint8_t *)cell); }
+static void PlcWriteEeprom(unsigned cell, unsigned char byte) { eeprom_write_byte((uint8_t *)cell, byte); }
+";
+    }
+    text
+}
+
+/// The objects, by kind.
+fn declared(plan: &Plan<'_>, pins: &[Pin], objects: &Spelling) -> String {
+    let mut text = String::new();
+    let pin = |name: &str| pins.iter().find(|pin| pin.name == name).and_then(|pin| number(pin.pin)).unwrap_or(0);
+    let mut kind = |title: &str, lines: Vec<String>| {
+        if !lines.is_empty() {
+            let _ = write!(text, "\n/* {title} */\n{}", lines.concat());
+        }
+    };
+    let bits = |role, of: fn(&str, u8) -> String| -> Vec<String> {
+        let of = |(bit, name): (crate::ir::Bit, &str)| Some(of(objects.bits.get(bit.0 as usize)?, pin(name)));
+        plan.bits(role).filter_map(of).collect()
+    };
+    kind("Inputs", bits(BitRole::Input, |name, pin| format!("Input {name}({pin});\n")));
+    kind("Outputs", bits(BitRole::Output, |name, pin| format!("Output {name}({pin});\n")));
+    kind("Relays", bits(BitRole::Relay, |name, _| format!("Flag {name};\n")));
+    let words = |class: &str, wanted: fn(WordRole) -> bool| -> Vec<String> {
+        let cells = plan.ir.words.iter().zip(&objects.words).filter(|(cell, _)| wanted(cell.role));
+        let line = |(cell, name): (&crate::ir::WordCell, &String)| {
+            let kind = match cell.bytes {
+                1 => "plc8",
+                2 => "plc16",
+                _ => "plc32",
+            };
+            format!("{class}<{kind}> {name}({});\n", literal(cell.initial))
+        };
+        cells.map(line).collect()
+    };
+    kind("Timers", words("Timer", |role| role == WordRole::Symbol(SymbolKind::Timer)));
+    kind("Counters", words("Counter", |role| role == WordRole::Symbol(SymbolKind::Counter)));
+    kind(
+        "Numbers",
+        words(
+            "Number",
+            |role| matches!(role, WordRole::Symbol(kind) if !matches!(kind, SymbolKind::Timer | SymbolKind::Counter)),
+        ),
+    );
+    kind("What elements remember", bits(BitRole::Memory, |name, _| format!("Flag {name};\n")));
+    kind("Memory in numbers", words("Number", |role| role == WordRole::Memory));
+    kind("Within a scan", bits(BitRole::Temporary, |name, _| format!("Flag {name};\n")));
+    kind("Numbers within a scan", words("Number", |role| role == WordRole::Temporary));
+    text
+}

@@ -1,0 +1,214 @@
+//! Where everything lives.
+//!
+//! ```text
+//! FSR<0>       the accumulator, where it must be kept: FSR is reached from every bank
+//! 70h..7Fh     (where the chip has RAM there that every bank reaches) images of the ports, then bits, then scratch, then words
+//! bank 0       words; on a chip without common RAM first the images, bits and scratch
+//! bank 1..3    more words
+//! ```
+
+use emu_pic16::chips::{NO_PIN, Place};
+use emu_pic16::periph::map::Sfr;
+
+use super::chip::{ANY, Silicon};
+use crate::ir::{Bit, BitRole, Ir, Word};
+use crate::pins::Pin;
+
+/// A port of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Port {
+    /// Its letter.
+    pub letter: char,
+    /// PORTx.
+    pub port: u16,
+    /// TRISx.
+    pub tris: u16,
+    /// Byte that holds the latched inputs.
+    pub input: u16,
+    /// Byte that is written to the port.
+    pub output: u16,
+    /// Bits that are inputs.
+    pub inputs: u8,
+    /// Bits that are outputs.
+    pub outputs: u8,
+    /// Bits that exist.
+    pub bits: u8,
+    /// Bits with an open drain.
+    pub open: u8,
+}
+
+/// What a program needs of RAM beside its cells, in bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Needs {
+    /// Scratch.
+    pub scratch: u16,
+    /// The count-down of the pacing timer.
+    pub fraction: u8,
+    /// A bit that says that a byte has been received.
+    pub received: bool,
+}
+
+/// Places of all cells.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Layout {
+    /// Ports in use, by letter.
+    pub ports: Vec<Port>,
+    /// Address and bit, by [`Bit`].
+    pub bits: Vec<(u16, u8)>,
+    /// Addresses of the low bytes, by [`Word`].
+    pub words: Vec<u16>,
+    /// First byte of scratch.
+    pub scratch: u16,
+    /// The count-down of the pacing timer.
+    pub fraction: u16,
+    /// A byte has been received.
+    pub received: (u16, u8),
+    /// Bytes in use.
+    pub used: Vec<u16>,
+}
+
+impl Layout {
+    /// Place of a bit.
+    #[must_use]
+    pub fn bit(&self, bit: Bit) -> (u16, u8) {
+        self.bits.get(bit.0 as usize).copied().unwrap_or((0x20, 0))
+    }
+
+    /// Address of a word.
+    #[must_use]
+    pub fn word(&self, word: Word) -> u16 {
+        self.words.get(word.0 as usize).copied().unwrap_or(0x20)
+    }
+}
+
+/// Free RAM.
+struct Free {
+    /// Ranges with their length, RAM of every bank first if there is any, then bank by bank.
+    ranges: Vec<(u16, u16)>,
+    common: bool,
+    used: Vec<u16>,
+    /// Bytes that found no place.
+    missing: u64,
+}
+
+impl Free {
+    fn new(chip: &Silicon) -> Free {
+        let kept = |addr: u16| chip.part.place(addr) == Place::Ram(addr);
+        let mut ranges: Vec<(u16, u16)> = Vec::new();
+        let mut common = None;
+        for addr in (0..0x200).filter(|&addr| kept(addr)) {
+            let every = chip.reach(addr) == ANY;
+            let list = if every {
+                common.get_or_insert((addr, 0))
+            } else {
+                match ranges.last_mut() {
+                    Some(range) if range.0 + range.1 == addr && range.0 >> 7 == addr >> 7 => range,
+                    _ => {
+                        ranges.push((addr, 0));
+                        let Some(range) = ranges.last_mut() else { continue };
+                        range
+                    }
+                }
+            };
+            list.1 += 1;
+        }
+        let is_common = common.is_some();
+        if let Some(range) = common {
+            ranges.insert(0, range);
+        }
+        Free { ranges, common: is_common, used: Vec::new(), missing: 0 }
+    }
+
+    /// Bytes side by side; from the ranges in order, but from `skip` of them last.
+    fn take(&mut self, bytes: u16, skip: usize) -> u16 {
+        let count = self.ranges.len();
+        for n in (skip..count).chain(0..skip.min(count)) {
+            if let Some(range) = self.ranges.get_mut(n)
+                && range.1 >= bytes
+            {
+                let at = range.0;
+                *range = (range.0 + bytes, range.1 - bytes);
+                self.used.extend(at..at + bytes);
+                return at;
+            }
+        }
+        self.missing += u64::from(bytes);
+        0x20
+    }
+}
+
+/// Gives every cell a place.
+///
+/// # Errors
+/// The bytes of RAM needed, when the chip has fewer.
+pub fn layout(ir: &Ir, pins: &[Pin], chip: &Silicon, needs: Needs) -> Result<Layout, u64> {
+    let mut free = Free::new(chip);
+    let mut ports = ports(pins, chip);
+    for port in &mut ports {
+        if port.inputs != 0 {
+            port.input = free.take(1, 0);
+        }
+        if port.outputs != 0 {
+            port.output = free.take(1, 0);
+        }
+    }
+    let mut bits = Vec::with_capacity(ir.bits.len());
+    let mut next = (0, 8);
+    let mut one = |free: &mut Free| {
+        if next.1 == 8 {
+            next = (free.take(1, 0), 0);
+        }
+        next.1 += 1;
+        (next.0, next.1 - 1)
+    };
+    for cell in &ir.bits {
+        let image = pins.iter().find(|p| p.name == cell.name && !p.analog).and_then(|pin| {
+            let port = ports.iter().find(|p| p.letter == pin.port())?;
+            Some((if pin.output { port.output } else { port.input }, pin.bit()))
+        });
+        bits.push(match image {
+            Some(at) if matches!(cell.role, BitRole::Input | BitRole::Output) => at,
+            _ => one(&mut free),
+        });
+    }
+    let received = if needs.received { one(&mut free) } else { (0, 0) };
+    let scratch = if needs.scratch > 0 { free.take(needs.scratch, 0) } else { 0 };
+    let fraction = if needs.fraction > 0 { free.take(needs.fraction.into(), 0) } else { 0 };
+    let skip = usize::from(free.common);
+    let words = ir.words.iter().map(|cell| free.take(cell.bytes.into(), skip)).collect();
+    if free.missing > 0 {
+        return Err(free.used.len() as u64 + free.missing);
+    }
+    Ok(Layout { ports, bits, words, scratch, fraction, received, used: free.used })
+}
+
+fn ports(pins: &[Pin], chip: &Silicon) -> Vec<Port> {
+    const PORTS: [(char, Sfr); 5] =
+        [('A', Sfr::PORTA), ('B', Sfr::PORTB), ('C', Sfr::PORTC), ('D', Sfr::PORTD), ('E', Sfr::PORTE)];
+    let mut ports = Vec::new();
+    for (letter, sfr) in PORTS {
+        let Some(row) = chip.part.ports.iter().find(|row| row.port == sfr) else { continue };
+        let of = |output: bool| {
+            let here = pins.iter().filter(|p| p.port() == letter && p.output == output && !p.analog);
+            here.fold(0, |mask, pin| mask | 1 << pin.bit())
+        };
+        let (inputs, outputs) = (of(false), of(true));
+        if inputs | outputs == 0 {
+            continue;
+        }
+        let bits =
+            (0..8).filter(|&n| row.pins.get(n).is_some_and(|&pin| pin != NO_PIN)).fold(0, |mask, n| mask | 1 << n);
+        ports.push(Port {
+            letter,
+            port: chip.reg(sfr),
+            tris: chip.reg(row.tris),
+            input: 0,
+            output: 0,
+            inputs,
+            outputs,
+            bits,
+            open: row.open,
+        });
+    }
+    ports
+}

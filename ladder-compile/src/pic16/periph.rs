@@ -1,0 +1,394 @@
+//! Serial line, converter, PWM and EEPROM: their figures, their registers at reset, and what elements do with them.
+
+use emu_pic16::chips::{Adc as Converter, Comparators};
+use emu_pic16::isa::Kind;
+use emu_pic16::periph::map::Sfr;
+
+use super::chip::{ANY, Silicon};
+use super::out::{Out, STATUS, Z};
+use super::select::{Routine, Select};
+use crate::ir::{Value, Word};
+use crate::map::{Ratio, Special};
+use crate::target::{Job, Refusal};
+
+/// The serial line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Uart {
+    /// SPBRG.
+    pub divisor: u8,
+    /// BRGH.
+    pub high: bool,
+    /// Machine cycles of a bit.
+    pub bit: u64,
+}
+
+/// The PWM output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pwm {
+    /// PR2.
+    pub period: u8,
+    /// Prescaler of timer 2: 1, 4 or 16.
+    pub prescale: u16,
+}
+
+/// The converter.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Adc {
+    /// ADCON0 of each input: clock, channel, ADON.
+    pub select: Vec<u8>,
+    /// ADCON1 while it converts.
+    pub converting: u8,
+    /// ADCON1 otherwise.
+    pub resting: u8,
+    /// ANSEL, where there is one.
+    pub ansel: u8,
+    /// Turns of the loop that waits for the capacitor.
+    pub acquire: u8,
+    /// Most turns of the loop that waits for the conversion.
+    pub turns: u32,
+}
+
+/// What a program uses.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Devices {
+    /// Serial line.
+    pub uart: Option<Uart>,
+    /// PWM.
+    pub pwm: Option<Pwm>,
+    /// Converter.
+    pub adc: Option<Adc>,
+    /// Pins with their figures.
+    pub specials: Vec<Special>,
+}
+
+/// PCFG3:PCFG0 without outside references, and the inputs that are analog (DS30292 register 11-2; DS39598 register 11-2).
+const PCFG: [(u8, u8); 6] =
+    [(0b0110, 0), (0b1110, 0b1), (0b0100, 0b1011), (0b0010, 0b1_1111), (0b1001, 0b11_1111), (0b0000, 0b1111_1111)];
+/// Lowest time of the converter per bit, and the time that its capacitor needs, in nanoseconds (DS30292, 11.1 and 11.2).
+const TAD_NS: u64 = 1_600;
+const ACQUIRE_NS: u64 = 20_000;
+
+/// Chooses the figures.
+///
+/// # Errors
+/// A speed or a frequency that the chip does not make.
+pub fn devices(job: &Job<'_>, chip: &Silicon) -> Result<Devices, Refusal> {
+    let mut devices = Devices::default();
+    let target = job.target;
+    if (job.ir.uart.send || job.ir.uart.receive)
+        && let (Some(baud), Some((transmit, receive))) = (job.baud, target.uart)
+    {
+        let uart = uart(job.clock_hz, baud)?;
+        if job.ir.uart.send {
+            let bit = Ratio { num: uart.bit, den: 1 };
+            devices.specials.push(Special::Transmit { pin: transmit.to_owned(), baud, bit });
+        }
+        if job.ir.uart.receive {
+            devices.specials.push(Special::Receive { pin: receive.to_owned(), baud });
+        }
+        devices.uart = Some(uart);
+    }
+    if !job.ir.adcs.is_empty() {
+        let adc = adc(job, chip, &mut devices.specials)?;
+        devices.adc = Some(adc);
+    }
+    if let (Some(hertz), Some(pin)) = (job.ir.pwm_hz, target.pwm) {
+        let pwm = pwm(job.clock_hz, hertz.into())?;
+        let count = u32::from(pwm.period) + 1;
+        devices.specials.push(Special::Pwm {
+            pin: pin.to_owned(),
+            hertz: hertz.into(),
+            period: Ratio { num: u64::from(count) * u64::from(pwm.prescale), den: 1 },
+            // A quarter of a count of the timer.
+            steps: count * 4,
+        });
+        devices.pwm = Some(pwm);
+    }
+    Ok(devices)
+}
+
+fn uart(clock_hz: u64, baud: u64) -> Result<Uart, Refusal> {
+    let baud = baud.max(1);
+    let fit = |scale: u64| {
+        let divisor = ((clock_hz + scale * baud / 2) / (scale * baud)).clamp(1, 256);
+        // The error against what was asked for, in millionths.
+        let made = scale * divisor * baud;
+        (made.abs_diff(clock_hz) * 1_000_000 / made, scale, divisor)
+    };
+    let (error, scale, divisor) = fit(16).min(fit(64));
+    if error > 20_000 {
+        return Err(Refusal::Baud { nearest: (clock_hz + scale * divisor / 2) / (scale * divisor) });
+    }
+    Ok(Uart { divisor: (divisor - 1) as u8, high: scale == 16, bit: scale * divisor / 4 })
+}
+
+fn pwm(clock_hz: u64, hertz: u64) -> Result<Pwm, Refusal> {
+    let hertz = hertz.max(1);
+    // With 256 counts a duty of 100 % could not be told from one of a step less, so there are at most 255.
+    let fit = |prescale: u64| {
+        let unit = 4 * prescale * hertz;
+        let count = ((clock_hz + unit / 2) / unit).clamp(1, 255);
+        let near = [count.saturating_sub(1).max(1), count, (count + 1).min(255)];
+        let error = |count: u64| {
+            (clock_hz as u128 * 1_000_000_000 / u128::from(4 * prescale * count))
+                .abs_diff(u128::from(hertz) * 1_000_000_000)
+        };
+        near.into_iter().map(|count| (error(count), prescale, count)).min().unwrap_or((u128::MAX, prescale, count))
+    };
+    let (error, prescale, count) = [1, 4, 16].map(fit).into_iter().min().unwrap_or((u128::MAX, 1, 1));
+    if error > u128::from(hertz) * 50_000_000 {
+        let whole = 4 * prescale * count;
+        return Err(Refusal::Pwm { nearest: (clock_hz + whole / 2) / whole });
+    }
+    Ok(Pwm { period: (count - 1) as u8, prescale: prescale as u16 })
+}
+
+fn adc(job: &Job<'_>, chip: &Silicon, specials: &mut Vec<Special>) -> Result<Adc, Refusal> {
+    let hz = job.clock_hz;
+    // 2, 8 or 32 clocks a bit.
+    let (bits, clocks) = [(0u8, 2u64), (1, 8), (2, 32)]
+        .into_iter()
+        .find(|&(_, clocks)| clocks * 1_000_000_000 >= TAD_NS * hz)
+        .unwrap_or((2, 32));
+    let channel_of = |pin: &str| job.target.adc.iter().find(|(name, _)| *name == pin).map(|&(_, channel)| channel);
+    let (mut select, mut wanted) = (Vec::new(), 0u8);
+    for name in &job.ir.adcs {
+        let pin = job.pins.iter().find(|pin| pin.analog && pin.name == *name);
+        let Some((pin, channel)) = pin.and_then(|pin| Some((pin, channel_of(pin.pin)?))) else {
+            return Err(Refusal::Internal(format!("{name} has no analog pin")));
+        };
+        specials.push(Special::Analog { pin: pin.pin.to_owned(), name: name.clone() });
+        wanted |= 1 << channel;
+        select.push(bits << 6 | channel << 3 | chip.mask(&["ADON"]));
+    }
+    // Pins with a digital job, by channel: an analog pin reads 0.
+    let digital = job.pins.iter().filter(|pin| !pin.analog && !pin.output);
+    let digital = digital.filter_map(|pin| channel_of(pin.pin)).fold(0u8, |mask, channel| mask | 1 << channel);
+    let right = chip.mask(&["ADFM"]);
+    let cycles = |ns: u64| (ns * hz).div_ceil(4_000_000_000);
+    let convert = (14 * clocks).div_ceil(4) + 4;
+    let mut adc = Adc {
+        select,
+        converting: right,
+        resting: right,
+        ansel: 0,
+        acquire: cycles(ACQUIRE_NS).div_ceil(3).clamp(1, 255) as u8,
+        turns: convert.div_ceil(3) as u32 + 1,
+    };
+    if chip.part.adc == Converter::Ansel {
+        adc.ansel = wanted;
+    } else {
+        // The fewest analog pins that include all; where one of them is a digital input they are analog only while converting.
+        let pcfg = PCFG.into_iter().find(|(_, analog)| analog & wanted == wanted);
+        let (code, analog) = pcfg.unwrap_or((0, u8::MAX));
+        adc.converting |= code;
+        adc.resting |= if analog & digital == 0 { code } else { PCFG[0].0 };
+    }
+    Ok(adc)
+}
+
+impl Devices {
+    /// Registers of the analog parts: what is not an analog input of the program is digital. In bank 1.
+    pub fn analog(&self, out: &mut Out<'_>) {
+        let part = out.chip.part;
+        if let Some(adc) = &self.adc {
+            if part.adc == Converter::Ansel {
+                out.set(out.chip.reg(Sfr::ANSEL), adc.ansel);
+            }
+            out.set(out.chip.reg(Sfr::ADCON1), adc.resting);
+        } else if part.adc == Converter::Ansel {
+            out.set(out.chip.reg(Sfr::ANSEL), 0);
+        } else if part.adc != Converter::None {
+            out.set(out.chip.reg(Sfr::ADCON1), PCFG[0].0);
+        }
+    }
+
+    /// Serial line and PWM; the registers of bank 1 first.
+    pub fn start(&self, out: &mut Out<'_>, uses: crate::ir::UartUse) {
+        let chip = out.chip;
+        if let Some(uart) = self.uart {
+            out.set(chip.reg(Sfr::SPBRG), uart.divisor);
+            let mut control = if uart.high { chip.mask(&["BRGH"]) } else { 0 };
+            control |= if uses.send { chip.mask(&["TXEN"]) } else { 0 };
+            out.set(chip.reg(Sfr::TXSTA), control);
+        }
+        if let Some(pwm) = self.pwm {
+            out.set(chip.reg(Sfr::PR2), pwm.period);
+        }
+        if self.uart.is_some() {
+            let receive: &[&str] = if uses.receive { &["SPEN", "CREN"] } else { &["SPEN"] };
+            out.set(chip.reg(Sfr::RCSTA), chip.mask(receive));
+        }
+        if let Some(pwm) = self.pwm {
+            // The pulse is 0 until a duty is set; 11xx is PWM.
+            out.set(chip.reg(Sfr::CCPR2L), 0);
+            out.set(chip.reg(Sfr::CCP2CON), chip.mask(&["CCP2M3", "CCP2M2"]));
+            let prescale = match pwm.prescale {
+                1 => 0,
+                4 => chip.mask(&["T2CKPS0"]),
+                _ => chip.mask(&["T2CKPS1"]),
+            };
+            out.set(chip.reg(Sfr::T2CON), chip.mask(&["TMR2ON"]) | prescale);
+        }
+    }
+}
+
+/// Comparators off, so that their pins are digital, on chips where a reset leaves them on.
+pub fn comparators(out: &mut Out<'_>) {
+    if out.chip.part.comparators == Comparators::F62x {
+        out.set(out.chip.reg(Sfr::CMCON), out.chip.mask(&["CM0", "CM1", "CM2"]));
+    }
+}
+
+impl Select<'_, '_> {
+    /// At the start of a scan: a byte that is there now is one that came before.
+    pub fn latch_received(&mut self) {
+        if self.ir.uart.receive {
+            self.out.put(self.layout.received, false);
+            let flag = super::expr::Lit { at: self.out.chip.bit("RCIF"), is: true };
+            self.exec(&super::expr::Expr::Lit(flag), &super::logic::Then::Put(self.layout.received, true));
+        }
+    }
+
+    /// The received byte to a word; an overrun that stopped the receiver is over.
+    pub fn take_byte(&mut self, dst: Word) {
+        let (to, chip) = (self.layout.word(dst), self.out.chip);
+        self.out.f(Kind::MovfW, chip.reg(Sfr::RCREG));
+        self.out.f(Kind::Movwf, to);
+        (1..u16::from(self.ir.bytes(dst))).for_each(|n| self.out.f(Kind::Clrf, to + n));
+        let (overrun, enable) = (chip.bit("OERR"), chip.bit("CREN"));
+        self.out.select(chip.reach(enable.0));
+        self.out.only_if(overrun, true);
+        self.out.put(enable, false);
+        self.out.put(enable, true);
+        self.out.put(self.layout.received, false);
+    }
+
+    /// The low byte to the transmitter.
+    pub fn send(&mut self, value: Value) {
+        let to = self.out.chip.reg(Sfr::TXREG);
+        match value {
+            Value::Const(k) => self.out.set(to, k as u8),
+            Value::Cell(word) => {
+                self.out.f(Kind::MovfW, self.layout.word(word));
+                self.out.f(Kind::Movwf, to);
+            }
+        }
+    }
+
+    /// dst := a conversion.
+    pub fn convert(&mut self, dst: Word, input: u32) {
+        let Some(adc) = &self.devices.adc else { return };
+        let select = adc.select.get(input as usize).copied().unwrap_or(0);
+        let routine = self.routine(Routine::Convert);
+        self.out.select(1);
+        self.out.load(select);
+        self.out.call(routine, 1, Some(1));
+        let (to, bytes, chip) = (self.layout.word(dst), u16::from(self.ir.bytes(dst)), self.out.chip);
+        if bytes > 1 {
+            self.out.f(Kind::MovfW, chip.reg(Sfr::ADRESH));
+            self.out.f(Kind::Movwf, to + 1);
+        }
+        (2..bytes).for_each(|n| self.out.f(Kind::Clrf, to + n));
+        self.out.f(Kind::MovfW, chip.reg(Sfr::ADRESL));
+        self.out.f(Kind::Movwf, to);
+    }
+
+    /// The duty := the value, clamped.
+    pub fn duty(&mut self, duty: Value) {
+        let routine = self.routine(Routine::Duty);
+        let low = self.layout.scratch;
+        match duty {
+            Value::Const(k) => self.out.load(k.clamp(0, 100) as u8),
+            Value::Cell(word) => {
+                // Above 100 or below 0 first, then the byte is the duty.
+                let (at, bytes) = (self.layout.word(word), u16::from(self.ir.bytes(word)));
+                let (fine, end, negative) = (self.out.label(), self.out.label(), self.out.label());
+                let sign = super::expr::Expr::Lit(super::expr::Lit { at: (at + bytes - 1, 7), is: true });
+                self.exec(&sign, &super::logic::Then::Goto(negative));
+                let over = super::expr::Expr::Cmp(crate::ir::Compare {
+                    a: word,
+                    rel: crate::ir::Rel::Ge,
+                    b: Value::Const(100),
+                });
+                self.exec(&over.not(), &super::logic::Then::Goto(fine));
+                self.out.lit(Kind::Movlw, 100);
+                self.out.goto(end);
+                self.out.place(negative);
+                self.out.lit(Kind::Movlw, 0);
+                self.out.goto(end);
+                self.out.place(fine);
+                self.out.f(Kind::MovfW, at);
+                self.out.place(end);
+            }
+        }
+        let near = self.out.common(&[low, self.out.chip.reg(Sfr::CCPR2L)]);
+        self.out.call(routine, near, Some(near));
+    }
+
+    /// dst := EEPROM.
+    pub fn recall(&mut self, dst: Word, addr: u16) {
+        let read = self.routine(Routine::ReadEeprom);
+        let to = self.layout.word(dst);
+        for n in 0..u16::from(self.ir.bytes(dst)) {
+            self.out.load((addr + n) as u8);
+            self.out.call(read, ANY, Some(1));
+            self.out.f(Kind::Movwf, to + n);
+        }
+    }
+
+    /// The lowest byte that differs begins to be written, and `busy` is set.
+    pub fn persist(&mut self, src: Word, addr: u16, busy: (Word, Value)) {
+        let (read, write) = (self.routine(Routine::ReadEeprom), self.routine(Routine::WriteEeprom));
+        let from = self.layout.word(src);
+        let (end, found) = (self.out.label(), self.out.label());
+        let last = u16::from(self.ir.bytes(src)) - 1;
+        for n in 0..=last {
+            let equal = self.out.label();
+            self.out.load((addr + n) as u8);
+            self.out.call(read, ANY, Some(1));
+            self.out.f(Kind::XorwfW, from + n);
+            self.out.only_if((STATUS, Z), true);
+            self.out.goto(if n == last { end } else { equal });
+            self.out.f(Kind::MovfW, from + n);
+            if n < last {
+                self.out.goto(found);
+                self.out.place(equal);
+            }
+        }
+        self.out.place(found);
+        self.out.call(write, ANY, Some(1));
+        self.copy(self.layout.word(busy.0), self.ir.bytes(busy.0), busy.1);
+        self.out.place(end);
+    }
+
+    /// dst := table[index].
+    pub fn lookup(&mut self, dst: Word, index: Word, table: u32) {
+        let Some(values) = self.ir.tables.get(table as usize).map(|table| &table.values) else { return };
+        let (to, bytes) = (self.layout.word(dst), self.ir.bytes(dst));
+        let short = values.iter().all(|&v| i8::try_from(v).is_ok());
+        // The lowest byte last, since the destination may be the index.
+        for n in (0..bytes).rev() {
+            let byte = |v: &i32| v.to_le_bytes().get(usize::from(n)).copied().unwrap_or(0);
+            let first = values.first().map_or(0, byte);
+            if values.iter().all(|v| byte(v) == first) {
+                self.out.set(to + u16::from(n), first);
+            } else if n == 0 || !short {
+                let routine = self.routine(Routine::Table(table, n, index));
+                self.out.call(routine, self.out.chip.reach(self.layout.word(index)), None);
+                self.out.f(Kind::Movwf, to + u16::from(n));
+            }
+        }
+        let signed = short && values.iter().any(|&v| v < 0) && values.iter().any(|&v| v >= 0);
+        if signed {
+            self.sign_extend(to, 1, bytes);
+        }
+    }
+
+    /// A subroutine on scratch.
+    pub fn call(&mut self, routine: Routine) {
+        let label = self.routine(routine);
+        let banks = self.out.chip.reach(self.layout.scratch);
+        self.out.call(label, banks, None);
+    }
+}

@@ -1,0 +1,77 @@
+//! The chips that there is a back end for. Pins with a second job that programs use come last, and RA4, which cannot go high
+//! by itself on most, after them.
+
+use emu_pic16::chips::{PARTS, Part};
+
+use crate::target::Target;
+
+const PINS_18: &[&str] = &["RB0", "RB3", "RB4", "RB5", "RB6", "RB7", "RB1", "RB2", "RA0", "RA1", "RA2", "RA3", "RA4"];
+const PINS_28: &[&str] = &[
+    "RB0", "RB1", "RB2", "RB3", "RB4", "RB5", "RB6", "RB7", "RC0", "RC2", "RC3", "RC4", "RC5", "RC1", "RC6", "RC7",
+    "RA0", "RA1", "RA2", "RA3", "RA5", "RA4",
+];
+const PINS_40: &[&str] = &[
+    "RB0", "RB1", "RB2", "RB3", "RB4", "RB5", "RB6", "RB7", "RD0", "RD1", "RD2", "RD3", "RD4", "RD5", "RD6", "RD7",
+    "RC0", "RC2", "RC3", "RC4", "RC5", "RC1", "RC6", "RC7", "RA0", "RA1", "RA2", "RA3", "RA5", "RE0", "RE1", "RE2",
+    "RA4",
+];
+const ADC_28: &[(&str, u8)] = &[("RA0", 0), ("RA1", 1), ("RA2", 2), ("RA3", 3), ("RA5", 4)];
+const ADC_40: &[(&str, u8)] =
+    &[("RA0", 0), ("RA1", 1), ("RA2", 2), ("RA3", 3), ("RA5", 4), ("RE0", 5), ("RE1", 6), ("RE2", 7)];
+const ADC_819: &[(&str, u8)] = &[("RA0", 0), ("RA1", 1), ("RA2", 2), ("RA3", 3), ("RA4", 4)];
+const ADC_88: &[(&str, u8)] = &[("RA0", 0), ("RA1", 1), ("RA2", 2), ("RA3", 3), ("RA4", 4), ("RB6", 5), ("RB7", 6)];
+
+const fn same(a: &str, b: &str) -> bool {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    let mut n = 0;
+    while n < a.len() && n < b.len() && a[n] == b[n] {
+        n += 1;
+    }
+    n == a.len() && n == b.len()
+}
+
+/// The row of a chip; a name that there is none of does not compile.
+const fn part(name: &str) -> &'static Part {
+    let mut n = 0;
+    while !same(PARTS[n].chip.name, name) {
+        n += 1;
+    }
+    &PARTS[n]
+}
+
+const fn target(name: &str) -> Target {
+    let part = part(name);
+    Target {
+        chip: &part.chip,
+        pins: PINS_28,
+        uart: Some(("RC6", "RC7")),
+        pwm: Some("RC1"),
+        adc: ADC_28,
+        eeprom: part.chip.eeprom,
+        build: super::build,
+    }
+}
+
+const fn target40(name: &str) -> Target {
+    Target { pins: PINS_40, adc: ADC_40, ..target(name) }
+}
+
+const fn target18(name: &str) -> Target {
+    Target { pins: PINS_18, uart: Some(("RB2", "RB1")), pwm: None, adc: &[], ..target(name) }
+}
+
+/// The chips.
+pub const TARGETS: &[Target] = &[
+    target("pic16f873"),
+    target("pic16f873a"),
+    target40("pic16f874"),
+    target40("pic16f874a"),
+    target("pic16f876"),
+    target("pic16f876a"),
+    target40("pic16f877"),
+    target40("pic16f877a"),
+    target18("pic16f628"),
+    target18("pic16f628a"),
+    Target { uart: Some(("RB5", "RB2")), adc: ADC_88, ..target18("pic16f88") },
+    Target { uart: None, adc: ADC_819, ..target18("pic16f819") },
+];

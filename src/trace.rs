@@ -1,0 +1,161 @@
+//! What `emu sim` saw, written as a table, comma-separated values, JSON or a waveform.
+
+use std::io::{self, Write};
+
+use ladder_eval::{Evaluator, Symbol};
+use serde_json::{Value as Json, json};
+use vcd::{IdCode, TimescaleUnit, Value, VarType, Writer};
+
+/// A program's columns: its symbols, and behind them what it sends, sets and writes.
+pub struct Trace<'a> {
+    /// The symbols.
+    pub symbols: &'a [Symbol],
+    /// Names of the columns behind them, which no symbol can have.
+    others: Vec<String>,
+    /// Frequency of the pulse width output.
+    hertz: Option<u32>,
+    /// Whether the program can send.
+    sends: bool,
+    /// Per scan: the values of all columns; `None` where nothing was sent or set.
+    pub rows: Vec<Vec<Option<i32>>>,
+}
+
+impl<'a> Trace<'a> {
+    /// An empty trace. `sends`: the program has elements that send.
+    pub fn new(symbols: &'a [Symbol], evaluator: &Evaluator, sends: bool) -> Trace<'a> {
+        let hertz = evaluator.pwm_hz();
+        let mut others: Vec<String> = Vec::new();
+        others.extend(sends.then(|| "uart:sent".to_owned()));
+        others.extend(hertz.map(|_| "pwm:duty".to_owned()));
+        others.extend((0..evaluator.eeprom().len()).map(|cell| format!("eeprom:{cell}")));
+        Trace { symbols, others, hertz, sends, rows: Vec::new() }
+    }
+
+    /// Number of columns.
+    pub fn width(&self) -> usize {
+        self.symbols.len() + self.others.len()
+    }
+
+    /// Notes the state after a scan.
+    pub fn note(&mut self, evaluator: &Evaluator) {
+        let mut row: Vec<Option<i32>> = (0..self.symbols.len()).map(|symbol| Some(evaluator.get(symbol))).collect();
+        row.extend(self.sends.then(|| evaluator.sent().map(i32::from)));
+        row.extend(self.hertz.map(|_| evaluator.pwm().map(i32::from)));
+        row.extend(evaluator.eeprom().iter().map(|byte| Some(i32::from(*byte))));
+        self.rows.push(row);
+    }
+
+    fn names(&self) -> impl Iterator<Item = &str> {
+        self.symbols.iter().map(|s| s.name.as_str()).chain(self.others.iter().map(String::as_str))
+    }
+
+    /// The document: `scans` holds the symbols; what else there is has a list of its own, a value a scan.
+    pub fn json(&self, file: &str, cycle_us: u64) -> Json {
+        let list: Vec<_> = self.symbols.iter().map(|s| json!({ "name": s.name, "kind": s.kind })).collect();
+        let count = self.symbols.len();
+        let scans: Vec<_> = self.rows.iter().map(|row| row.get(..count)).collect();
+        let mut out = json!({
+            "schema": 1, "program": file, "cycle_us": cycle_us, "symbols": list, "scans": scans,
+        });
+        let column = |at: usize| -> Vec<_> { self.rows.iter().map(|row| row.get(at)).collect() };
+        if self.sends {
+            out["sent"] = json!(column(count));
+        }
+        if let Some(hertz) = self.hertz {
+            out["pwm"] = json!({ "hertz": hertz, "duty": column(count + usize::from(self.sends)) });
+        }
+        let cells = count + usize::from(self.sends) + usize::from(self.hertz.is_some());
+        if cells < self.width() {
+            out["eeprom"] = json!(self.rows.iter().map(|row| row.get(cells..)).collect::<Vec<_>>());
+        }
+        out
+    }
+
+    /// Comma-separated values: a head line, then a line for each scan; nothing where nothing was sent or set.
+    pub fn csv(&self) -> String {
+        let mut out = "scan".to_owned();
+        self.names().for_each(|name| out.push_str(&format!(",{name}")));
+        out.push('\n');
+        for (scan, row) in self.rows.iter().enumerate() {
+            out.push_str(&(scan + 1).to_string());
+            for value in row {
+                out.push_str(&value.map_or(",".to_owned(), |value| format!(",{value}")));
+            }
+            out.push('\n');
+        }
+        out
+    }
+
+    /// A table for people; `-` where nothing was sent or set.
+    pub fn table(&self) -> String {
+        let text = |value: &Option<i32>| value.map_or("-".to_owned(), |value| value.to_string());
+        let digits = |column: usize| self.rows.iter().filter_map(|r| r.get(column)).map(|v| text(v).len()).max();
+        let widths: Vec<usize> =
+            self.names().enumerate().map(|(i, name)| name.chars().count().max(digits(i).unwrap_or(0))).collect();
+        let first = self.rows.len().to_string().len().max(4);
+        let mut out = format!("{:>first$}", "scan");
+        for (name, &width) in self.names().zip(&widths) {
+            out.push_str(&format!("  {name:>width$}"));
+        }
+        out.push('\n');
+        for (scan, row) in self.rows.iter().enumerate() {
+            out.push_str(&format!("{:>first$}", scan + 1));
+            for (value, &width) in row.iter().zip(&widths) {
+                out.push_str(&format!("  {:>width$}", text(value)));
+            }
+            out.push('\n');
+        }
+        out
+    }
+
+    /// A waveform file (IEEE 1364-2005, section 18) in microseconds: scan k, from 1, shows what it left from k cycles on.
+    pub fn vcd(&self, program: &str, cycle_us: u64, out: Box<dyn Write>) -> io::Result<()> {
+        let mut out = Writer::new(out);
+        out.version(concat!("emu ", env!("CARGO_PKG_VERSION")))?;
+        out.comment(&format!("{program}: reference, a scan every {cycle_us} us"))?;
+        out.timescale(1, TimescaleUnit::US)?;
+        out.add_module("program")?;
+        let mut variables = Vec::new();
+        for symbol in self.symbols {
+            let bits = 8 * u32::from(symbol.bytes);
+            variables.push(match bits {
+                0 => (out.add_wire(1, &symbol.name)?, 0),
+                _ => (out.add_var(VarType::Integer, bits, &symbol.name, None)?, bits),
+            });
+        }
+        for name in &self.others {
+            variables.push((out.add_var(VarType::Reg, 8, &name.replace(':', "_"), None)?, 8));
+        }
+        let event = self.sends.then(|| out.add_var(VarType::Event, 1, "uart_event", None)).transpose()?;
+        out.upscope()?;
+        out.enddefinitions()?;
+        let mut last: Option<&Vec<Option<i32>>> = None;
+        for (scan, row) in (1u64..).zip(&self.rows) {
+            out.timestamp(scan.saturating_mul(cycle_us))?;
+            for (column, (&value, &variable)) in row.iter().zip(&variables).enumerate() {
+                if last.is_none_or(|last| last.get(column) != Some(&value)) {
+                    change(&mut out, variable, value)?;
+                }
+            }
+            let sent = row.get(self.symbols.len()).is_some_and(Option::is_some);
+            if let (Some(event), true) = (event, sent) {
+                out.change_scalar(event, Value::V1)?;
+            }
+            last = Some(row);
+        }
+        out.timestamp((self.rows.len() as u64 + 1).saturating_mul(cycle_us))?;
+        out.flush()
+    }
+}
+
+/// Writes a value; a byte that is not there is x.
+fn change(out: &mut Writer<Box<dyn Write>>, (id, bits): (IdCode, u32), value: Option<i32>) -> io::Result<()> {
+    match (bits, value) {
+        (0, value) => out.change_scalar(id, Value::from(value.is_some_and(|v| v != 0))),
+        (_, None) => out.change_vector(id, (0..bits).map(|_| Value::X)),
+        (_, Some(value)) => {
+            let bit = |bit: u32| Value::from(i64::from(value) >> bit & 1 == 1);
+            out.change_vector(id, (0..bits).rev().map(bit))
+        }
+    }
+}
