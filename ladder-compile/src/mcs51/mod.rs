@@ -3,6 +3,8 @@
 //! How the chip is used stands in `docs/compile-8051.md`.
 
 pub mod arch;
+mod bits;
+mod branch;
 mod bytes;
 mod compare;
 pub mod layout;
