@@ -87,7 +87,8 @@ impl Verb {
             Verb::Chips(args) => args.json,
             Verb::Check(args) => args.json,
             Verb::Sim(args) => args.json,
-            Verb::Compile(_) | Verb::Draw(_) | Verb::Explain(_) | Verb::Completions(_) | Verb::Man => false,
+            Verb::Compile(args) => args.json,
+            Verb::Draw(_) | Verb::Explain(_) | Verb::Completions(_) | Verb::Man => false,
         }
     }
 

@@ -2,20 +2,24 @@
 
 use std::path::Path;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+use emu_core::chip::Chip;
 use emu_debug::time;
-use ladder_compile::Options;
+use ladder_compile::{Compiled, Map, Options, emit};
+use serde_json::json;
 
-use crate::args::{Ladder, Mcu};
+use crate::args::Ladder;
 use crate::fail::{Failure, exit};
 use crate::report::{Terminal, report};
-use crate::{input, output};
+use crate::{family, input, output};
 
 const EXAMPLES: &str = "\
 Examples:
   emu compile examples/welder.ld --mcu atmega328p
-  emu compile welder.ld --mcu atmega328p -o out.hex --listing out.lst --map out.json
-  emu compile welder.ld --mcu atmega328p --pin Xstart=PD2 --pin Yarc=PB5 --clock 8MHz -o -";
+  emu compile welder.ld --mcu pic16f876 -o out.hex --listing out.lst --map out.json
+  emu compile welder.ld --mcu atmega328p --pin Xstart=PD2 --pin Yarc=PB5 --clock 8MHz -o -
+  emu compile welder.ld --mcu at89s52 -O0 --emit lst -o -      code to follow by eye
+  emu compile welder.ld --emit c                               one C function per scan";
 
 /// Flags of `emu compile`.
 #[derive(Debug, Args)]
@@ -23,10 +27,14 @@ Examples:
 pub struct CompileArgs {
     #[command(flatten)]
     program: Ladder,
-    #[command(flatten)]
-    mcu: Mcu,
-    /// The Intel HEX file; - is standard output. Default: the program's name with .hex, in the current folder (standard
-    /// output for a program from standard input).
+    /// The chip, such as `atmega328p` (`emu chips` lists them). Not needed for C and byte code.
+    #[arg(long, value_name = "CHIP", value_parser = family::chip)]
+    mcu: Option<&'static Chip>,
+    /// What to write.
+    #[arg(long, value_name = "KIND", value_enum, default_value_t = Emit::Hex)]
+    emit: Emit,
+    /// The file to write; - is standard output. Default: the program's name with the ending of its kind, such as .hex, in the
+    /// current folder (standard output for a program from standard input).
     #[arg(short, long, value_name = "FILE")]
     output: Option<String>,
     /// Write the instructions below the rungs that they come from.
@@ -35,8 +43,53 @@ pub struct CompileArgs {
     /// Write where everything is (rungs, elements, symbols, pins, scan), as JSON.
     #[arg(long, value_name = "FILE")]
     map: Option<String>,
+    /// How hard to work on small code: 1 is the default; with 0 every operation on bits is a template of its own.
+    #[arg(short = 'O', long = "optimise", value_name = "LEVEL", default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..=1))]
+    optimise: u8,
     #[command(flatten)]
     target: Target,
+    /// The figures as one JSON document on standard output: bytes, RAM, clocks of the longest scan and of every rung.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What a program can be turned into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Emit {
+    /// Intel HEX.
+    Hex,
+    /// Assembly source, for `emu asm` and for the family's usual assembler.
+    Asm,
+    /// The listing.
+    Lst,
+    /// The map, as JSON.
+    Map,
+    /// The intermediate code.
+    Ir,
+    /// ANSI C, one call a scan.
+    C,
+    /// Byte code for a small interpreter.
+    Bytecode,
+}
+
+impl Emit {
+    /// Ending of the name of its files.
+    fn ending(self) -> &'static str {
+        match self {
+            Emit::Hex => "hex",
+            Emit::Asm => "asm",
+            Emit::Lst => "lst",
+            Emit::Map => "json",
+            Emit::Ir => "ir",
+            Emit::C => "c",
+            Emit::Bytecode => "inc",
+        }
+    }
+
+    /// No chip has to be named.
+    fn is_source(self) -> bool {
+        matches!(self, Emit::C | Emit::Bytecode)
+    }
 }
 
 /// What a compiled program is told about its chip.
@@ -59,18 +112,25 @@ fn pin(text: &str) -> Result<(String, String), String> {
 
 /// Compiles a program. When anything fails no file is written.
 pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
-    let hex = args.output.clone().unwrap_or_else(|| default_name(&args.program.file));
-    let mut outputs = vec![("--output", hex.as_str())];
+    let main = args.output.clone().unwrap_or_else(|| named(&args.program.file, args.emit.ending()));
+    let mut outputs = vec![("--output", main.as_str())];
     outputs.extend(args.listing.as_deref().map(|file| ("--listing", file)));
     outputs.extend(args.map.as_deref().map(|file| ("--map", file)));
-    output::owners(&outputs)?;
+    let printed = args.json.then_some(("--json", "-"));
+    output::owners(&outputs.iter().copied().chain(printed).collect::<Vec<_>>())?;
     output::spares(&args.program.file, &outputs)?;
+    if args.emit.is_source() {
+        return source(args, &main, terminal);
+    }
+    let Some(chip) = args.mcu else {
+        return Err(Failure::Usage("the chip is missing; give --mcu CHIP (`emu chips` lists them)".to_owned()));
+    };
     let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
     let options = Options {
-        mcu: args.mcu.chip.name.to_owned(),
+        mcu: chip.name.to_owned(),
         pins: args.target.pins.clone(),
         clock_hz: args.target.clock,
-        ..Options::default()
+        optimise: args.optimise > 0,
     };
     let compiled = match ladder_compile::compile(&read.program, &options) {
         Ok(compiled) => compiled,
@@ -78,20 +138,90 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
     };
     let mut map = serde_json::to_string_pretty(&compiled.map).map_err(|e| Failure::writing("map", &e.into()))?;
     map.push('\n');
-    let texts =
-        [Some(&compiled.hex), args.listing.as_ref().map(|_| &compiled.listing), args.map.as_ref().map(|_| &map)];
+    let text = match args.emit {
+        Emit::Asm => ladder_compile::assembly(&read.program, chip, &compiled.built, &compiled.map),
+        Emit::Lst => compiled.listing.clone(),
+        Emit::Map => map.clone(),
+        Emit::Ir => compiled.ir.clone(),
+        Emit::Hex | Emit::C | Emit::Bytecode => compiled.hex.clone(),
+    };
+    let texts = [Some(&text), args.listing.as_ref().map(|_| &compiled.listing), args.map.as_ref().map(|_| &map)];
     let files: Vec<(&str, &[u8])> =
         outputs.iter().zip(texts.into_iter().flatten()).map(|((_, file), text)| (*file, text.as_bytes())).collect();
     output::files(&files)?;
     report(terminal, &compiled.notes, &read.texts);
+    if args.json {
+        output::json(&document(&args.program.file, &compiled))?;
+    } else {
+        output::tell(&figures(&compiled.map));
+    }
     Ok(exit::OK)
+}
+
+/// Writes a source that is for no chip.
+fn source(args: &CompileArgs, main: &str, terminal: &Terminal) -> Result<u8, Failure> {
+    if args.listing.is_some() || args.map.is_some() || args.json {
+        let why = "--listing, --map and --json tell about an image, and a source is none";
+        return Err(Failure::Usage(why.to_owned()));
+    }
+    let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
+    let emitted = match args.emit {
+        Emit::Bytecode => emit::bytecode::emit(&read.program),
+        _ => emit::c::emit(&read.program),
+    };
+    match emitted {
+        Ok(source) => output::files(&[(main, source.text.as_bytes())]).map(|()| exit::OK),
+        Err(refusals) => Err(Failure::Refused(refusals, read.texts)),
+    }
+}
+
+/// What one buys a chip by, in two lines.
+fn figures(map: &Map) -> String {
+    let rung = map.rungs.iter().max_by_key(|rung| (rung.worst_cycles, std::cmp::Reverse(rung.rung)));
+    let rung = rung.map_or(String::new(), |rung| format!(" (rung {} up to {})", rung.rung, rung.worst_cycles));
+    format!(
+        "code {} bytes, RAM {} bytes\nlongest scan {} machine cycles{rung}, of a period of {}; slack {}\n",
+        map.code_bytes,
+        map.ram_bytes,
+        map.worst_scan_cycles,
+        map.cycle.num / map.cycle.den.max(1),
+        map.slack_cycles
+    )
+}
+
+/// The figures as one document.
+fn document(program: &str, compiled: &Compiled) -> serde_json::Value {
+    let map = &compiled.map;
+    let rungs = map.rungs.iter();
+    let rungs: Vec<_> = rungs
+        .map(|r| json!({ "rung": r.rung, "code_bytes": r.end - r.start, "worst_cycles": r.worst_cycles }))
+        .collect();
+    json!({
+        "schema": 1,
+        "program": program,
+        "mcu": map.mcu,
+        "clock_hz": map.clock_hz,
+        "cycle": map.cycle,
+        "code_bytes": map.code_bytes,
+        "ram_bytes": map.ram_bytes,
+        "worst_scan_cycles": map.worst_scan_cycles,
+        "poll_cycles": map.poll_cycles,
+        "slack_cycles": map.slack_cycles,
+        "rungs": rungs,
+        "notes": compiled.notes,
+    })
 }
 
 /// The name of the image that is made of a program.
 pub fn default_name(program: &str) -> String {
+    named(program, "hex")
+}
+
+/// The name of what is made of a program.
+fn named(program: &str, ending: &str) -> String {
     let stem = Path::new(program).file_stem().map(|stem| stem.to_string_lossy());
     match stem {
-        Some(stem) if program != "-" => format!("{stem}.hex"),
+        Some(stem) if program != "-" => format!("{stem}.{ending}"),
         _ => "-".to_owned(),
     }
 }

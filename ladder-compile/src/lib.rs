@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 pub mod ap101;
+mod asm;
 pub mod avr;
 pub mod code;
 mod codes;
@@ -39,6 +40,7 @@ use ladder::Program;
 use ir::Ir;
 use target::{Built, Job, Refusal, Target};
 
+pub use asm::assembly;
 pub use codes::{CODES, FUSES_NOTE};
 pub use map::{EepromMap, ElementMap, Map, PinMap, Place, Ratio, RungMap, SCHEMA, Special, SymbolMap};
 #[cfg(feature = "mutants")]

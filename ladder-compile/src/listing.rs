@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use emu_core::chip::{Chip, Family};
+use emu_core::chip::Chip;
 use ladder::{ElementId, Node, Program};
 
 use crate::ir::{Ir, Op};
@@ -18,7 +18,6 @@ pub fn listing(program: &Program, ir: &Ir, chip: &Chip, built: &Built, map: &Map
     head(&mut out, program, map);
     let mut marks = built.marks.iter().peekable();
     let mut elements = map.elements.iter();
-    let unit = address_unit(chip);
     let plain = has_logic(ir);
     let steps_marked = built.marks.iter().any(|(mark, _)| matches!(mark, Mark::Step { .. }));
     for line in &built.lines {
@@ -51,17 +50,9 @@ pub fn listing(program: &Program, ir: &Ir, chip: &Chip, built: &Built, map: &Map
         let digits = if chip.word_bytes == 1 { 2 } else { 4 };
         let hex: Vec<String> = line.words.iter().map(|word| format!("{word:0digits$X}")).collect();
         let text = if line.text.is_empty() { "; data" } else { &line.text };
-        _ = writeln!(out, "{:04X}  {:<9}  {text}", line.addr * unit, hex.join(" "));
+        _ = writeln!(out, "{:04X}  {:<9}  {text}", chip.code_address(line.addr), hex.join(" "));
     }
     out
-}
-
-/// What an address counts, in addresses per word of program memory.
-pub(crate) fn address_unit(chip: &Chip) -> u32 {
-    match chip.family {
-        Family::Avr | Family::Mcs51 => chip.word_bytes,
-        Family::Pic16 | Family::Ap101 => 1,
-    }
 }
 
 fn has_logic(ir: &Ir) -> bool {

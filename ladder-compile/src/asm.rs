@@ -1,0 +1,127 @@
+//! The image as an assembly source, which assembles to the same bytes: with `emu asm`, and with the assembler that people of
+//! the family use (gpasm; as31 and sdas8051; avr-as).
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use emu_core::chip::{Chip, Family};
+use ladder::Program;
+
+use crate::map::Map;
+use crate::target::{Built, Line, Mark};
+
+/// How a family's assemblers spell what is no instruction.
+struct Dialect {
+    /// Words of the chip as data.
+    data: &'static str,
+    /// Goes on at an address.
+    org: &'static str,
+    /// First and last lines.
+    head: String,
+    tail: &'static str,
+}
+
+/// Column in which comments begin.
+const COMMENT: usize = 40;
+
+/// Longest comment, in characters: some assemblers have short lines.
+const LONGEST: usize = 80;
+
+/// The source of `built`, with the elements of `program` as comments.
+#[must_use]
+pub fn assembly(program: &Program, chip: &Chip, built: &Built, map: &Map) -> String {
+    let dialect = dialect(chip);
+    let starts: BTreeSet<u32> = built.lines.iter().map(|line| line.addr).collect();
+    let labels: BTreeSet<u32> = built.lines.iter().filter_map(|l| l.target).filter(|at| starts.contains(at)).collect();
+    let mut out = String::new();
+    comment(&mut out, &format!("{} for {} at {} Hz", program.file, map.mcu, map.clock_hz));
+    map.fuses.iter().for_each(|line| comment(&mut out, line));
+    out += &dialect.head;
+    let mut marks = built.marks.iter().peekable();
+    let mut elements = map.elements.iter();
+    let mut at = 0;
+    for line in &built.lines {
+        while let Some((mark, _)) = marks.next_if(|(_, at)| *at <= line.addr) {
+            match mark {
+                Mark::Part(title) => comment(&mut out, title),
+                Mark::Rung(number) => comment(&mut out, &format!("rung {}", number + 1)),
+                Mark::Element(_) => {
+                    if let Some(element) = elements.next().filter(|e| e.start != e.end) {
+                        comment(&mut out, &format!("{}.{} {}", element.rung, element.element, element.text));
+                    }
+                }
+                _ => {}
+            }
+        }
+        if line.addr != at {
+            _ = writeln!(out, "    {} 0x{:04X}", dialect.org, chip.code_address(line.addr));
+        }
+        at = line.addr + line.words.len() as u32;
+        if labels.contains(&line.addr) {
+            _ = writeln!(out, "{}:", label(line.addr));
+        }
+        instruction(&mut out, chip, &dialect, line, &labels);
+    }
+    for (from, bytes) in outside(chip, built) {
+        _ = writeln!(out, "    {} 0x{:04X}", dialect.org, from / chip.word_bytes);
+        for word in bytes.chunks(chip.word_bytes as usize) {
+            let word = word.iter().rev().fold(0u16, |high, &low| high << 8 | u16::from(low));
+            _ = writeln!(out, "    {} 0x{word:04X}", dialect.data);
+        }
+    }
+    out += dialect.tail;
+    out
+}
+
+fn dialect(chip: &Chip) -> Dialect {
+    let (data, org, head, tail) = match chip.family {
+        Family::Avr => (".word", ".org", String::new(), ""),
+        Family::Mcs51 => (".db", ".org", String::new(), ""),
+        Family::Pic16 => ("dw", "org", format!("    list p={}\n", chip.name.trim_start_matches("pic")), "    end\n"),
+        Family::Ap101 => (".word", ".org", String::new(), ""),
+    };
+    Dialect { data, org, head, tail }
+}
+
+/// Segments of the file that are no code: byte address in the file, and bytes.
+fn outside<'a>(chip: &Chip, built: &'a Built) -> impl Iterator<Item = (u32, &'a [u8])> {
+    let end = built.lines.last().map_or(0, |line| (line.addr + line.words.len() as u32) * chip.word_bytes);
+    built.segments.iter().filter(move |(from, _)| *from >= end).map(|(from, bytes)| (*from, &bytes[..]))
+}
+
+fn comment(out: &mut String, text: &str) {
+    let plain: String = text.chars().map(|c| if c.is_ascii_graphic() { c } else { ' ' }).take(LONGEST).collect();
+    _ = writeln!(out, "; {}", plain.trim_end());
+}
+
+fn label(at: u32) -> String {
+    format!("L{at:04X}")
+}
+
+fn instruction(out: &mut String, chip: &Chip, dialect: &Dialect, line: &Line, labels: &BTreeSet<u32>) {
+    let digits = chip.word_bytes as usize * 2;
+    let words: Vec<String> = line.words.iter().map(|word| format!("0x{word:0digits$X}")).collect();
+    if line.text.is_empty() || line.text.starts_with('.') {
+        for some in words.chunks(8) {
+            _ = writeln!(out, "    {} {}", dialect.data, some.join(", "));
+        }
+        return;
+    }
+    let text = line.text.split(';').next().unwrap_or("").trim_end();
+    let text = match line.target.filter(|at| labels.contains(at)) {
+        Some(at) => aimed(text, &label(at)),
+        None => text.to_owned(),
+    };
+    let width = COMMENT - 4;
+    _ = writeln!(out, "    {text:<width$}; {:04X}", chip.code_address(line.addr));
+}
+
+/// The instruction with its last operand, the target, replaced by a label.
+fn aimed(text: &str, label: &str) -> String {
+    let before = text.rfind(',').or_else(|| text.find(char::is_whitespace));
+    match before {
+        Some(at) if text[at..].starts_with(',') => format!("{}, {label}", &text[..at]),
+        Some(at) => format!("{}  {label}", &text[..at]),
+        None => text.to_owned(),
+    }
+}
