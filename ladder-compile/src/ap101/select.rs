@@ -34,12 +34,14 @@ pub struct Select<'a, 'b> {
     /// Temporaries that are not kept, because another bit is the same for as long as they are read: that one, and whether it is the
     /// complement.
     same: HashMap<Bit, (u16, bool)>,
+    /// A does not really hold what it is said to.
+    passing: bool,
 }
 
 impl<'a, 'b> Select<'a, 'b> {
     /// `all`: the operations of the scan, which [`Select::next`] takes one after the other.
     pub fn new(asm: &'b mut Asm<Machine>, layout: &'a Layout, all: &'a [&'a Op]) -> Self {
-        Select { asm, layout, all, inverted: false, known: None, held: None, same: HashMap::new() }
+        Select { asm, layout, all, inverted: false, known: None, held: None, same: HashMap::new(), passing: false }
     }
 
     /// The next operation of the scan.
@@ -84,18 +86,31 @@ impl<'a, 'b> Select<'a, 'b> {
         self.same.get(&bit).copied().unwrap_or((self.bit(bit), false))
     }
 
+    /// A temporary can be that address for as long as it is read; `rest` comes behind its store.
+    fn lasts(&self, bit: Bit, addr: u16, rest: &Rest<'_>) -> bool {
+        self.layout.temporary.contains(&bit)
+            && rest.then.is_none()
+            && addr != self.layout.scratch
+            && !(R..M).contains(&addr)
+            && self.stays(rest.ops, bit, addr)
+    }
+
     /// Stores the accumulator in a temporary by remembering which bit is the same; false where none is, or not long enough.
     fn remembers(&mut self, bit: Bit, negated: bool, rest: &Rest<'_>) -> bool {
         self.same.remove(&bit);
-        let Some((addr, complement)) = self.held else { return false };
-        let lasts = self.layout.temporary.contains(&bit)
-            && rest.then.is_none()
-            && addr != self.layout.scratch
-            && !(R..M).contains(&addr);
-        if lasts && self.stays(rest.ops, bit, addr) {
+        if let Some((addr, complement)) = self.held
+            && self.lasts(bit, addr, rest)
+        {
             self.same.insert(bit, (addr, complement != (self.inverted != negated)));
         }
         self.same.contains_key(&bit)
+    }
+
+    /// What is loaded is only stored, and that store only remembered.
+    fn passes(&self, addr: u16, rest: &Rest<'_>) -> bool {
+        let Some((Op::Store { bit, .. }, ops)) = rest.ops.split_first() else { return false };
+        let behind = Rest { ops, then: rest.then };
+        !reads_acc(&behind) && self.lasts(*bit, addr, &behind)
     }
 
     /// Until `bit` gets a new value for certain, nothing writes to it or to the address.
@@ -197,7 +212,12 @@ impl<'a, 'b> Select<'a, 'b> {
             }
             Op::Load { bit, negated } => {
                 let (addr, complement) = self.source(*bit);
-                self.load(addr, *negated != complement, rest);
+                if self.passes(addr, rest) {
+                    // As if A held it, until the store is over.
+                    (self.held, self.inverted, self.passing) = (Some((addr, false)), *negated != complement, true);
+                } else {
+                    self.load(addr, *negated != complement, rest);
+                }
             }
             Op::And { bit, negated } => {
                 let (addr, complement) = self.source(*bit);
@@ -210,6 +230,9 @@ impl<'a, 'b> Select<'a, 'b> {
             Op::Store { bit, negated } => {
                 if !self.remembers(*bit, *negated, rest) {
                     self.store(self.bit(*bit), *negated);
+                }
+                if std::mem::take(&mut self.passing) {
+                    self.held = None;
                 }
             }
             Op::Put { bit, value } => {
