@@ -100,7 +100,8 @@ fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<Vec<Change>, Bo
     for &(name, column) in columns {
         let input = name.starts_with(['X', 'A']);
         if input && evaluator.index(name).is_none() {
-            let near = nearest(name, names.iter().copied()).map_or(String::new(), |near| format!("; did you mean {near}?"));
+            let near =
+                nearest(name, names.iter().copied()).map_or(String::new(), |near| format!("; did you mean {near}?"));
             let cause = format!("the program has no symbol `{}`", shown(name));
             let pos = Pos::new(1, column, name.chars().count() as u32);
             return Err(fault(pos, cause, &format!("mend the name{near}")));

@@ -72,7 +72,9 @@ pub(crate) fn disagreements(
         let of = format!("({} us at {} Hz)", program.settings.cycle_us, pace.clock_hz);
         told.push((format!("a period of {} cycles {of}", pace.period()), format!("{} cycles", ratio(num, den))));
     }
-    if u64::from(map.tick) > pace.tick {
+    // A coarser tick does no harm where a period is a whole number of them.
+    let whole = pace.den == 1 && map.tick != 0 && pace.num.is_multiple_of(map.tick.into());
+    if u64::from(map.tick) > pace.tick && !whole {
         let wanted = format!("a tick of the timer of at most {} cycles", pace.tick);
         told.push((wanted, format!("{} cycles", map.tick)));
     }

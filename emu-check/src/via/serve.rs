@@ -172,7 +172,7 @@ fn has_gpior(name: &str) -> bool {
 }
 
 /// Reads what a compiler has made.
-fn load(scratch: &Scratch, name: &str, chip: &Chip, machine: ElfMachine) -> Result<Image, Diagnostic> {
+pub(super) fn load(scratch: &Scratch, name: &str, chip: &Chip, machine: ElfMachine) -> Result<Image, Diagnostic> {
     let loaded = image::load(name, &scratch.read(name)?, chip.hex, chip.elf, machine);
     loaded.map(|loaded| loaded.image).map_err(|faults| {
         let first = faults.into_iter().next().map_or_else(String::new, |fault| fault.to_string());

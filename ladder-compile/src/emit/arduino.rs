@@ -170,18 +170,18 @@ fn objects(ir: &Ir) -> Spelling {
 }
 
 const CLASSES: &str = "
-/* An input, on while its pin is high; the pull-up is on. */
+/* An input, on while its pin is high; the pull-up is on. A change counts when it has lasted for `steady` scans more. */
 class Input {
   public:
     bool on;
-    Input(byte pin) : on(false), pin(pin), changing(0) {}
+    Input(byte pin, unsigned long steady) : on(false), pin(pin), steady(steady), changing(0) {}
     void setup() { pinMode(pin, INPUT_PULLUP); }
     void read()
     {
         bool level = digitalRead(pin) == HIGH;
         if (level == on)
             changing = 0;
-        else if (changing < DEBOUNCE_SCANS)
+        else if (changing < steady)
             changing++;
         else {
             on = level;
@@ -190,7 +190,7 @@ class Input {
     }
   private:
     byte pin;
-    unsigned long changing;
+    unsigned long steady, changing;
 };
 
 /* An output; its pin follows at the end of a scan. */
@@ -324,7 +324,7 @@ fn declared(plan: &Plan<'_>, pins: &[Pin], objects: &Spelling) -> String {
         let of = |(bit, name): (crate::ir::Bit, &str)| Some(of(objects.bits.get(bit.0 as usize)?, pin(name)));
         plan.bits(role).filter_map(of).collect()
     };
-    kind("Inputs", bits(BitRole::Input, |name, pin| format!("Input {name}({pin});\n")));
+    kind("Inputs", bits(BitRole::Input, |name, pin| format!("Input {name}({pin}, DEBOUNCE_SCANS);\n")));
     kind("Outputs", bits(BitRole::Output, |name, pin| format!("Output {name}({pin});\n")));
     kind("Relays", bits(BitRole::Relay, |name, _| format!("Flag {name};\n")));
     let words = |class: &str, wanted: fn(WordRole) -> bool| -> Vec<String> {

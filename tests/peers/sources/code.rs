@@ -117,7 +117,11 @@ fn compare(case: &Case, source: &Source, found: &[Record], wanted: &[Record]) {
     }
 }
 
-fn both(emit: fn(&ladder::Program, &Ir) -> Source, slots: Slots, run: impl Fn(&[(Source, Script)]) -> Vec<Vec<Record>>) {
+fn both(
+    emit: fn(&ladder::Program, &Ir) -> Source,
+    slots: Slots,
+    run: impl Fn(&[(Source, Script)]) -> Vec<Vec<Record>>,
+) {
     let cases = cases(60);
     let mut wanted = Vec::new();
     let mut programs = Vec::new();

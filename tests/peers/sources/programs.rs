@@ -1,0 +1,137 @@
+//! Ladder programs by way of each source, against the evaluator: the examples, the programs of the tests, random ones.
+
+use std::path::{Path, PathBuf};
+
+use emu_check::Options;
+use emu_check::via::serve::Form;
+use emu_check::via::{Report, Via, check, check_many};
+use ladder::Program;
+
+use crate::random::Generator;
+use crate::seed;
+use crate::table;
+
+fn parse(file: &str, text: &str) -> Program {
+    match ladder::parse(file, text) {
+        Ok(parsed) => parsed.program,
+        Err(faults) => panic!("{}\n{text}", faults.iter().map(|d| format!("{d}\n")).collect::<String>()),
+    }
+}
+
+/// The programs of a folder of the workspace, by name.
+fn folder(name: &str) -> Vec<Program> {
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+    let entries = std::fs::read_dir(&dir).unwrap_or_else(|e| panic!("{}: {e}", dir.display()));
+    let mut paths: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    paths.retain(|path| path.extension().is_some_and(|e| e == "ld"));
+    paths.sort();
+    let read = |path: &PathBuf| std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    paths.iter().map(|path| parse(&path.display().to_string(), &read(path))).collect()
+}
+
+fn written() -> Vec<Program> {
+    let mut programs = folder("examples");
+    programs.extend(folder("emu-check/tests/programs"));
+    programs
+}
+
+fn tables() -> Vec<Program> {
+    table::cases().iter().map(|case| parse(&case.name, &case.program)).collect()
+}
+
+fn random(count: u64) -> Vec<Program> {
+    let first = seed() * 10_000;
+    (first..first + count).map(|seed| parse(&format!("random {seed}"), &Generator::program(seed))).collect()
+}
+
+fn options(scans: u64) -> Options {
+    Options { seed: seed(), scans, ..Options::default() }
+}
+
+fn agreed(program: &Program, report: &Report) {
+    assert!(report.agreed, "{}\n{}", ladder::write(program), report.text());
+}
+
+/// All of `programs` in one executable. What the language itself refuses is left out: an element in the middle of a rung that
+/// must end it, which the traces of `tests/ladder` show all the same.
+fn many(programs: &[Program], form: Form, scans: u64) {
+    let reports = check_many(programs, form, &options(scans)).unwrap_or_else(|e| panic!("{e}"));
+    let mut compared = 0;
+    for (program, report) in programs.iter().zip(&reports) {
+        match report {
+            Ok(report) => {
+                agreed(program, report);
+                compared += 1;
+            }
+            Err(faults) => assert!(faults.iter().all(|fault| fault.code == "LD102"), "{}: {faults:?}", program.file),
+        }
+    }
+    println!("{compared} of {} programs compared", programs.len());
+    assert!(compared * 10 >= programs.len() * 8, "only {compared} of {} programs compared", programs.len());
+}
+
+#[test]
+#[ignore = "needs gcc: .ci/peers installs it"]
+fn programs_agree_in_c() {
+    many(&written(), Form::C, 1000);
+    many(&tables(), Form::C, 400);
+}
+
+#[test]
+#[ignore = "needs gcc: .ci/peers installs it"]
+fn programs_agree_as_byte_code() {
+    many(&written(), Form::Bytecode, 1000);
+    many(&tables(), Form::Bytecode, 400);
+}
+
+#[test]
+#[ignore = "needs gcc: .ci/peers installs it"]
+fn random_programs_agree_in_c() {
+    many(&random(300), Form::C, 300);
+}
+
+#[test]
+#[ignore = "needs gcc: .ci/peers installs it"]
+fn random_programs_agree_as_byte_code() {
+    many(&random(300), Form::Bytecode, 300);
+}
+
+fn each(programs: &[Program], via: Via, mcu: &str, scans: u64) {
+    for program in programs {
+        let options = Options { mcu: mcu.to_owned(), ..options(scans) };
+        match check(program, via, &options) {
+            Ok(report) => agreed(program, &report),
+            Err(faults) => {
+                panic!("{}\n{}", ladder::write(program), faults.iter().map(|d| format!("{d}\n")).collect::<String>())
+            }
+        }
+    }
+}
+
+#[test]
+#[ignore = "needs avr-gcc: .ci/peers installs it"]
+fn programs_agree_in_c_on_an_avr() {
+    each(&written(), Via::C, "atmega328p", 300);
+    each(&random(10), Via::C, "atmega328p", 200);
+}
+
+#[test]
+#[ignore = "needs avr-gcc: .ci/peers installs it"]
+fn programs_agree_as_byte_code_on_an_avr() {
+    each(&written(), Via::Bytecode, "atmega328p", 300);
+    each(&random(10), Via::Bytecode, "atmega328p", 200);
+}
+
+#[test]
+#[ignore = "needs sdcc: .ci/peers installs it"]
+fn programs_agree_in_c_on_an_8051() {
+    each(&written(), Via::C, "8051", 150);
+    each(&random(4), Via::C, "8052", 100);
+}
+
+#[test]
+#[ignore = "needs avr-g++ and the core of the Arduino: .ci/peers installs them"]
+fn programs_agree_as_sketches() {
+    each(&written(), Via::Arduino, "atmega328p", 200);
+    each(&random(6), Via::Arduino, "atmega328p", 150);
+}
