@@ -27,7 +27,7 @@ Examples:
 pub struct CompileArgs {
     #[command(flatten)]
     program: Ladder,
-    /// The chip, such as `atmega328p` (`emu chips` lists them). Not needed for C and byte code.
+    /// The chip, such as `atmega328p` (`emu chips` lists them). Not needed for C, sketches and byte code.
     #[arg(long, value_name = "CHIP", value_parser = family::chip)]
     mcu: Option<&'static Chip>,
     /// What to write.
@@ -68,6 +68,8 @@ enum Emit {
     Ir,
     /// ANSI C, one call a scan.
     C,
+    /// A sketch for the Arduino Uno.
+    Arduino,
     /// Byte code for a small interpreter.
     Bytecode,
 }
@@ -82,13 +84,14 @@ impl Emit {
             Emit::Map => "json",
             Emit::Ir => "ir",
             Emit::C => "c",
+            Emit::Arduino => "ino",
             Emit::Bytecode => "inc",
         }
     }
 
     /// No chip has to be named.
     fn is_source(self) -> bool {
-        matches!(self, Emit::C | Emit::Bytecode)
+        matches!(self, Emit::C | Emit::Arduino | Emit::Bytecode)
     }
 }
 
@@ -143,7 +146,7 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
         Emit::Lst => compiled.listing.clone(),
         Emit::Map => map.clone(),
         Emit::Ir => compiled.ir.clone(),
-        Emit::Hex | Emit::C | Emit::Bytecode => compiled.hex.clone(),
+        Emit::Hex | Emit::C | Emit::Arduino | Emit::Bytecode => compiled.hex.clone(),
     };
     let texts = [Some(&text), args.listing.as_ref().map(|_| &compiled.listing), args.map.as_ref().map(|_| &map)];
     let files: Vec<(&str, &[u8])> =
@@ -166,11 +169,19 @@ fn source(args: &CompileArgs, main: &str, terminal: &Terminal) -> Result<u8, Fai
     }
     let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
     let emitted = match args.emit {
-        Emit::Bytecode => emit::bytecode::emit(&read.program),
-        _ => emit::c::emit(&read.program),
+        Emit::Bytecode => emit::bytecode::emit(&read.program).map(|source| (source.text, Vec::new())),
+        Emit::Arduino => {
+            let options = emit::arduino::Options { pins: args.target.pins.clone(), ..Default::default() };
+            emit::arduino::emit(&read.program, &options).map(|sketch| (sketch.source.text, sketch.notes))
+        }
+        _ => emit::c::emit(&read.program).map(|source| (source.text, Vec::new())),
     };
     match emitted {
-        Ok(source) => output::files(&[(main, source.text.as_bytes())]).map(|()| exit::OK),
+        Ok((text, notes)) => {
+            output::files(&[(main, text.as_bytes())])?;
+            report(terminal, &notes, &read.texts);
+            Ok(exit::OK)
+        }
         Err(refusals) => Err(Failure::Refused(refusals, read.texts)),
     }
 }
