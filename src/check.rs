@@ -45,8 +45,13 @@ pub struct CheckArgs {
     dialect: Option<Dialect>,
     /// The chips, separated by commas, or `all` that there is a compiler for: a chip that lacks what a program needs is then
     /// listed with the reason.
-    #[arg(long, value_name = "CHIP", value_parser = which, value_delimiter = ',', required = true)]
+    #[arg(long, value_name = "CHIP", value_parser = which, value_delimiter = ',', required_unless_present = "via")]
     mcu: Vec<Which>,
+    /// Check an emitted source instead of the image, compiled by compilers on the PATH: `native`, C by gcc on this computer;
+    /// `c`, by avr-gcc or sdcc on the chip; `bytecode` on the chip; `arduino`, a sketch on the atmega328p. Without --mcu the
+    /// chip is the atmega328p.
+    #[arg(long, value_name = "WAY", value_parser = crate::via::way)]
+    via: Option<emu_check::via::Via>,
     /// Seed of everything random, stimulus and RAM: a number. It is fixed unless given, so that runs can be repeated.
     #[arg(long, value_name = "N", default_value_t = Options::default().seed)]
     seed: u64,
@@ -90,6 +95,15 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
                 chips.push(chip.name);
             }
         }
+    }
+    if let Some(via) = args.via {
+        let chips = if chips.is_empty() {
+            vec![Options::default().mcu]
+        } else {
+            chips.iter().map(|c| (*c).to_owned()).collect()
+        };
+        let options: Vec<Options> = chips.iter().map(|chip| options(args, chip)).collect();
+        return crate::via::check(via, &options, programs, all, args.json);
     }
     let mut pairs: Vec<(&Read, Options)> = Vec::new();
     for read in &programs {
