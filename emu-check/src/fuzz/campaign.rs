@@ -8,7 +8,7 @@ use ladder::Program;
 use serde::{Deserialize, Serialize};
 
 use super::draw::{own_seed, program};
-use super::smaller::smallest;
+use super::smaller::{noted, smallest};
 use super::tally::Tally;
 use crate::{Options, Report, check};
 
@@ -193,7 +193,15 @@ pub(super) fn attempt(drawn: &Program, options: &Options) -> Outcome {
 /// Shrinks what was found and writes it down.
 fn finding(plan: &Plan, number: u64, drawn: &Program, options: &Options, kind: Fault) -> Finding {
     let file = format!("fuzz-{}-{number}-{}.ld", plan.seed, options.mcu);
-    let (program, scans) = smallest(drawn, options, kind);
+    let mut shows = |program: &Program| {
+        let outcome = attempt(program, options);
+        let scan = match &outcome {
+            Outcome::Checked(_, report) => report.difference.as_ref().map(|difference| difference.scan),
+            _ => None,
+        };
+        (outcome.fault() == Some(kind)).then_some(scan.unwrap_or(options.scans))
+    };
+    let (program, scans) = smallest(drawn, options.scans, &mut shows);
     let command =
         |scans: u64| format!("emu check {file} --mcu {} --seed {} --scans {scans}", options.mcu, options.seed);
     let program = super::smaller::noted(

@@ -4,36 +4,26 @@
 use diag::Pos;
 use ladder::{Element, Node, Operand, Program, Rung};
 
-use super::campaign::{Fault, Outcome, attempt};
-use crate::Options;
-
 /// Most checks for one program.
 const TRIES: u32 = 600;
 
-/// The smallest program found, and how many scans show the fault.
-pub(super) fn smallest(program: &Program, options: &Options, kind: Fault) -> (Program, u64) {
+/// The smallest program found, and how many scans show the fault. `shows` tells in which scan a program shows it, if it does; the
+/// program given does after `scans`.
+pub(super) fn smallest(
+    program: &Program,
+    scans: u64,
+    shows: &mut dyn FnMut(&Program) -> Option<u64>,
+) -> (Program, u64) {
     // Its comments are there from the beginning, so that they cannot change anything at the end.
     let mut best = noted(program, &["", ""]);
-    let mut scans = options.scans;
-    let mut left = TRIES;
-    let mut shows = |program: &Program, left: &mut u32| {
-        *left = left.saturating_sub(1);
-        let outcome = attempt(program, options);
-        let at = match &outcome {
-            Outcome::Checked(_, report) => report.difference.as_ref().map_or(options.scans, |d| d.scan),
-            _ => options.scans,
-        };
-        (outcome.fault() == Some(kind)).then_some(at)
-    };
-    if let Some(at) = shows(&best, &mut left) {
-        scans = at;
-    }
-    let mut n = 0;
-    while left > 0 {
+    let mut scans = shows(&best).unwrap_or(scans);
+    let (mut n, mut tries) = (0, 0);
+    while tries < TRIES {
         let Some(candidate) = candidate(&best, n) else { break };
-        match candidate.and_then(|candidate| shows(&candidate, &mut left).map(|at| (candidate, at))) {
-            // The next candidate of the same number is another one.
-            Some((candidate, at)) => (best, scans, n) = (candidate, at, n.saturating_sub(1)),
+        tries += 1;
+        match candidate.and_then(|candidate| shows(&candidate).map(|at| (candidate, at))) {
+            // What has this number now is another change.
+            Some((candidate, at)) => (best, scans) = (candidate, at),
             None => n += 1,
         }
     }
@@ -181,5 +171,37 @@ fn plainer(operand: &Operand) -> Vec<Operand> {
         Operand::Const { value: 0, .. } => Vec::new(),
         Operand::Const { value: 1, .. } => vec![known(0)],
         Operand::Const { value, .. } => vec![known(0), known(value / 2)],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::draw::program;
+    use super::*;
+
+    /// What must stay, and the text of the rungs that is left of a program that has it.
+    #[test]
+    fn only_what_shows_the_fault_is_left() {
+        let adds = |program: &Program| {
+            program.elements().any(|(_, element, _)| matches!(element, Element::Math { op: ladder::MathOp::Sub, .. }))
+        };
+        let mut tried = 0;
+        for number in 0..400 {
+            let (drawn, _) = program(3, number);
+            if !adds(&drawn) {
+                continue;
+            }
+            tried += 1;
+            // A program that cannot be read again shows nothing.
+            let mut shows = |p: &Program| (ladder::parse("x.ld", &ladder::write(p)).is_ok() && adds(p)).then_some(7);
+            let (small, scans) = smallest(&drawn, 250, &mut shows);
+            let text = ladder::write(&noted(&small, &["one", "two"]));
+            let rungs = text.split("PROGRAM\n").nth(1).unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
+            let left = rungs.strip_prefix("RUNG COMMENT fuzz: one END RUNG COMMENT fuzz: two END RUNG SUB ");
+            let operands = left.map(|left| left.split(' ').skip(1).collect::<Vec<_>>());
+            assert_eq!(operands.as_deref(), Some(&["0", "0", "END"][..]), "program {number}: {text}");
+            assert_eq!(scans, 7);
+        }
+        assert!(tried >= 20, "only {tried} programs");
     }
 }
