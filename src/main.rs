@@ -51,6 +51,7 @@ mod sources;
 mod store;
 mod summary;
 mod trace;
+mod via;
 mod wave;
 
 use std::panic;

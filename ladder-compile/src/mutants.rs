@@ -62,7 +62,7 @@ enum Change {
 struct Candidate<'a> {
     kind: MutantKind,
     element: Option<ElementId>,
-    what: String,
+    what: Box<dyn Fn() -> String + 'a>,
     make: Box<dyn Fn() -> Change + 'a>,
 }
 
@@ -72,10 +72,9 @@ pub fn mutants(program: &Program, options: &Options) -> Vec<Mutant> {
     let Ok(prepared) = prepare(program, options) else { return Vec::new() };
     let job = prepared.job(program);
     let Ok(built) = (job.target.build)(&job) else { return Vec::new() };
-    let all = candidates(program, &prepared, &built);
-    all.into_iter()
-        .zip(0..)
-        .map(|(candidate, id)| Mutant { id, kind: candidate.kind, element: candidate.element, what: candidate.what })
+    let all = of_code(&prepared).into_iter().chain(of_image(program, &prepared, &built));
+    all.zip(0..)
+        .map(|(candidate, id)| Mutant { id, kind: candidate.kind, element: candidate.element, what: (candidate.what)() })
         .collect()
 }
 
@@ -88,19 +87,26 @@ pub fn compile_mutant(program: &Program, options: &Options, id: u32) -> Result<C
     let job = prepared.job(program);
     let build =
         |job: &crate::target::Job<'_>| (job.target.build)(job).map_err(|refusal| refusal::tell(&refusal, program, job));
+    let mut code = of_code(&prepared);
+    let count = code.len();
+    let id = id as usize;
+    if id < count {
+        let change = (code.swap_remove(id).make)();
+        let (mut ir, mut pins) = (None, None);
+        match change {
+            Change::Ir(changed) => ir = Some(changed),
+            Change::Pins(changed) => pins = Some(changed),
+            Change::Time(..) | Change::LeftOut(_) => {}
+        }
+        let with = crate::target::Job { ir: ir.as_ref().unwrap_or(job.ir), ..job };
+        let built = build(&crate::target::Job { pins: pins.as_deref().unwrap_or(job.pins), ..with })?;
+        return finish(program, &with, built, prepared.notes.clone());
+    }
     let sound = build(&job)?;
-    let change = candidates(program, &prepared, &sound).into_iter().nth(id as usize).map(|found| (found.make)());
+    let change = of_image(program, &prepared, &sound).into_iter().nth(id - count).map(|found| (found.make)());
     let notes = prepared.notes.clone();
     match change {
-        None => finish(program, &job, sound, notes),
-        Some(Change::Ir(ir)) => {
-            let job = crate::target::Job { ir: &ir, ..job };
-            finish(program, &job, build(&job)?, notes)
-        }
-        Some(Change::Pins(pins)) => {
-            let built = build(&crate::target::Job { pins: &pins, ..job })?;
-            finish(program, &job, built, notes)
-        }
+        None | Some(Change::Ir(_) | Change::Pins(_)) => finish(program, &job, sound, notes),
         Some(Change::Time(clock_hz, cycle_us)) => {
             let built = build(&crate::target::Job { clock_hz, cycle_us, ..job })?;
             // The map says what should be.
@@ -111,12 +117,17 @@ pub fn compile_mutant(program: &Program, options: &Options, id: u32) -> Result<C
     }
 }
 
-fn candidates<'a>(program: &'a Program, prepared: &'a Prepared, built: &'a Built) -> Vec<Candidate<'a>> {
-    let ir = &prepared.ir;
-    let mut all = operations(ir);
-    all.extend(shape::candidates(ir));
+/// Faults that are made before the image.
+fn of_code(prepared: &Prepared) -> Vec<Candidate<'_>> {
+    let mut all = operations(&prepared.ir);
+    all.extend(shape::candidates(&prepared.ir));
     all.extend(pins(prepared));
-    all.extend(periods(program, prepared, built));
+    all
+}
+
+/// Faults of the image.
+fn of_image<'a>(program: &Program, prepared: &Prepared, built: &'a Built) -> Vec<Candidate<'a>> {
+    let mut all = periods(program, prepared, built);
     all.extend(leave_out(built));
     all
 }
@@ -128,8 +139,11 @@ fn text(ir: &Ir, op: &Op) -> String {
 /// The faults of single operations, those of the rungs first.
 fn operations(ir: &Ir) -> Vec<Candidate<'_>> {
     let mut all = Vec::new();
-    let what = |op: &Op, new: Option<&Op>| {
-        format!("`{}` becomes `{}`", text(ir, op), new.map_or_else(|| "nothing".to_owned(), |new| text(ir, new)))
+    let what = |op: Op, new: Option<Op>| -> Box<dyn Fn() -> String + '_> {
+        Box::new(move || {
+            let new = new.as_ref().map_or_else(|| "nothing".to_owned(), |new| text(ir, new));
+            format!("`{}` becomes `{new}`", text(ir, &op))
+        })
     };
     for (number, rung) in ir.rungs.iter().enumerate() {
         for (at, step) in rung.steps.iter().enumerate() {
@@ -140,7 +154,7 @@ fn operations(ir: &Ir) -> Vec<Candidate<'_>> {
                     changed.rungs[number].steps.splice(at..=at, new).for_each(drop);
                     Change::Ir(changed)
                 };
-                let what = what(&op, new.as_ref());
+                let what = what(op, new);
                 let (kind, element) = (MutantKind::Operation, Some(step.at));
                 all.push(Candidate { kind, element, what, make: Box::new(make) });
             }
@@ -155,7 +169,7 @@ fn operations(ir: &Ir) -> Vec<Candidate<'_>> {
                     list.splice(at..=at, ops::replaced(ir, op, n)).for_each(drop);
                     Change::Ir(changed)
                 };
-                let what = what(&op_changed, new.as_ref());
+                let what = what(op_changed, new);
                 all.push(Candidate { kind: MutantKind::Around, element: None, what, make: Box::new(make) });
             }
         }
@@ -168,8 +182,8 @@ fn operations(ir: &Ir) -> Vec<Candidate<'_>> {
                 changed.tables[number].values[at] = other;
                 Change::Ir(changed)
             };
-            let what = format!("{}[{at}] is {other} instead of {value}", table.name);
-            all.push(Candidate { kind: MutantKind::Around, element: None, what, make: Box::new(make) });
+            let what = move || format!("{}[{at}] is {other} instead of {value}", table.name);
+            all.push(Candidate { kind: MutantKind::Around, element: None, what: Box::new(what), make: Box::new(make) });
         }
     }
     all
@@ -190,8 +204,8 @@ fn pins(prepared: &Prepared) -> Vec<Candidate<'_>> {
             (pins[n].pin, pins[other].pin) = (pins[other].pin, pins[n].pin);
             Change::Pins(pins)
         };
-        let what = format!("the pins of {} and {} are swapped", pin.name, pins[other].name);
-        all.push(Candidate { kind: MutantKind::Pin, element: None, what, make: Box::new(make) });
+        let what = move || format!("the pins of {} and {} are swapped", pin.name, pins[other].name);
+        all.push(Candidate { kind: MutantKind::Pin, element: None, what: Box::new(what), make: Box::new(make) });
     }
     all
 }
@@ -215,7 +229,7 @@ fn periods<'a>(program: &Program, prepared: &Prepared, built: &Built) -> Vec<Can
         .map(|(what, clock, cycle)| Candidate {
             kind: MutantKind::Period,
             element: None,
-            what: what.to_owned(),
+            what: Box::new(move || what.to_owned()),
             make: Box::new(move || Change::Time(clock, cycle)),
         })
         .collect()
@@ -233,11 +247,13 @@ fn leave_out(built: &Built) -> Vec<Candidate<'_>> {
     let mut all = Vec::new();
     for (n, line) in built.lines.iter().enumerate().filter(|(_, line)| !line.text.is_empty()) {
         let Some((part, ..)) = spans.iter().find(|&&(_, from, to)| (from..to).contains(&line.addr)) else { continue };
-        let what = format!("{part}: `{}` is left out", line.text.split_whitespace().collect::<Vec<_>>().join(" "));
+        let part = *part;
+        let what =
+            move || format!("{part}: `{}` is left out", line.text.split_whitespace().collect::<Vec<_>>().join(" "));
         all.push(Candidate {
             kind: MutantKind::LeftOut,
             element: None,
-            what,
+            what: Box::new(what),
             make: Box::new(move || Change::LeftOut(n)),
         });
     }

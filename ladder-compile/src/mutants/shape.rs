@@ -30,9 +30,9 @@ fn orders(ir: &Ir) -> Vec<Candidate<'_>> {
                 (steps[at].op, steps[at + 1].op) = (second.op.clone(), first.op.clone());
                 Change::Ir(changed)
             };
-            let what = format!("`{}` comes behind `{}`", text(ir, &first.op), text(ir, &second.op));
+            let what = move || format!("`{}` comes behind `{}`", text(ir, &first.op), text(ir, &second.op));
             let (kind, element) = (MutantKind::Order, Some(first.at));
-            all.push(Candidate { kind, element, what, make: Box::new(make) });
+            all.push(Candidate { kind, element, what: Box::new(what), make: Box::new(make) });
         }
     }
     all
@@ -78,8 +78,8 @@ fn rungs(ir: &Ir) -> Vec<Candidate<'_>> {
             changed.rungs[n + 1].steps = moved(n, n + 1);
             Change::Ir(changed)
         };
-        let what = format!("rungs {} and {} change places", n + 1, n + 2);
-        all.push(Candidate { kind: MutantKind::Order, element: None, what, make: Box::new(make) });
+        let what = move || format!("rungs {} and {} change places", n + 1, n + 2);
+        all.push(Candidate { kind: MutantKind::Order, element: None, what: Box::new(what), make: Box::new(make) });
     }
     all
 }
@@ -93,7 +93,7 @@ fn aliases(ir: &Ir) -> Vec<Candidate<'_>> {
             for n in 0..count {
                 let mut left = n;
                 let Some(new) = aliased(&step.op, &mut left) else { continue };
-                let what = format!("`{}` becomes `{}`", text(ir, &step.op), text(ir, &new));
+                let what = move || format!("`{}` becomes `{}`", text(ir, &step.op), text(ir, &new));
                 let make = move || {
                     let mut changed = ir.clone();
                     let mut left = n;
@@ -103,7 +103,7 @@ fn aliases(ir: &Ir) -> Vec<Candidate<'_>> {
                     Change::Ir(changed)
                 };
                 let (kind, element) = (MutantKind::Aliasing, Some(step.at));
-                all.push(Candidate { kind, element, what, make: Box::new(make) });
+                all.push(Candidate { kind, element, what: Box::new(what), make: Box::new(make) });
             }
         }
     }
@@ -201,8 +201,8 @@ fn states(ir: &Ir) -> Vec<Candidate<'_>> {
     all
 }
 
-fn moved<'a>(name: &str, other: &str, make: Box<dyn Fn() -> Change + 'a>) -> Candidate<'a> {
-    let what = format!("{name} is kept where {other} is");
+fn moved<'a>(name: &'a str, other: &'a str, make: Box<dyn Fn() -> Change + 'a>) -> Candidate<'a> {
+    let what = Box::new(move || format!("{name} is kept where {other} is"));
     Candidate { kind: MutantKind::State, element: None, what, make }
 }
 
