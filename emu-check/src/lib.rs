@@ -15,6 +15,7 @@ mod codes;
 mod contract;
 mod coverage;
 mod family;
+pub mod fuzz;
 mod goals;
 mod hints;
 mod lines;
