@@ -134,9 +134,11 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
         Err(outcomes) => {
             if !clocks.is_empty() {
                 let clocks: Vec<String> = clocks.into_iter().collect();
-                let cause = format!("CRYSTAL= is above the highest clock of a chip, which was taken: {}", clocks.join(", "));
+                let cause =
+                    format!("CRYSTAL= is above the highest clock of a chip, which was taken: {}", clocks.join(", "));
                 let file = programs.first().map_or("-", |read| read.program.file.as_str());
-                let note = Diagnostic::new(Severity::Note, codes::SLOWED, file, Pos::default(), cause, "--clock sets another");
+                let note =
+                    Diagnostic::new(Severity::Note, codes::SLOWED, file, Pos::default(), cause, "--clock sets another");
                 report(terminal, &[note], &Texts::default());
             }
             many(args, all, outcomes)
