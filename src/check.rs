@@ -1,10 +1,12 @@
 //! `emu check`: compile, run on the chip, compare every scan with the reference evaluator.
 
+use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use diag::{Diagnostic, Pos, Severity};
 use emu_check::{Options, Outcome, Refused, Summary};
 use emu_core::chip::Chip;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -12,12 +14,13 @@ use ladder::Dialect;
 use rayon::prelude::*;
 
 use crate::args::dialect;
+use crate::codes;
 use crate::compile::Target;
 use crate::fail::{Failure, exit};
 use crate::family;
 use crate::input::{self, Read};
 use crate::output;
-use crate::report::{Terminal, report};
+use crate::report::{Terminal, Texts, report};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -45,8 +48,13 @@ pub struct CheckArgs {
     dialect: Option<Dialect>,
     /// The chips, separated by commas, or `all` that there is a compiler for: a chip that lacks what a program needs is then
     /// listed with the reason.
-    #[arg(long, value_name = "CHIP", value_parser = which, value_delimiter = ',', required = true)]
+    #[arg(long, value_name = "CHIP", value_parser = which, value_delimiter = ',', required_unless_present = "via")]
     mcu: Vec<Which>,
+    /// Check an emitted source instead of the image, compiled by compilers on the PATH: `native`, C by gcc on this computer;
+    /// `c`, by avr-gcc or sdcc on the chip; `bytecode` on the chip; `arduino`, a sketch on the atmega328p. Without --mcu the
+    /// chip is the atmega328p.
+    #[arg(long, value_name = "WAY", value_parser = crate::via::way)]
+    via: Option<emu_check::via::Via>,
     /// Seed of everything random, stimulus and RAM: a number. It is fixed unless given, so that runs can be repeated.
     #[arg(long, value_name = "N", default_value_t = Options::default().seed)]
     seed: u64,
@@ -91,11 +99,21 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
             }
         }
     }
+    if let Some(via) = args.via {
+        let chips = if chips.is_empty() {
+            vec![Options::default().mcu]
+        } else {
+            chips.iter().map(|c| (*c).to_owned()).collect()
+        };
+        let options: Vec<Options> = chips.iter().map(|chip| options(args, chip)).collect();
+        return crate::via::check(via, &options, programs, all, args.json);
+    }
     let mut pairs: Vec<(&Read, Options)> = Vec::new();
     for read in &programs {
-        pairs.extend(chips.iter().map(|chip| (read, options(args, chip))));
+        pairs.extend(chips.iter().map(|chip| (read, slowed(options(args, chip), read, all))));
     }
     let bar = Bar::new(terminal, (pairs.len() as u64).saturating_mul(args.scans));
+    let clocks: BTreeSet<String> = pairs.iter().filter_map(|(_, options)| lowered(args, options)).collect();
     let outcomes: Vec<Outcome> = pairs
         .par_iter()
         .map(|(read, options)| {
@@ -113,7 +131,16 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
     bar.finish();
     match <[Outcome; 1]>::try_from(outcomes) {
         Ok([outcome]) => single(args, outcome, programs, terminal),
-        Err(outcomes) => many(args, all, outcomes),
+        Err(outcomes) => {
+            if !clocks.is_empty() {
+                let clocks: Vec<String> = clocks.into_iter().collect();
+                let cause = format!("CRYSTAL= is above the highest clock of a chip, which was taken: {}", clocks.join(", "));
+                let file = programs.first().map_or("-", |read| read.program.file.as_str());
+                let note = Diagnostic::new(Severity::Note, codes::SLOWED, file, Pos::default(), cause, "--clock sets another");
+                report(terminal, &[note], &Texts::default());
+            }
+            many(args, all, outcomes)
+        }
     }
 }
 
@@ -126,6 +153,19 @@ fn options(args: &CheckArgs, chip: &str) -> Options {
         clock_hz: args.target.clock,
         rungs: true,
     }
+}
+
+/// On all chips, one that the program's clock is too fast for runs at its highest, unless a clock is given.
+fn slowed(options: Options, read: &Read, all: bool) -> Options {
+    let highest = ladder_compile::chip(&options.mcu).map(|chip| chip.max_hz);
+    let above = highest.filter(|highest| all && read.program.settings.crystal_hz > *highest);
+    Options { clock_hz: options.clock_hz.or(above), ..options }
+}
+
+/// What to say of a clock that was not asked for.
+fn lowered(args: &CheckArgs, options: &Options) -> Option<String> {
+    let hz = options.clock_hz.filter(|_| args.target.clock.is_none())?;
+    Some(format!("{} at {hz} Hz", options.mcu))
 }
 
 /// One program on one chip: its report alone.

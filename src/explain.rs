@@ -37,6 +37,7 @@ pub fn all() -> Vec<&'static Code> {
         emu_ap101::config::CODES,
         ladder::CODES,
         ladder_compile::CODES,
+        emu_check::via::CODES,
         emu_check::CODES,
     ];
     let mut all: Vec<&Code> = tables.into_iter().flatten().collect();

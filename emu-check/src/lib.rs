@@ -16,6 +16,7 @@ mod contract;
 mod coverage;
 mod family;
 mod foreign;
+pub mod fuzz;
 mod goals;
 mod hints;
 mod lines;

@@ -60,7 +60,7 @@ pub(crate) fn run<'a, C: Target, F: Fn(u64) -> C>(
         mismatch = Some(Mismatch::words(What::Map, 0, wanted.join("; "), found.join("; ")));
     }
     while sums.scans < options.scans && mismatch.is_none() {
-        if sums.scans % PROGRESS == 0 {
+        if sums.scans.is_multiple_of(PROGRESS) {
             progress(sums.scans, options.scans);
         }
         sums.scans += 1;
