@@ -62,7 +62,11 @@ pub fn html(entries: &[Entry<'_>]) -> String {
     for entry in entries {
         match entry.outcome {
             Outcome::Refused(refused) => {
-                let why = refused.errors.iter().map(|e| format!("<li>{} [{}]</li>", escaped(&e.cause), e.code)).collect::<String>();
+                let why = refused
+                    .errors
+                    .iter()
+                    .map(|e| format!("<li>{} [{}]</li>", escaped(&e.cause), e.code))
+                    .collect::<String>();
                 page += &head(entry, "refused", "refused");
                 _ = writeln!(page, "<ul>{why}</ul>");
             }
@@ -112,7 +116,10 @@ fn checked(entry: &Entry<'_>, report: &Report, draws: bool) -> String {
         ("code", counted(figures.code_bytes.into(), "byte")),
         ("RAM", counted(figures.ram_bytes.into(), "byte")),
         ("period", format!("{} machine cycles of {}", figures.period_cycles, clocks(1))),
-        ("longest scan", format!("{}, {} by the compiler", clocks(figures.scan_cycles_max), clocks(figures.scan_cycles_bound))),
+        (
+            "longest scan",
+            format!("{}, {} by the compiler", clocks(figures.scan_cycles_max), clocks(figures.scan_cycles_bound)),
+        ),
         ("mean scan", format!("{:.1} clocks", figures.scan_cycles_mean * figures.clocks_per_cycle as f64)),
         ("slack", clocks(figures.slack_cycles)),
     ] {
@@ -120,13 +127,22 @@ fn checked(entry: &Entry<'_>, report: &Report, draws: bool) -> String {
     }
     text += "</table>\n<h3>Coverage</h3>\n<table>\n<tr><th>class</th><th>seen</th><th>can</th><th>cannot</th></tr>\n";
     for row in &report.coverage.classes {
-        let class = serde_json::to_value(row.class).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default();
+        let class =
+            serde_json::to_value(row.class).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default();
         let (covered, total, cannot) = (row.covered, row.total, row.impossible);
-        _ = writeln!(text, "<tr><td>{}</td><td class=\"n\">{covered}</td><td class=\"n\">{total}</td><td class=\"n\">{cannot}</td></tr>", escaped(&class));
+        _ = writeln!(
+            text,
+            "<tr><td>{}</td><td class=\"n\">{covered}</td><td class=\"n\">{total}</td><td class=\"n\">{cannot}</td></tr>",
+            escaped(&class)
+        );
     }
     text += "</table>\n";
     if !report.coverage.missing.is_empty() {
-        _ = writeln!(text, "<details><summary>not seen</summary><pre>{}</pre></details>", escaped(&report.coverage.missed()));
+        _ = writeln!(
+            text,
+            "<details><summary>not seen</summary><pre>{}</pre></details>",
+            escaped(&report.coverage.missed())
+        );
     }
     if draws {
         text += &symbols(entry, report);

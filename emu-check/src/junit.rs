@@ -37,7 +37,12 @@ pub fn junit(outcomes: &[Outcome]) -> String {
             Outcome::Checked(report) => text += &checked(report),
             Outcome::Refused(Refused { program, mcu, errors }) => {
                 let why: Vec<String> = errors.iter().map(|e| format!("{} [{}]", e.cause, e.code)).collect();
-                _ = writeln!(text, "  {}\n   <skipped message=\"{}\"/>\n  </testcase>", case(program, mcu), escaped(&why.join("; ")));
+                _ = writeln!(
+                    text,
+                    "  {}\n   <skipped message=\"{}\"/>\n  </testcase>",
+                    case(program, mcu),
+                    escaped(&why.join("; "))
+                );
             }
         }
     }
@@ -54,7 +59,12 @@ fn checked(report: &Report) -> String {
         let what = difference.symbol.as_deref().unwrap_or("the course of the program");
         let message = format!("{what}: expected {}, found {}", difference.expected, difference.found);
         let code = difference.code;
-        _ = writeln!(text, "   <failure type=\"{code}\" message=\"{}\">{}</failure>", escaped(&message), escaped(&report.text()));
+        _ = writeln!(
+            text,
+            "   <failure type=\"{code}\" message=\"{}\">{}</failure>",
+            escaped(&message),
+            escaped(&report.text())
+        );
     } else {
         _ = writeln!(text, "   <system-out>{}</system-out>", escaped(&report.text()));
     }

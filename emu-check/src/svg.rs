@@ -69,7 +69,12 @@ pub(crate) fn waveform(trace: &Trace) -> (String, String) {
                     last = Some(level);
                 }
             }
-            _ = writeln!(svg, "<path class=\"{class}\" d=\"{path}H{}\"><title>{}</title></path>", rows * step, escaped(name));
+            _ = writeln!(
+                svg,
+                "<path class=\"{class}\" d=\"{path}H{}\"><title>{}</title></path>",
+                rows * step,
+                escaped(name)
+            );
         }
         // Where both part, the values.
         let differs = trace.rows.iter().enumerate().find(|(_, row)| value(&row.expected) != value(&row.found));

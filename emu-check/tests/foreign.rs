@@ -47,8 +47,8 @@ fn peripherals_of_own_images_agree() {
     let text = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nBAUD=2400\nIO LIST\nEND\nPROGRAM\n\
         RUNG\n CONTACTS Xgo 0\n FORMATTED_STRING n 5 92 51 44 65 66\nEND\n\
         RUNG\n CONTACTS Xup 0\n OSR\n ADD n n 1\nEND\nRUNG\n UART_RECV b\n MOVE n b\nEND\n\
-        RUNG\n READ_ADC Av\n GRT Av 512\n COIL Yhot 0 0 0\nEND\n\
-        RUNG\n DIV duty Av 11\n SET_PWM duty 1000\nEND\nRUNG\n PERSIST n\nEND\n";
+        RUNG\n READ_ADC Av\nEND\nRUNG\n GRT Av 512\n COIL Yhot 0 0 0\nEND\n\
+        RUNG\n DIV duty Av 11\nEND\nRUNG\n SET_PWM duty 1000\nEND\nRUNG\n PERSIST n\nEND\n";
     let program = common::parse("parts.ld", text);
     for mcu in ["atmega16", "pic16f877"] {
         let report = own(&program, mcu, false, 1_200).expect("an image");
@@ -86,7 +86,15 @@ fn images_of_others_are_judged() {
         ("a tick long", manner(1000, GOOD_SETUP, GOOD_SCAN), &["EC053"]),
         ("no pull-up", manner(999, "sbi 0x04, 5", GOOD_SCAN), &["EC054"]),
         ("a glitch", manner(999, "sbi 0x0b, 2\nsbi 0x05, 5\nsbi 0x04, 5\nnop\ncbi 0x05, 5", GOOD_SCAN), &["EC055"]),
-        ("inverted", manner(999, GOOD_SETUP, &GOOD_SCAN.replace("sbic", "nop\nsbis").replacen("sbis 0x09, 2\ncbi", "sbic 0x09, 2\ncbi", 1)), &["EC011"]),
+        (
+            "inverted",
+            manner(
+                999,
+                GOOD_SETUP,
+                &GOOD_SCAN.replace("sbic", "nop\nsbis").replacen("sbis 0x09, 2\ncbi", "sbic 0x09, 2\ncbi", 1),
+            ),
+            &["EC011"],
+        ),
         ("a scan late", manner(999, GOOD_SETUP, late), &["EC011"]),
     ];
     for (what, source, wanted) in cases {
@@ -94,7 +102,8 @@ fn images_of_others_are_judged() {
         let pins = vec![("Xa".to_owned(), "PD2".to_owned()), ("Ya".to_owned(), "PB5".to_owned())];
         let options = Options { scans: 600, pins, ..Options::default() };
         let foreign = Foreign { file: "theirs.hex", image: &image, map: None };
-        let report = check_foreign(&program, &foreign, &options, &mut |_, _| {}).unwrap_or_else(|e| panic!("{what}: {e:?}"));
+        let report =
+            check_foreign(&program, &foreign, &options, &mut |_, _| {}).unwrap_or_else(|e| panic!("{what}: {e:?}"));
         let mut codes: Vec<&str> = report.findings.iter().map(|finding| finding.code).collect();
         codes.extend(report.difference.iter().map(|difference| difference.code));
         assert_eq!(codes, wanted, "{what}: {}", report.text());
