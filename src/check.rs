@@ -181,9 +181,11 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
 
 /// The page of `--report`.
 fn page(pairs: &[(&Read, Options)], outcomes: &[Outcome]) -> String {
-    let entry = |((read, options), outcome)| Entry { program: &read.program, options, outcome };
-    let entries: Vec<Entry<'_>> =
-        pairs.iter().map(|(read, options)| (*read, options)).zip(outcomes).map(entry).collect();
+    let entries: Vec<Entry<'_>> = pairs
+        .iter()
+        .zip(outcomes)
+        .map(|((read, options), outcome)| Entry { program: &read.program, options, outcome })
+        .collect();
     emu_check::html(&entries)
 }
 

@@ -36,7 +36,9 @@ fn tags(text: &str) -> Vec<String> {
 /// A program that agrees, one whose image is of another, and one that is refused; names hold what has a meaning in XML.
 #[test]
 fn documents_are_well_formed_and_complete() {
-    let text = |negated: &str| format!("RUNG\n COMMENT a < b & \"c\"\n CONTACTS Xa 0\n TON Ta 3000\n COIL Ya {negated} 0 0\nEND");
+    let text = |negated: &str| {
+        format!("RUNG\n COMMENT a < b & \"c\"\n CONTACTS Xa 0\n TON Ta 3000\n COIL Ya {negated} 0 0\nEND")
+    };
     let good = common::rungs("a<b>&\"c\".ld", &text("0"));
     let options = Options { scans: 60, ..Options::default() };
     let target = ladder_compile::Options { mcu: options.mcu.clone(), ..ladder_compile::Options::default() };
@@ -45,8 +47,7 @@ fn documents_are_well_formed_and_complete() {
     let differs = check_compiled(&good, &broken, &options, &mut |_, _| {}).expect("a report");
     let errors = check(&good, &Options { mcu: "z80".to_owned(), ..options.clone() }, &mut |_, _| {}).expect_err("none");
     let refused = Refused { program: good.file.clone(), mcu: "z80".to_owned(), errors };
-    let outcomes =
-        [Outcome::Checked(Box::new(agreed)), Outcome::Checked(Box::new(differs)), Outcome::Refused(refused)];
+    let outcomes = [Outcome::Checked(Box::new(agreed)), Outcome::Checked(Box::new(differs)), Outcome::Refused(refused)];
 
     let xml = junit(&outcomes);
     let found = tags(&xml);
@@ -61,8 +62,13 @@ fn documents_are_well_formed_and_complete() {
     let count = |name: &str| found.iter().filter(|tag| *tag == name).count();
     // Names and lines of each of the two that were checked; a heading each.
     assert_eq!((count("svg"), count("h2")), (4, 3), "{page}");
-    assert!(!page.contains("http://") || page.matches("http://").count() == page.matches("http://www.w3.org/2000/svg").count());
-    for wanted in ["DIFFERS", "agrees", "refused", "--seed 1 --scans", "class=\"expected\"", "a&lt;b&gt;&amp;&quot;c&quot;.ld"] {
+    assert!(
+        !page.contains("http://")
+            || page.matches("http://").count() == page.matches("http://www.w3.org/2000/svg").count()
+    );
+    for wanted in
+        ["DIFFERS", "agrees", "refused", "--seed 1 --scans", "class=\"expected\"", "a&lt;b&gt;&amp;&quot;c&quot;.ld"]
+    {
         assert!(page.contains(wanted), "{wanted}");
     }
 }
