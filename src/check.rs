@@ -1,10 +1,12 @@
 //! `emu check`: compile, run on the chip, compare every scan with the reference evaluator.
 
+use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use diag::{Diagnostic, Pos, Severity};
 use emu_check::{Options, Outcome, Refused, Summary};
 use emu_core::chip::Chip;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -12,12 +14,13 @@ use ladder::Dialect;
 use rayon::prelude::*;
 
 use crate::args::dialect;
+use crate::codes;
 use crate::compile::Target;
 use crate::fail::{Failure, exit};
 use crate::family;
 use crate::input::{self, Read};
 use crate::output;
-use crate::report::{Terminal, report};
+use crate::report::{Terminal, Texts, report};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -107,9 +110,10 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
     }
     let mut pairs: Vec<(&Read, Options)> = Vec::new();
     for read in &programs {
-        pairs.extend(chips.iter().map(|chip| (read, options(args, chip))));
+        pairs.extend(chips.iter().map(|chip| (read, slowed(options(args, chip), read, all))));
     }
     let bar = Bar::new(terminal, (pairs.len() as u64).saturating_mul(args.scans));
+    let clocks: BTreeSet<String> = pairs.iter().filter_map(|(_, options)| lowered(args, options)).collect();
     let outcomes: Vec<Outcome> = pairs
         .par_iter()
         .map(|(read, options)| {
@@ -127,7 +131,16 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
     bar.finish();
     match <[Outcome; 1]>::try_from(outcomes) {
         Ok([outcome]) => single(args, outcome, programs, terminal),
-        Err(outcomes) => many(args, all, outcomes),
+        Err(outcomes) => {
+            if !clocks.is_empty() {
+                let clocks: Vec<String> = clocks.into_iter().collect();
+                let cause = format!("CRYSTAL= is above the highest clock of a chip, which was taken: {}", clocks.join(", "));
+                let file = programs.first().map_or("-", |read| read.program.file.as_str());
+                let note = Diagnostic::new(Severity::Note, codes::SLOWED, file, Pos::default(), cause, "--clock sets another");
+                report(terminal, &[note], &Texts::default());
+            }
+            many(args, all, outcomes)
+        }
     }
 }
 
@@ -140,6 +153,19 @@ fn options(args: &CheckArgs, chip: &str) -> Options {
         clock_hz: args.target.clock,
         rungs: true,
     }
+}
+
+/// On all chips, one that the program's clock is too fast for runs at its highest, unless a clock is given.
+fn slowed(options: Options, read: &Read, all: bool) -> Options {
+    let highest = ladder_compile::chip(&options.mcu).map(|chip| chip.max_hz);
+    let above = highest.filter(|highest| all && read.program.settings.crystal_hz > *highest);
+    Options { clock_hz: options.clock_hz.or(above), ..options }
+}
+
+/// What to say of a clock that was not asked for.
+fn lowered(args: &CheckArgs, options: &Options) -> Option<String> {
+    let hz = options.clock_hz.filter(|_| args.target.clock.is_none())?;
+    Some(format!("{} at {hz} Hz", options.mcu))
 }
 
 /// One program on one chip: its report alone.
@@ -162,17 +188,7 @@ fn single(args: &CheckArgs, outcome: Outcome, programs: Vec<Read>, terminal: &Te
 
 /// Several: the reports of those that differ, and a table of all.
 fn many(args: &CheckArgs, all: bool, outcomes: Vec<Outcome>) -> Result<u8, Failure> {
-    let checked = |outcome: &Outcome| matches!(outcome, Outcome::Checked(_));
-    let differs = outcomes.iter().any(|o| matches!(o, Outcome::Checked(report) if !report.agreed));
-    // A program that no chip takes was not checked at all.
-    let lost = |outcome: &Outcome| match outcome {
-        Outcome::Checked(_) => false,
-        Outcome::Refused(Refused { program, .. }) => {
-            let same = |other: &&Outcome| matches!(other, Outcome::Checked(report) if report.program == *program);
-            !all || !outcomes.iter().any(|other| same(&other))
-        }
-    };
-    let refused = outcomes.iter().any(|outcome| !checked(outcome) && lost(outcome));
+    let code = code(&outcomes, all);
     if args.json {
         output::json(&Summary::new(outcomes))?;
     } else {
@@ -182,11 +198,25 @@ fn many(args: &CheckArgs, all: bool, outcomes: Vec<Outcome>) -> Result<u8, Failu
         });
         output::print(reports.collect::<String>() + &emu_check::table(&outcomes))?;
     }
-    Ok(match (differs, refused) {
-        (true, _) => exit::FAILED,
-        (false, true) => exit::REFUSED,
-        (false, false) => exit::OK,
-    })
+    Ok(code)
+}
+
+/// The exit code of several checks: a difference goes before a refusal. On all chips a refusal counts only where no chip takes the
+/// program, which then was not checked at all.
+fn code(outcomes: &[Outcome], all: bool) -> u8 {
+    let report = |outcome: &'_ Outcome| match outcome {
+        Outcome::Checked(report) => Some((report.program.clone(), report.agreed)),
+        Outcome::Refused(_) => None,
+    };
+    let reports: Vec<(String, bool)> = outcomes.iter().filter_map(report).collect();
+    let lost = |refused: &Refused| !all || !reports.iter().any(|(program, _)| *program == refused.program);
+    if reports.iter().any(|(_, agreed)| !agreed) {
+        exit::FAILED
+    } else if outcomes.iter().any(|outcome| matches!(outcome, Outcome::Refused(refused) if lost(refused))) {
+        exit::REFUSED
+    } else {
+        exit::OK
+    }
 }
 
 /// A bar over all checks, once they take long on a terminal.
@@ -225,4 +255,47 @@ impl Bar {
 fn progress_bar(total: u64) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} scans");
     ProgressBar::new(total).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A check of a good image, or of one whose contact is a coil's complement, under the name `file`.
+    fn checked(file: &str, broken: bool) -> Outcome {
+        let text = |negated: &str| {
+            format!(
+                "LDmicro0.1\nCYCLE=1000\nCRYSTAL=1000000\n\nPROGRAM\nRUNG\n CONTACTS Xa 0\n COIL Ya {negated} 0 0\nEND\n"
+            )
+        };
+        let program = |text: &str| ladder::parse(file, text).expect("a program").program;
+        let options = Options { scans: 20, ..Options::default() };
+        let target = ladder_compile::Options { mcu: options.mcu.clone(), ..ladder_compile::Options::default() };
+        let image =
+            ladder_compile::compile(&program(&text(if broken { "1" } else { "0" })), &target).expect("an image");
+        let report = emu_check::check_compiled(&program(&text("0")), &image, &options, &mut |_, _| {});
+        Outcome::Checked(Box::new(report.expect("a report")))
+    }
+
+    fn refused(file: &str) -> Outcome {
+        Outcome::Refused(Refused { program: file.to_owned(), mcu: "ap101".to_owned(), errors: Vec::new() })
+    }
+
+    #[test]
+    fn exit_codes() {
+        let (good, bad) = (checked("a.ld", false), checked("a.ld", true));
+        #[rustfmt::skip]
+        let cases: [(&[Outcome], u8, u8); 6] = [
+            // Outcomes, code for a list of chips, code for all.
+            (&[good.clone(), checked("b.ld", false)],   exit::OK,      exit::OK),
+            (&[good.clone(), bad.clone()],              exit::FAILED,  exit::FAILED),
+            (&[bad, refused("a.ld")],                   exit::FAILED,  exit::FAILED),
+            (&[good.clone(), refused("a.ld")],          exit::REFUSED, exit::OK),
+            (&[good, refused("b.ld")],                  exit::REFUSED, exit::REFUSED),
+            (&[refused("a.ld"), refused("a.ld")],       exit::REFUSED, exit::REFUSED),
+        ];
+        for (n, (outcomes, list, all)) in cases.into_iter().enumerate() {
+            assert_eq!((code(outcomes, false), code(outcomes, true)), (list, all), "case {n}");
+        }
+    }
 }

@@ -72,7 +72,9 @@ pub(crate) fn disagreements(
         let of = format!("({} us at {} Hz)", program.settings.cycle_us, pace.clock_hz);
         told.push((format!("a period of {} cycles {of}", pace.period()), format!("{} cycles", ratio(num, den))));
     }
-    if u64::from(map.tick) > pace.tick {
+    // A coarser tick does no harm where a period is a whole number of them.
+    let whole = pace.den == 1 && map.tick != 0 && pace.num.is_multiple_of(map.tick.into());
+    if u64::from(map.tick) > pace.tick && !whole {
         let wanted = format!("a tick of the timer of at most {} cycles", pace.tick);
         told.push((wanted, format!("{} cycles", map.tick)));
     }
@@ -152,7 +154,7 @@ fn specials(
 const FEWEST_STEPS: u32 = 16;
 
 /// The frequency of the PWM output in Hz.
-fn frequency(program: &Program) -> Option<u64> {
+pub(crate) fn frequency(program: &Program) -> Option<u64> {
     program.elements().find_map(|(_, element, _)| match element {
         Element::SetPwm { hertz: Operand::Const { value, .. }, .. } => u64::try_from(*value).ok(),
         _ => None,
@@ -195,7 +197,7 @@ fn pins(program: &Program, options: &Options, (map, chip): (&Map, &Chip), told: 
 }
 
 /// The pin that was asked for: by `--pin`, else by the `IO LIST` where that is for a chip with the same pins.
-fn wanted<'a>(program: &'a Program, options: &'a Options, chip: &Chip, name: &str) -> Option<&'a str> {
+pub(crate) fn wanted<'a>(program: &'a Program, options: &'a Options, chip: &Chip, name: &str) -> Option<&'a str> {
     if let Some((_, pin)) = options.pins.iter().find(|(symbol, _)| symbol == name) {
         return Some(pin);
     }

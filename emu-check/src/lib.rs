@@ -15,6 +15,8 @@ mod codes;
 mod contract;
 mod coverage;
 mod family;
+mod foreign;
+pub mod fuzz;
 mod goals;
 mod hints;
 mod lines;
@@ -52,6 +54,7 @@ use lockstep::Bench;
 use places::Places;
 
 pub use codes::CODES;
+pub use foreign::{FOREIGN_CODES, Finding, Foreign, ForeignDifference, ForeignReport, Period, check_foreign};
 pub use coverage::{Class, ClassCoverage, Coverage, Missing};
 pub use report::{Difference, Figures, Report, RungFigures, SCHEMA, What};
 pub use table::{Outcome, Refused, Summary, table};

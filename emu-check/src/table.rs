@@ -69,9 +69,13 @@ pub fn table(outcomes: &[Outcome]) -> String {
             Outcome::Checked(report) => rows.push(row(report)),
             Outcome::Refused(Refused { program, mcu, errors }) => {
                 rows.push(vec![program.clone(), mcu.clone(), "refused".to_owned()]);
-                for error in errors {
-                    let hint = if error.hint.is_empty() { String::new() } else { format!("; {}", error.hint) };
-                    _ = writeln!(reasons, "  {program} on {mcu}: {}{hint} [{}]", error.cause, error.code);
+                // The first reason is enough; all are told by a check on this chip alone.
+                let more = match errors.len() {
+                    0 | 1 => String::new(),
+                    n => format!(", and {} more", n - 1),
+                };
+                if let Some(error) = errors.first() {
+                    _ = writeln!(reasons, "  {program} on {mcu}: {} [{}]{more}", error.cause, error.code);
                 }
             }
         }
@@ -105,7 +109,8 @@ fn row(report: &Report) -> Vec<String> {
         None => cycles.parse().map_or_else(|_| cycles.to_owned(), clocks),
         Some((num, den)) => {
             let ratio = num.parse::<f64>().ok().zip(den.parse::<f64>().ok()).map(|(num, den)| num / den);
-            ratio.map_or_else(|| cycles.to_owned(), |ratio| format!("{:.2}", ratio * figures.clocks_per_cycle as f64))
+            let clocks = ratio.map(|ratio| ratio * figures.clocks_per_cycle as f64);
+            clocks.map_or_else(|| cycles.to_owned(), |clocks| format!("{}", (clocks * 100.0).round() / 100.0))
         }
     };
     vec![

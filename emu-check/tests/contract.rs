@@ -35,7 +35,7 @@ const MAPS: &[(Fake, &str, &str)] = &[
     (|c| c.map.clock_hz = 2_000_000, "a clock of 1000000 Hz", "2000000 Hz"),
     (|c| c.map.cycle.num = 20_000, "a period of 10000 cycles (10000 us at 1000000 Hz)", "20000 cycles"),
     (|c| c.map.cycle.den = 0, "a period of 10000 cycles (10000 us at 1000000 Hz)", "10000/0 cycles"),
-    (|c| c.map.tick = 8, "a tick of the timer of at most 1 cycles", "8 cycles"),
+    (|c| c.map.tick = 3, "a tick of the timer of at most 1 cycles", "3 cycles"),
     (|c| c.map.poll_cycles = 1_000_000, "at most 5 cycles from a match to the start of its scan", "1000000 cycles"),
     (|c| move_pin(c, "Xa", "PB1"), "Xa at PB0", "at PB1"),
     (|c| move_pin(c, "Yb", "PB0"), "a pin of its own for Yb", "PB0 as Xa"),

@@ -7,6 +7,7 @@ use std::fmt::Write;
 use emu_core::chip::{Chip, Family};
 use ladder::Program;
 
+use crate::ap101;
 use crate::map::Map;
 use crate::target::{Built, Line, Mark};
 
@@ -63,6 +64,11 @@ pub fn assembly(program: &Program, chip: &Chip, built: &Built, map: &Map) -> Str
         instruction(&mut out, chip, &dialect, line, &labels);
     }
     for (from, bytes) in outside(chip, built) {
+        // What configures an AP101 has directives of its own.
+        if let Some(lines) = Some(bytes).filter(|_| chip.family == Family::Ap101).and_then(ap101::directives) {
+            out += &lines;
+            continue;
+        }
         _ = writeln!(out, "    {} 0x{:04X}", dialect.org, from / chip.word_bytes);
         for word in bytes.chunks(chip.word_bytes as usize) {
             let word = word.iter().rev().fold(0u16, |high, &low| high << 8 | u16::from(low));

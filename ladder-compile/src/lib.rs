@@ -38,13 +38,14 @@ use emu_core::chip::Chip;
 use ladder::Program;
 
 use ir::Ir;
-use target::{Built, Job, Refusal, Target};
+use pins::Pin;
+use target::{Built, Job, Target};
 
 pub use asm::assembly;
 pub use codes::{CODES, FUSES_NOTE};
 pub use map::{EepromMap, ElementMap, Map, PinMap, Place, Ratio, RungMap, SCHEMA, Special, SymbolMap};
 #[cfg(feature = "mutants")]
-pub use mutants::{Mutant, compile_mutant, mutants};
+pub use mutants::{Mutant, MutantKind, compile_mutant, mutants};
 
 /// The chips that there is a compiler for, family by family.
 pub const TARGETS: &[&[Target]] = &[avr::TARGETS, mcs51::TARGETS, pic16::TARGETS, ap101::TARGETS];
@@ -113,7 +114,10 @@ pub struct Compiled {
 /// Every reason found why there is no image: the errors of `ladder::check`, elements that the chip cannot do, pins, time,
 /// size. There is never a part of an image.
 pub fn compile(program: &Program, options: &Options) -> Result<Compiled, Vec<Diagnostic>> {
-    compile_with(program, options, |_| {}, |_| {})
+    let prepared = prepare(program, options)?;
+    let job = prepared.job(program);
+    let built = (job.target.build)(&job).map_err(|refusal| refusal::tell(&refusal, program, &job))?;
+    finish(program, &job, built, prepared.notes.clone())
 }
 
 /// The intermediate code that `program` is compiled to. The program must have passed the checks.
@@ -123,13 +127,31 @@ pub fn intermediate(program: &Program, target: &Target, optimised: bool) -> Ir {
     if optimised { optimise::optimise(ir) } else { lower::plain(ir) }
 }
 
-/// Compiles `program`; `change` may change the intermediate code first, and `spoil` the image.
-fn compile_with(
-    program: &Program,
-    options: &Options,
-    change: impl FnOnce(&mut Ir),
-    spoil: impl FnOnce(&mut Built),
-) -> Result<Compiled, Vec<Diagnostic>> {
+/// What stands before an image is made.
+pub(crate) struct Prepared {
+    pub target: &'static Target,
+    pub pins: Vec<Pin>,
+    pub clock_hz: u64,
+    pub ir: Ir,
+    pub notes: Vec<Diagnostic>,
+}
+
+impl Prepared {
+    /// The compilation.
+    pub fn job<'a>(&'a self, program: &Program) -> Job<'a> {
+        Job {
+            ir: &self.ir,
+            target: self.target,
+            pins: &self.pins,
+            clock_hz: self.clock_hz,
+            cycle_us: program.settings.cycle_us,
+            baud: program.settings.baud,
+        }
+    }
+}
+
+/// Checks everything that can be told before an image is made.
+pub(crate) fn prepare(program: &Program, options: &Options) -> Result<Prepared, Vec<Diagnostic>> {
     let error = |code, cause: String, hint: &str| {
         Diagnostic::new(Severity::Error, code, &program.file, Pos::default(), cause, hint)
     };
@@ -161,23 +183,27 @@ fn compile_with(
         return Err(told.into_iter().filter(Diagnostic::is_error).collect());
     }
 
-    let mut ir = intermediate(program, target, options.optimise);
-    change(&mut ir);
-    let (cycle_us, baud) = (program.settings.cycle_us, program.settings.baud);
-    let job = Job { ir: &ir, target, pins: &pins, clock_hz, cycle_us, baud };
-    let tell = |refusal: &Refusal| refusal::tell(refusal, program, &job);
-    let mut built = (target.build)(&job).map_err(|refusal| tell(&refusal))?;
+    let ir = intermediate(program, target, options.optimise);
+    Ok(Prepared { target, pins, clock_hz, ir, notes: told })
+}
+
+/// Looks at the time of a finished image and tells all that is known of it.
+pub(crate) fn finish(
+    program: &Program,
+    job: &Job<'_>,
+    built: Built,
+    mut told: Vec<Diagnostic>,
+) -> Result<Compiled, Vec<Diagnostic>> {
     if built.worst + built.poll > built.shortest {
         let cause = format!(
-            "a scan takes up to {} machine cycles (and {} to notice the match), but the cycle of {cycle_us} us at {clock_hz} \
-             Hz has only {}",
-            built.worst, built.poll, built.shortest
+            "a scan takes up to {} machine cycles (and {} to notice the match), but the cycle of {} us at {} Hz has only {}",
+            built.worst, built.poll, job.cycle_us, job.clock_hz, built.shortest
         );
-        return Err(vec![error(codes::CYCLE_SHORT, cause, "choose a longer cycle or a faster clock")]);
+        let hint = "choose a longer cycle or a faster clock";
+        let error = Diagnostic::new(Severity::Error, codes::CYCLE_SHORT, &program.file, Pos::default(), cause, hint);
+        return Err(vec![error]);
     }
-    spoil(&mut built);
-
-    let map = mapping::map_of(program, &job, &built);
+    let map = mapping::map_of(program, job, &built);
     let warn = |severity, code, cause: String, hint: &str| {
         Diagnostic::new(severity, code, &program.file, Pos::default(), cause, hint)
     };
@@ -190,8 +216,8 @@ fn compile_with(
     let segments: Vec<(u32, &[u8])> = built.segments.iter().map(|(at, bytes)| (*at, &bytes[..])).collect();
     Ok(Compiled {
         hex: emu_core::image::write_hex(&segments),
-        listing: listing::listing(program, &ir, target.chip, &built, &map),
-        ir: ir.to_string(),
+        listing: listing::listing(program, job.ir, job.target.chip, &built, &map),
+        ir: job.ir.to_string(),
         code: built.segments.first().map_or_else(Vec::new, |(_, bytes)| bytes.clone()),
         map,
         built,

@@ -1,39 +1,81 @@
-//! Compilers with one fault each, enumerated mechanically from the intermediate code of a program: an operator, an
-//! operand, a constant by one, a polarity, a store left out. They show what a check of compiled programs can find.
+//! Compilers with one fault each, enumerated mechanically: from the intermediate code of a program (an operator, an operand,
+//! a constant by one, a polarity, a store left out, an order, a cell at another's place) and from its image (a pin, the period, an
+//! instruction of reset, latching or output left out). They show what a check of compiled programs can find.
+
+mod cells;
+mod ops;
+mod shape;
 
 use diag::Diagnostic;
-use ladder::{CounterKind, ElementId, Program, TimerKind};
+use ladder::{ElementId, Program};
 
-use crate::ir::{Bit, BitRole, Compare, Cond, Ir, Math, Module, Op, Rel, Value, Word};
-use crate::{Compiled, Options, compile_with, lower, optimise};
+use crate::ir::{Ir, Op, Step};
+use crate::pins::Pin;
+use crate::target::{Built, Line, Mark};
+use crate::{Compiled, Options, Prepared, finish, prepare, refusal};
+
+/// What sort of fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum MutantKind {
+    /// An operation of a rung is another, or none.
+    Operation,
+    /// An operation before or behind the rungs, or a value of a table, is another.
+    Around,
+    /// Two operations or two rungs change places.
+    Order,
+    /// The destination is written before the operands are read.
+    Aliasing,
+    /// A cell is kept at another's place.
+    State,
+    /// Two pins are swapped.
+    Pin,
+    /// The period is another: by one tick, or scans are lost or doubled.
+    Period,
+    /// An instruction around the rungs is left out: of reset, of latching the inputs, of writing the outputs.
+    LeftOut,
+}
 
 /// One fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mutant {
     /// Names it for [`compile_mutant`], from 0.
     pub id: u32,
-    /// The element whose code it changes.
-    pub element: ElementId,
-    /// The operation, and what it becomes.
+    /// Its sort.
+    pub kind: MutantKind,
+    /// The element whose code it changes, where it is one's.
+    pub element: Option<ElementId>,
+    /// What is changed, and what it becomes.
     pub what: String,
 }
 
-/// Every fault of `program`, a program that [`crate::compile`] accepts.
+/// What is done otherwise.
+enum Change {
+    Ir(Ir),
+    Pins(Vec<Pin>),
+    /// Clock and cycle that the image is made for, in place of the right ones.
+    Time(u64, u64),
+    /// The line of the image with this number does nothing.
+    LeftOut(usize),
+}
+
+/// A fault that is made when it is wanted.
+struct Candidate<'a> {
+    kind: MutantKind,
+    element: Option<ElementId>,
+    what: Box<dyn Fn() -> String + 'a>,
+    make: Box<dyn Fn() -> Change + 'a>,
+}
+
+/// Every fault of `program` for a chip; none for a program that [`crate::compile`] refuses.
 #[must_use]
-pub fn mutants(program: &Program) -> Vec<Mutant> {
-    let ir = optimise::optimise(lower::lower(program));
-    let mut found = Vec::new();
-    for rung in &ir.rungs {
-        for step in &rung.steps {
-            for (op, new) in variants(&ir, &step.op) {
-                let line = |op: &Op| ir.text(op).lines().map(str::trim).collect::<Vec<_>>().join("; ");
-                let new = new.as_ref().map_or_else(|| "nothing".to_owned(), line);
-                let what = format!("`{}` becomes `{new}`", line(&op));
-                found.push(Mutant { id: found.len() as u32, element: step.at, what });
-            }
-        }
-    }
-    found
+pub fn mutants(program: &Program, options: &Options) -> Vec<Mutant> {
+    let Ok(prepared) = prepare(program, options) else { return Vec::new() };
+    let job = prepared.job(program);
+    let Ok(built) = (job.target.build)(&job) else { return Vec::new() };
+    let all = of_code(&prepared).into_iter().chain(of_image(program, &prepared, &built));
+    all.zip(0..)
+        .map(|(candidate, id)| Mutant { id, kind: candidate.kind, element: candidate.element, what: (candidate.what)() })
+        .collect()
 }
 
 /// Compiles `program` with the fault `id`; a number that no fault has changes nothing.
@@ -41,207 +83,196 @@ pub fn mutants(program: &Program) -> Vec<Mutant> {
 /// # Errors
 /// As [`crate::compile`].
 pub fn compile_mutant(program: &Program, options: &Options, id: u32) -> Result<Compiled, Vec<Diagnostic>> {
-    compile_with(
-        program,
-        options,
-        |ir| {
-            let mut left = id as usize;
-            let source = ir.clone();
-            for rung in &mut ir.rungs {
-                for (n, step) in rung.steps.iter_mut().enumerate() {
-                    let count = variants(&source, &step.op).len();
-                    if left >= count {
-                        left -= count;
-                        continue;
-                    }
-                    match replaced(&source, &step.op, left) {
-                        Some(op) => step.op = op,
-                        None => _ = rung.steps.remove(n),
-                    }
-                    return;
-                }
-            }
-        },
-        |_| {},
-    )
+    let prepared = prepare(program, options)?;
+    let job = prepared.job(program);
+    let build =
+        |job: &crate::target::Job<'_>| (job.target.build)(job).map_err(|refusal| refusal::tell(&refusal, program, job));
+    let mut code = of_code(&prepared);
+    let count = code.len();
+    let id = id as usize;
+    if id < count {
+        let change = (code.swap_remove(id).make)();
+        let (mut ir, mut pins) = (None, None);
+        match change {
+            Change::Ir(changed) => ir = Some(changed),
+            Change::Pins(changed) => pins = Some(changed),
+            Change::Time(..) | Change::LeftOut(_) => {}
+        }
+        let with = crate::target::Job { ir: ir.as_ref().unwrap_or(job.ir), ..job };
+        let built = build(&crate::target::Job { pins: pins.as_deref().unwrap_or(job.pins), ..with })?;
+        return finish(program, &with, built, prepared.notes.clone());
+    }
+    let sound = build(&job)?;
+    let change = of_image(program, &prepared, &sound).into_iter().nth(id - count).map(|found| (found.make)());
+    let notes = prepared.notes.clone();
+    match change {
+        None | Some(Change::Ir(_) | Change::Pins(_)) => finish(program, &job, sound, notes),
+        Some(Change::Time(clock_hz, cycle_us)) => {
+            let built = build(&crate::target::Job { clock_hz, cycle_us, ..job })?;
+            // The map says what should be.
+            let (period, shortest, tick) = (sound.period, sound.shortest, sound.tick);
+            finish(program, &job, Built { period, shortest, tick, fuses: sound.fuses, ..built }, notes)
+        }
+        Some(Change::LeftOut(line)) => finish(program, &job, left_out(sound, line, job.target.chip.word_bytes), notes),
+    }
 }
 
-/// The faults of one operation and of those within it: the operation that is changed, and what it becomes (`None`: it is
-/// left out).
-fn variants(ir: &Ir, op: &Op) -> Vec<(Op, Option<Op>)> {
-    let mut all: Vec<(Op, Option<Op>)> = own(ir, op).into_iter().map(|new| (op.clone(), new)).collect();
-    if let Op::If { then, otherwise, .. } = op {
-        all.extend(then.iter().chain(otherwise).flat_map(|inner| variants(ir, inner)));
+/// Faults that are made before the image.
+fn of_code(prepared: &Prepared) -> Vec<Candidate<'_>> {
+    let mut all = operations(&prepared.ir);
+    all.extend(shape::candidates(&prepared.ir));
+    all.extend(pins(prepared));
+    all
+}
+
+/// Faults of the image.
+fn of_image<'a>(program: &Program, prepared: &Prepared, built: &'a Built) -> Vec<Candidate<'a>> {
+    let mut all = periods(program, prepared, built);
+    all.extend(leave_out(built));
+    all
+}
+
+fn text(ir: &Ir, op: &Op) -> String {
+    ir.text(op).lines().map(str::trim).collect::<Vec<_>>().join("; ")
+}
+
+/// The faults of single operations, those of the rungs first.
+fn operations(ir: &Ir) -> Vec<Candidate<'_>> {
+    let mut all = Vec::new();
+    let what = |op: Op, new: Option<Op>| -> Box<dyn Fn() -> String + '_> {
+        Box::new(move || {
+            let new = new.as_ref().map_or_else(|| "nothing".to_owned(), |new| text(ir, new));
+            format!("`{}` becomes `{new}`", text(ir, &op))
+        })
+    };
+    for (number, rung) in ir.rungs.iter().enumerate() {
+        for (at, step) in rung.steps.iter().enumerate() {
+            for (n, (op, new)) in ops::variants(ir, &step.op).into_iter().enumerate() {
+                let make = move || {
+                    let mut changed = ir.clone();
+                    let new = ops::replaced(ir, &step.op, n).map(|op| Step { at: step.at, op });
+                    changed.rungs[number].steps.splice(at..=at, new).for_each(drop);
+                    Change::Ir(changed)
+                };
+                let what = what(op, new);
+                let (kind, element) = (MutantKind::Operation, Some(step.at));
+                all.push(Candidate { kind, element, what, make: Box::new(make) });
+            }
+        }
+    }
+    for (begin, list) in [(true, &ir.begin), (false, &ir.end)] {
+        for (at, op) in list.iter().enumerate() {
+            for (n, (op_changed, new)) in ops::variants(ir, op).into_iter().enumerate() {
+                let make = move || {
+                    let mut changed = ir.clone();
+                    let list = if begin { &mut changed.begin } else { &mut changed.end };
+                    list.splice(at..=at, ops::replaced(ir, op, n)).for_each(drop);
+                    Change::Ir(changed)
+                };
+                let what = what(op_changed, new);
+                all.push(Candidate { kind: MutantKind::Around, element: None, what, make: Box::new(make) });
+            }
+        }
+    }
+    for (number, table) in ir.tables.iter().enumerate() {
+        for (at, value) in table.values.iter().enumerate() {
+            let other = if *value > 0 { value - 1 } else { value + 1 };
+            let make = move || {
+                let mut changed = ir.clone();
+                changed.tables[number].values[at] = other;
+                Change::Ir(changed)
+            };
+            let what = move || format!("{}[{at}] is {other} instead of {value}", table.name);
+            all.push(Candidate { kind: MutantKind::Around, element: None, what: Box::new(what), make: Box::new(make) });
+        }
     }
     all
 }
 
-/// `op` with its `n`-th fault, in the order of [`variants`].
-fn replaced(ir: &Ir, op: &Op, n: usize) -> Option<Op> {
-    let own = own(ir, op);
-    if let Some(new) = own.get(n) {
-        return new.clone();
+/// Every two pins of one direction, one after the other, swapped.
+fn pins(prepared: &Prepared) -> Vec<Candidate<'_>> {
+    let pins = &prepared.pins;
+    let sort = |pin: &Pin| (pin.output, pin.analog);
+    let mut all = Vec::new();
+    for (n, pin) in pins.iter().enumerate() {
+        let Some(other) = pins.iter().skip(n + 1).position(|other| sort(other) == sort(pin)).map(|at| n + 1 + at)
+        else {
+            continue;
+        };
+        let make = move || {
+            let mut pins = pins.clone();
+            (pins[n].pin, pins[other].pin) = (pins[other].pin, pins[n].pin);
+            Change::Pins(pins)
+        };
+        let what = move || format!("the pins of {} and {} are swapped", pin.name, pins[other].name);
+        all.push(Candidate { kind: MutantKind::Pin, element: None, what: Box::new(what), make: Box::new(make) });
     }
-    let Op::If { cond, mut then, mut otherwise } = op.clone() else { return Some(op.clone()) };
-    let mut left = n - own.len();
-    'found: for arm in [&mut then, &mut otherwise] {
-        for (at, inner) in arm.clone().iter().enumerate() {
-            let count = variants(ir, inner).len();
-            if left >= count {
-                left -= count;
-                continue;
-            }
-            match replaced(ir, inner, left) {
-                Some(new) => arm.splice(at..=at, [new]).for_each(drop),
-                None => _ = arm.remove(at),
-            }
-            break 'found;
-        }
-    }
-    Some(Op::If { cond, then, otherwise })
+    all
 }
 
-/// The faults of `op` itself.
-fn own(ir: &Ir, op: &Op) -> Vec<Option<Op>> {
-    let mut out = Vec::new();
-    let mut new = |op: Op| out.push(Some(op));
-    match op.clone() {
-        Op::Acc(value) => new(Op::Acc(!value)),
-        Op::Load { bit, negated } => {
-            new(Op::Load { bit, negated: !negated });
-            other_bits(ir, bit).for_each(|bit| new(Op::Load { bit, negated }));
-        }
-        Op::And { bit, negated } => {
-            new(Op::And { bit, negated: !negated });
-            new(Op::Or { bit, negated });
-            new(Op::Load { bit, negated });
-            other_bits(ir, bit).for_each(|bit| new(Op::And { bit, negated }));
-        }
-        Op::Or { bit, negated } => {
-            new(Op::Or { bit, negated: !negated });
-            new(Op::And { bit, negated });
-            new(Op::Load { bit, negated });
-            other_bits(ir, bit).for_each(|bit| new(Op::Or { bit, negated }));
-        }
-        Op::Store { bit, negated } => {
-            new(Op::Store { bit, negated: !negated });
-            other_bits(ir, bit).for_each(|bit| new(Op::Store { bit, negated }));
-            out.push(None);
-        }
-        Op::Put { bit, value } => {
-            new(Op::Put { bit, value: !value });
-            out.push(None);
-        }
-        Op::Rising(bit) => {
-            new(Op::Falling(bit));
-            new(Op::Store { bit, negated: false });
-            out.push(None);
-        }
-        Op::Falling(bit) => {
-            new(Op::Rising(bit));
-            out.push(None);
-        }
-        Op::AndCompare(compare) => {
-            compares(ir, compare).into_iter().for_each(|compare| new(Op::AndCompare(compare)));
-            out.push(None);
-        }
-        Op::Move { dst, src } => {
-            values(ir, src).into_iter().for_each(|src| new(Op::Move { dst, src }));
-            other_words(ir, dst).for_each(|dst| new(Op::Move { dst, src }));
-            out.push(None);
-        }
-        Op::Math { op, dst, a, b } => {
-            let operator = match op {
-                Math::Add => Math::Sub,
-                Math::Sub | Math::Mul => Math::Add,
-                Math::Div => Math::Mul,
-            };
-            // Adding 0 or -32768 is the same as taking it away.
-            if !matches!(b, Value::Const(0 | -0x8000)) || matches!(op, Math::Mul | Math::Div) {
-                new(Op::Math { op: operator, dst, a, b });
-            }
-            if matches!(op, Math::Sub | Math::Div) && a != b {
-                new(Op::Math { op, dst, a: b, b: a });
-            }
-            values(ir, a).into_iter().for_each(|a| new(Op::Math { op, dst, a, b }));
-            values(ir, b).into_iter().for_each(|b| new(Op::Math { op, dst, a, b }));
-            other_words(ir, dst).for_each(|dst| new(Op::Math { op, dst, a, b }));
-            out.push(None);
-        }
-        Op::Logic { .. } => {}
-        Op::Lookup { .. } | Op::ReadAdc { .. } | Op::SetPwm { .. } | Op::Send { .. } | Op::Receive { .. } => {
-            out.push(None)
-        }
-        Op::Recall { .. } | Op::Persist { .. } => out.push(None),
-        Op::Module { is, word, limit } => {
-            values(ir, limit).into_iter().for_each(|limit| new(Op::Module { is, word, limit }));
-            other_modules(is).into_iter().for_each(|is| new(Op::Module { is, word, limit }));
-            out.push(None);
-        }
-        Op::If { cond, then, otherwise } => {
-            new(Op::If { cond, then: otherwise.clone(), otherwise: then.clone() });
-            if let Cond::Compare(compare) = cond {
-                for compare in compares(ir, compare) {
-                    let (then, otherwise) = (then.clone(), otherwise.clone());
-                    new(Op::If { cond: Cond::Compare(compare), then, otherwise });
-                }
+/// The period one tick shorter and longer, half, and double.
+fn periods<'a>(program: &Program, prepared: &Prepared, built: &Built) -> Vec<Candidate<'a>> {
+    let (clock, cycle) = (prepared.clock_hz, program.settings.cycle_us);
+    // Clocks of a tick in a cycle: the clock that gives one tick more than this one.
+    let clocks = u128::from(clock) * u128::from(cycle) * u128::from(built.period.den);
+    let per_cycle = (clocks / (u128::from(built.period.num.max(1)) * 1_000_000)).max(1);
+    let step = (u128::from(built.tick) * per_cycle * 1_000_000).div_ceil(u128::from(cycle.max(1))) as u64;
+    let times = [
+        ("the period is one tick longer", clock.saturating_add(step), cycle),
+        ("the period is one tick shorter", clock.saturating_sub(step), cycle),
+        ("every second scan is lost", clock, cycle.saturating_mul(2)),
+        ("every scan is run twice", clock, cycle / 2),
+    ];
+    times
+        .into_iter()
+        .filter(|&(_, clock, cycle)| clock > 0 && cycle > 0)
+        .map(|(what, clock, cycle)| Candidate {
+            kind: MutantKind::Period,
+            element: None,
+            what: Box::new(move || what.to_owned()),
+            make: Box::new(move || Change::Time(clock, cycle)),
+        })
+        .collect()
+}
+
+/// Every instruction before the wait, between the start of a scan and the first rung, and between the last rung and the end.
+fn leave_out(built: &Built) -> Vec<Candidate<'_>> {
+    let at = |mark: Mark| built.marks.iter().find(|(m, _)| *m == mark).map(|&(_, at)| at);
+    let first = at(Mark::Rung(0)).or(at(Mark::RungsEnd)).unwrap_or(0);
+    let spans = [
+        ("reset", 0, at(Mark::Poll).unwrap_or(0)),
+        ("start of the scan", at(Mark::ScanStart).unwrap_or(0), first),
+        ("end of the scan", at(Mark::RungsEnd).unwrap_or(0), at(Mark::ScanEnd).unwrap_or(0)),
+    ];
+    let mut all = Vec::new();
+    for (n, line) in built.lines.iter().enumerate().filter(|(_, line)| !line.text.is_empty()) {
+        let Some((part, ..)) = spans.iter().find(|&&(_, from, to)| (from..to).contains(&line.addr)) else { continue };
+        let part = *part;
+        let what =
+            move || format!("{part}: `{}` is left out", line.text.split_whitespace().collect::<Vec<_>>().join(" "));
+        all.push(Candidate {
+            kind: MutantKind::LeftOut,
+            element: None,
+            what: Box::new(what),
+            make: Box::new(move || Change::LeftOut(n)),
+        });
+    }
+    all
+}
+
+/// The image without one of its instructions: words of zeros stand there, which do nothing on any chip.
+fn left_out(mut built: Built, line: usize, word_bytes: u32) -> Built {
+    let Some(Line { addr, words, text, target }) = built.lines.get_mut(line) else { return built };
+    let (from, to) = (*addr * word_bytes, (*addr + words.len() as u32) * word_bytes);
+    words.fill(0);
+    "nop".clone_into(text);
+    *target = None;
+    for (start, bytes) in &mut built.segments {
+        for (at, byte) in (*start..).zip(bytes.iter_mut()) {
+            if (from..to).contains(&at) {
+                *byte = 0;
             }
         }
     }
-    out
-}
-
-/// The other kinds of timers, or of counters.
-fn other_modules(is: Module) -> Vec<Module> {
-    let timers = [TimerKind::Ton, TimerKind::Tof, TimerKind::Rto].map(Module::Timer).to_vec();
-    let counters = |input, bounded| {
-        [CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc]
-            .map(|kind| Module::Counter { kind, input, bounded })
-            .to_vec()
-    };
-    let all = match is {
-        Module::Timer(_) => timers,
-        Module::Counter { input, bounded, .. } => counters(input, bounded),
-    };
-    all.into_iter().filter(|other| *other != is).collect()
-}
-
-fn compares(ir: &Ir, compare: Compare) -> Vec<Compare> {
-    let rel = match compare.rel {
-        Rel::Eq => Rel::Ne,
-        Rel::Ne => Rel::Eq,
-        Rel::Lt => Rel::Ge,
-        Rel::Ge => Rel::Lt,
-    };
-    let mut out = vec![Compare { rel, ..compare }];
-    if let (Value::Cell(b), Rel::Lt | Rel::Ge) = (compare.b, compare.rel)
-        && b != compare.a
-    {
-        out.push(Compare { a: b, b: Value::Cell(compare.a), ..compare });
-    }
-    out.extend(values(ir, compare.b).into_iter().map(|b| Compare { b, ..compare }));
-    out.extend(other_words(ir, compare.a).map(|a| Compare { a, ..compare }));
-    out
-}
-
-/// A constant by one up and down, or the next word.
-fn values(ir: &Ir, value: Value) -> Vec<Value> {
-    match value {
-        Value::Const(c) => vec![Value::Const(c.wrapping_add(1)), Value::Const(c.wrapping_sub(1))],
-        Value::Cell(word) => other_words(ir, word).map(Value::Cell).collect(),
-    }
-}
-
-/// The next bit of the same role, if there is another.
-fn other_bits(ir: &Ir, bit: Bit) -> impl Iterator<Item = Bit> {
-    let count = ir.bits.len() as u32;
-    let role = |bit: Bit| ir.bits.get(bit.0 as usize).map(|cell| cell.role);
-    let wanted = role(bit).filter(|role| *role != BitRole::Memory);
-    (1..count).map(|n| Bit((bit.0 + n) % count)).find(|&other| wanted.is_some() && role(other) == wanted).into_iter()
-}
-
-/// The next word, if there is another.
-fn other_words(ir: &Ir, word: Word) -> impl Iterator<Item = Word> {
-    let count = ir.words.len() as u32;
-    (count > 1).then(|| Word((word.0 + 1) % count)).into_iter()
+    built
 }

@@ -31,7 +31,8 @@ fn sources_assemble_to_the_image() {
 /// For every fifth chip, beginning with another in every turn; every other turn without optimisation.
 fn one(program: &Program, turn: usize, seen: &mut BTreeSet<&str>) {
     for target in targets().skip(turn % 5).step_by(5) {
-        let options = Options { mcu: target.chip.name.to_owned(), optimise: turn % 2 == 0, ..Options::default() };
+        let options =
+            Options { mcu: target.chip.name.to_owned(), optimise: turn.is_multiple_of(2), ..Options::default() };
         let Ok(compiled) = compile(program, &options) else { continue };
         let source = assembly(program, target.chip, &compiled.built, &compiled.map);
         let image =

@@ -66,8 +66,8 @@ fn golden_listing() {
 fn a_crossing_light_is_small_and_fast() {
     let map = compiled(&program(LIGHT)).map;
     println!("light: {} bytes, {} clocks, {} bytes of RAM", map.code_bytes, map.worst_scan_cycles, map.ram_bytes);
-    assert!(map.code_bytes < 500, "{} bytes", map.code_bytes);
-    assert!(map.worst_scan_cycles < 200, "{} clocks", map.worst_scan_cycles);
+    assert!(map.code_bytes < 300, "{} bytes", map.code_bytes);
+    assert!(map.worst_scan_cycles < 120, "{} clocks", map.worst_scan_cycles);
 }
 
 #[test]

@@ -114,7 +114,7 @@ impl Probe for Seen {
 
     fn event(&mut self, event: Event) -> bool {
         match event {
-            Event::Edge { at, pin, level } => self.edges.push((at.cycle, pin.into(), level)),
+            Event::Edge { at, pin, level } => self.edges.push((at.cycle, pin, level)),
             Event::Sent { byte, .. } => self.sent.push(byte),
             _ => {}
         }
@@ -134,7 +134,7 @@ fn outputs_are_low_at_once_and_move_only_at_the_end_of_a_scan() {
             .pins
             .iter()
             .filter(|pin| pin.direction == "out")
-            .map(|pin| (pin.name.clone(), chip.pin(&pin.pin).expect("a pin").into()))
+            .map(|pin| (pin.name.clone(), chip.pin(&pin.pin).expect("a pin")))
             .collect();
         let mut seen = Seen::default();
         run_to(&mut cpu, map.scan_start, &mut seen);
@@ -174,10 +174,12 @@ fn outputs_are_low_at_once_and_move_only_at_the_end_of_a_scan() {
     }
 }
 
-/// Clock, speed, and whether timer 2 makes it; `None` where there is none.
+/// Whether timer 2 makes a speed, machine cycles of a bit as a fraction.
+type Made = (bool, u64, u64);
+
+/// Clock, speed, and what makes it, if anything does.
 #[rustfmt::skip]
-const SPEEDS: &[(u64, u64, Option<(bool, u64, u64)>)] = &[
-    // By timer 2, machine cycles of a bit as a fraction.
+const SPEEDS: &[(u64, u64, Option<Made>)] = &[
     (11_059_200,   9600, Some((false, 96, 1))),
     (11_059_200,  19200, Some((false, 48, 1))),
     (11_059_200,  57600, Some((false, 16, 1))),
@@ -299,9 +301,11 @@ fn a_byte_follows_the_one_before_as_soon_as_the_language_says() {
     }
 }
 
-/// What is asked for, and words of the answer.
+/// Chip, clock, cycle, setting and rungs that are asked for, and words of the answer.
+type Asked = (&'static str, u64, u64, &'static str, &'static str, &'static [&'static str]);
+
 #[rustfmt::skip]
-const REFUSED: &[(&str, u64, u64, &str, &str, &[&str])] = &[
+const REFUSED: &[Asked] = &[
     // Longer than 255 turns of the timer.
     ("8051",    12_000_000, 20_000_000, "",              "RUNG\nCONTACTS Xa 0\nCOIL Ya 0 0 0\nEND\n", &["20000000 us", "16711680 us"]),
     ("8052",    12_000_000,     10_000, "BAUD=115200\n", "RUNG\nUART_SEND a\nEND\n",                  &["115200", "125000"]),

@@ -6,28 +6,35 @@
 
 mod common;
 
+use std::collections::BTreeSet;
+
 use common::{Chip, cases, options, pairs, program};
 use emu_core::RamInit;
-use ladder_compile::{Compiled, compile, compile_mutant, mutants};
+use ladder_compile::{Compiled, MutantKind, compile, compile_mutant, mutants};
 
 #[test]
 fn faults_are_many_and_the_tables_find_most() {
     let (mut all, mut found) = (0u32, 0u32);
+    let mut kinds = BTreeSet::new();
     for table in [include_str!("data/bits.txt"), include_str!("data/timers.txt"), include_str!("data/integers.txt")] {
         for (name, sections) in cases(table) {
             let program = program(&sections[0]);
             let sound = compile(&program, &options()).expect("compiles");
             assert!(agrees(&sound, &sections[1]), "{name}");
-            let list = mutants(&program);
+            let list = mutants(&program, &options());
             for (n, mutant) in list.iter().enumerate() {
                 assert_eq!(mutant.id as usize, n, "{name}: ids count from 0");
+                kinds.insert(mutant.kind);
+                // The tables look at rungs only, scan by scan.
+                if mutant.kind != MutantKind::Operation {
+                    continue;
+                }
                 let faulty = compile_mutant(&program, &options(), mutant.id).expect("compiles");
-                assert_ne!(faulty.code, sound.code, "{name}: fault {} at {}: {}", n, mutant.element, mutant.what);
                 all += 1;
                 let hit = !agrees(&faulty, &sections[1]);
                 found += u32::from(hit);
                 if !hit {
-                    println!("not found: {name}, {}: {}", mutant.element, mutant.what);
+                    println!("not found: {name}, {:?}: {}", mutant.element, mutant.what);
                 }
             }
             let unknown = compile_mutant(&program, &options(), list.len() as u32).expect("compiles");
@@ -35,6 +42,7 @@ fn faults_are_many_and_the_tables_find_most() {
         }
     }
     println!("{found} of {all} faults are found by the tables");
+    assert_eq!(kinds.len(), 8, "every kind of fault: {kinds:?}");
     assert!(all >= 400, "{all} faults");
     assert!(found * 100 >= all * 85, "{found} of {all}");
 }

@@ -43,6 +43,8 @@ const fn zone(letter: char) -> u16 {
 pub struct Layout {
     /// Of each bit cell.
     pub bits: Vec<u16>,
+    /// Bits that nobody looks at between scans.
+    pub temporary: HashSet<Bit>,
     /// Numbers of the modules of each word cell.
     pub words: Vec<u16>,
     /// Edge memories that modules need beside their own, by word.
@@ -128,7 +130,19 @@ pub fn layout(job: &Job<'_>) -> Result<Layout, Vec<Refusal>> {
     if !refusals.is_empty() {
         return Err(refusals);
     }
-    Ok(Layout { bits, words, edges, scratch, late, inputs, outputs, modules: settings, memory: needed as u32 })
+    let temporary = (0..ir.bits.len() as u32).map(Bit).filter(|&bit| ir.is_temporary(bit)).collect();
+    Ok(Layout {
+        bits,
+        temporary,
+        words,
+        edges,
+        scratch,
+        late,
+        inputs,
+        outputs,
+        modules: settings,
+        memory: needed as u32,
+    })
 }
 
 /// The place of a bit; of an output its image, which is written with the channel.
@@ -155,31 +169,41 @@ pub fn modules(ir: &Ir) -> Vec<(Module, Word, Value)> {
 
 /// Calls `look` with every operation, and whether it is executed in every scan.
 pub fn every<'a>(ir: &'a Ir, look: &mut dyn FnMut(&'a Op, bool)) {
-    fn list<'a>(ops: &mut dyn Iterator<Item = &'a Op>, always: bool, look: &mut dyn FnMut(&'a Op, bool)) {
-        for op in ops {
-            look(op, always);
-            if let Op::If { then, otherwise, .. } = op {
-                list(&mut then.iter().chain(otherwise), false, look);
-            }
-        }
-    }
     let rungs = ir.rungs.iter().flat_map(|rung| &rung.steps).map(|step| &step.op);
-    list(&mut ir.begin.iter().chain(rungs).chain(&ir.end), true, look);
+    for op in ir.begin.iter().chain(rungs).chain(&ir.end) {
+        let mut always = true;
+        each(op, &mut |op| look(op, std::mem::replace(&mut always, false)));
+    }
+}
+
+/// Calls `look` with an operation and those within it.
+pub fn each<'a>(op: &'a Op, look: &mut dyn FnMut(&'a Op)) {
+    look(op);
+    if let Op::If { then, otherwise, .. } = op {
+        then.iter().chain(otherwise).for_each(|op| each(op, look));
+    }
+}
+
+/// The bit that an operation writes.
+pub fn written(op: &Op) -> Option<Bit> {
+    match op {
+        Op::Store { bit, .. }
+        | Op::Put { bit, .. }
+        | Op::Rising(bit)
+        | Op::Falling(bit)
+        | Op::Logic { dst: bit, .. } => Some(*bit),
+        _ => None,
+    }
 }
 
 /// Bits that one operation alone writes, in every scan.
 fn direct(ir: &Ir) -> HashSet<Bit> {
     let mut writes: HashMap<Bit, (u32, bool)> = HashMap::new();
     every(ir, &mut |op, always| {
-        if let Op::Store { bit, .. }
-        | Op::Put { bit, .. }
-        | Op::Rising(bit)
-        | Op::Falling(bit)
-        | Op::Logic { dst: bit, .. } = op
-        {
+        if let Some(bit) = written(op) {
             // An edge writes its memory bit by bit.
             let whole = always && !matches!(op, Op::Rising(_) | Op::Falling(_));
-            let (count, all) = writes.entry(*bit).or_insert((0, true));
+            let (count, all) = writes.entry(bit).or_insert((0, true));
             (*count, *all) = (*count + 1, *all && whole);
         }
     });

@@ -7,6 +7,7 @@
 mod layout;
 mod refuse;
 mod select;
+mod source;
 
 use emu_ap101::chips::AP101;
 use emu_ap101::config::{Config, INPUTS, Inputs, OUTPUTS, PROGRAMS, Program};
@@ -20,6 +21,8 @@ use crate::target::{Built, Job, Line, Mark, Refusal, Target};
 use crate::worst::longest;
 use layout::Layout;
 use select::Select;
+
+pub use source::directives;
 
 /// Clocks of a machine cycle.
 const CLOCKS: u64 = 2;

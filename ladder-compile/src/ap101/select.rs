@@ -3,6 +3,8 @@
 //! Most operations are one instruction. Two things are followed on the way: whether A holds the accumulator or its complement, since
 //! what comes next often wants the one or the other and both cost the same; and what A holds where that is known.
 
+use std::collections::HashMap;
+
 use emu_ap101::isa::Kind;
 use ladder::CounterKind;
 
@@ -29,12 +31,17 @@ pub struct Select<'a, 'b> {
     known: Option<bool>,
     /// A bit that A holds, or the complement of which.
     held: Option<(u16, bool)>,
+    /// Temporaries that are not kept, because another bit is the same for as long as they are read: that one, and whether it is the
+    /// complement.
+    same: HashMap<Bit, (u16, bool)>,
+    /// A does not really hold what it is said to.
+    passing: bool,
 }
 
 impl<'a, 'b> Select<'a, 'b> {
     /// `all`: the operations of the scan, which [`Select::next`] takes one after the other.
     pub fn new(asm: &'b mut Asm<Machine>, layout: &'a Layout, all: &'a [&'a Op]) -> Self {
-        Select { asm, layout, all, inverted: false, known: None, held: None }
+        Select { asm, layout, all, inverted: false, known: None, held: None, same: HashMap::new(), passing: false }
     }
 
     /// The next operation of the scan.
@@ -72,6 +79,56 @@ impl<'a, 'b> Select<'a, 'b> {
 
     fn bit(&self, bit: Bit) -> u16 {
         self.layout.bits.get(bit.0 as usize).copied().unwrap_or(0)
+    }
+
+    /// Where a bit can be read, and whether its complement is there.
+    fn source(&self, bit: Bit) -> (u16, bool) {
+        self.same.get(&bit).copied().unwrap_or((self.bit(bit), false))
+    }
+
+    /// A temporary can be that address for as long as it is read; `rest` comes behind its store.
+    fn lasts(&self, bit: Bit, addr: u16, rest: &Rest<'_>) -> bool {
+        self.layout.temporary.contains(&bit)
+            && rest.then.is_none()
+            && addr != self.layout.scratch
+            && !(R..M).contains(&addr)
+            && self.stays(rest.ops, bit, addr)
+    }
+
+    /// Stores the accumulator in a temporary by remembering which bit is the same; false where none is, or not long enough.
+    fn remembers(&mut self, bit: Bit, negated: bool, rest: &Rest<'_>) -> bool {
+        self.same.remove(&bit);
+        if let Some((addr, complement)) = self.held
+            && self.lasts(bit, addr, rest)
+        {
+            self.same.insert(bit, (addr, complement != (self.inverted != negated)));
+        }
+        self.same.contains_key(&bit)
+    }
+
+    /// What is loaded is only stored, and that store only remembered.
+    fn passes(&self, addr: u16, rest: &Rest<'_>) -> bool {
+        let Some((Op::Store { bit, .. }, ops)) = rest.ops.split_first() else { return false };
+        let behind = Rest { ops, then: rest.then };
+        !reads_acc(&behind) && self.lasts(*bit, addr, &behind)
+    }
+
+    /// Until `bit` gets a new value for certain, nothing writes to it or to the address.
+    fn stays(&self, ops: &[&Op], bit: Bit, addr: u16) -> bool {
+        for op in ops {
+            if matches!(op, Op::Store { bit: other, .. } | Op::Put { bit: other, .. } | Op::Logic { dst: other, .. } if *other == bit)
+            {
+                return true;
+            }
+            let mut written = false;
+            layout::each(op, &mut |op| {
+                written |= layout::written(op).is_some_and(|other| other == bit || self.bit(other) == addr);
+            });
+            if written {
+                return false;
+            }
+        }
+        true
     }
 
     fn module(&self, word: Word) -> u16 {
@@ -153,17 +210,44 @@ impl<'a, 'b> Select<'a, 'b> {
                 self.clear();
                 self.inverted = *value;
             }
-            Op::Load { bit, negated } => self.load(self.bit(*bit), *negated, rest),
-            Op::And { bit, negated } => self.and(self.bit(*bit), *negated),
-            Op::Or { bit, negated } => self.or(self.bit(*bit), *negated),
-            Op::Store { bit, negated } => self.store(self.bit(*bit), *negated),
-            Op::Put { bit, value } => self.constant(self.bit(*bit), *value, rest),
+            Op::Load { bit, negated } => {
+                let (addr, complement) = self.source(*bit);
+                if self.passes(addr, rest) {
+                    // As if A held it, until the store is over.
+                    (self.held, self.inverted, self.passing) = (Some((addr, false)), *negated != complement, true);
+                } else {
+                    self.load(addr, *negated != complement, rest);
+                }
+            }
+            Op::And { bit, negated } => {
+                let (addr, complement) = self.source(*bit);
+                self.and(addr, *negated != complement);
+            }
+            Op::Or { bit, negated } => {
+                let (addr, complement) = self.source(*bit);
+                self.or(addr, *negated != complement);
+            }
+            Op::Store { bit, negated } => {
+                if !self.remembers(*bit, *negated, rest) {
+                    self.store(self.bit(*bit), *negated);
+                }
+                if std::mem::take(&mut self.passing) {
+                    self.held = None;
+                }
+            }
+            Op::Put { bit, value } => {
+                self.same.remove(bit);
+                self.constant(self.bit(*bit), *value, rest);
+            }
             Op::Rising(memory) => self.rising(self.bit(*memory)),
             Op::Falling(memory) => self.falling(self.bit(*memory)),
             // A reset: nothing else that moves numbers comes here.
             Op::Move { dst, .. } => self.constant(self.module(*dst) + RESET, true, rest),
             Op::Module { is, word, .. } => self.element(*is, *word, rest),
-            Op::Logic { dst, is } => self.logic(self.bit(*dst), *is),
+            Op::Logic { dst, is } => {
+                self.logic(self.bit(*dst), *is);
+                self.same.remove(dst);
+            }
             Op::If { cond, then, otherwise } => self.branch(*cond, then, otherwise, rest),
             // Refused before.
             Op::AndCompare(_)
@@ -200,13 +284,14 @@ impl<'a, 'b> Select<'a, 'b> {
     /// The template of an operation by itself.
     fn logic(&mut self, dst: u16, is: Logic) {
         let (first, second) = match is {
-            Logic::Copy(a) => ((Kind::Ld, a), None),
-            Logic::Not(a) => ((Kind::Ldc, a), None),
-            Logic::And(a, b) => ((Kind::Ld, a), Some((Kind::And, b))),
-            Logic::Or(a, b) => ((Kind::Ld, a), Some((Kind::Or, b))),
+            Logic::Copy(a) => ((Kind::Ld, Kind::Ldc, a), None),
+            Logic::Not(a) => ((Kind::Ldc, Kind::Ld, a), None),
+            Logic::And(a, b) => ((Kind::Ld, Kind::Ldc, a), Some((Kind::And, Kind::Andc, b))),
+            Logic::Or(a, b) => ((Kind::Ld, Kind::Ldc, a), Some((Kind::Or, Kind::Orc, b))),
         };
-        for (kind, bit) in std::iter::once(first).chain(second) {
-            self.put(kind, self.bit(bit));
+        for (plain, complemented, bit) in std::iter::once(first).chain(second) {
+            let (addr, complement) = self.source(bit);
+            self.put(if complement { complemented } else { plain }, addr);
         }
         self.put(Kind::Sto, dst);
         self.inverted = false;
@@ -277,7 +362,8 @@ impl<'a, 'b> Select<'a, 'b> {
                 if kept {
                     self.store(scratch, false);
                 }
-                self.put(Kind::Ld, self.bit(bit));
+                let (addr, complement) = self.source(bit);
+                self.put(if complement { Kind::Ldc } else { Kind::Ld }, addr);
                 self.inverted = false;
                 self.arms(then, otherwise, kept.then_some(scratch), rest);
             }

@@ -7,24 +7,68 @@ use super::layout::Home;
 use super::regs::{A, B, BYTE, SCRATCH, ZERO};
 use super::select::Select;
 use super::words::{Quad, byte};
-use crate::ir::{Compare, Rel, Value, Word};
+use crate::code::Label;
+use crate::ir::{Compare, Op, Rel, Value, Word};
+
+/// A row of comparisons that is being selected.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Row {
+    /// Where those that fail go, and what A holds there.
+    fails: Option<(Label, Option<(Word, usize)>)>,
+    /// The next comparison is one without sign.
+    unsigned: bool,
+}
+
+/// `first` says that a word is not negative, `second` that it is below a positive constant.
+fn is_range(first: &Compare, second: &Compare) -> bool {
+    let (Value::Const(low), Value::Const(high)) = (first.b, second.b) else { return false };
+    first.a == second.a && first.rel == Rel::Ge && low == 0 && second.rel == Rel::Lt && high > 0
+}
 
 impl Select<'_> {
-    /// T := T and the comparison.
-    pub fn and_compare(&mut self, compare: &Compare) {
+    /// T := T and the comparison; `next` is the operation behind it. In a row of comparisons one that fails goes straight to
+    /// the CLT at the end of the row.
+    pub fn and_compare(&mut self, compare: &Compare, next: Option<&Op>) {
         if self.known.t == Some(false) {
             return;
         }
-        if let (Rel::Lt | Rel::Ge, Value::Const(0)) = (compare.rel, compare.b) {
+        let next = match next {
+            Some(Op::AndCompare(next)) => Some(next),
+            _ => None,
+        };
+        if next.is_some_and(|next| is_range(compare, next)) {
+            // What is not negative and below a number is below it without sign: the next comparison does it all.
+            self.row.unsigned = true;
+            return;
+        }
+        let unsigned = std::mem::take(&mut self.row.unsigned);
+        if let (Rel::Lt | Rel::Ge, Value::Const(0), None, None) = (compare.rel, compare.b, next, self.row.fails) {
             let top = self.top(compare.a);
             self.asm.op(if compare.rel == Rel::Ge { Kind::Sbrc } else { Kind::Sbrs }, &[top, 7]);
             self.asm.op(Kind::Clt, &[]);
+            self.known.t = None;
+            return;
+        }
+        let (holds, fails) = match self.compare(compare) {
+            _ if unsigned => (Kind::Brcs, Kind::Brcc),
+            signed => signed,
+        };
+        let (label, before) = match self.row.fails {
+            Some(known) => known,
+            None => (self.asm.label(), self.known.a),
+        };
+        let known = self.known.a.filter(|_| self.known.a == before);
+        if next.is_some() {
+            self.asm.jump(Jump::If(fails), label);
+            self.row.fails = Some((label, known));
         } else {
             let over = self.asm.label();
-            let (holds, _) = self.compare(compare);
             self.asm.jump(Jump::If(holds), over);
+            self.asm.place(label);
             self.asm.op(Kind::Clt, &[]);
             self.asm.place(over);
+            self.row.fails = None;
+            self.known.a = known;
         }
         self.known.t = None;
     }

@@ -19,11 +19,12 @@ use emu_avr::isa::{self, Kind};
 use ladder::ElementId;
 
 use crate::code::{Code, Label};
-use crate::ir::{Ir, Table};
+use crate::ir::{Ir, Op, Table};
 use crate::map::{Place, Special};
 use crate::target::{Built, Job, Line, Mark, Refusal};
 use crate::worst::longest;
 use arch::{Asm, Avr, Jump};
+use compare::Row;
 use devices::Devices;
 use layout::Layout;
 use pace::{NoPace, Pace};
@@ -41,6 +42,7 @@ struct Plan<'a> {
     pace: Pace,
     layout: Layout,
     devices: Devices,
+    signed_divisors: bool,
 }
 
 /// Makes an image.
@@ -68,7 +70,8 @@ pub fn build(job: &Job<'_>) -> Result<Built, Refusal> {
     };
     let (inputs, turns) = reset::converter(&regs, job).ok_or_else(lacks)?;
     let devices = Devices { serial: serial::plan(job)?, pwm: pwm::plan(job, taps)?, inputs, turns, tables: Vec::new() };
-    let mut plan = Plan { job, regs, pace, layout, devices };
+    let signed_divisors = uses.signed_divisors;
+    let mut plan = Plan { job, regs, pace, layout, devices, signed_divisors };
 
     // The first time tells which subroutines there are, and which of them are wanted once only.
     let (_, wanted) = emit(&mut plan, &[], false)?;
@@ -135,7 +138,9 @@ fn emit(plan: &mut Plan<'_>, single: &[Routine], calls: bool) -> Result<(Asm, Ve
         layout,
         regs,
         devices: &plan.devices,
+        signed_divisors: plan.signed_divisors,
         known: Known::default(),
+        row: Row::default(),
         routines: Vec::new(),
         single,
         fault: None,
@@ -169,17 +174,22 @@ fn emit(plan: &mut Plan<'_>, single: &[Routine], calls: bool) -> Result<(Asm, Ve
     Ok((asm, wanted))
 }
 
-/// The rungs, with a mark at every element of the program, also at those without code.
+/// The rungs, with a mark at every element of the program, also at those without code; in code that is not optimised also
+/// at every operation.
 fn rungs(ir: &Ir, select: &mut Select<'_>) {
-    for (number, rung) in ir.rungs.iter().enumerate() {
-        let number = number as u32;
-        select.asm.mark(Mark::Rung(number));
-        let mut steps = rung.steps.iter().peekable();
-        for index in 0..rung.elements {
-            let id = ElementId { rung: number, index };
+    let steps = || ir.rungs.iter().flat_map(|rung| &rung.steps);
+    let plain = steps().any(|step| matches!(step.op, Op::Logic { .. }));
+    for (rung, code) in (0..).zip(&ir.rungs) {
+        select.asm.mark(Mark::Rung(rung));
+        let mut steps = (0..).zip(&code.steps).peekable();
+        for index in 0..code.elements {
+            let id = ElementId { rung, index };
             select.asm.mark(Mark::Element(id));
-            while let Some(step) = steps.next_if(|step| step.at <= id) {
-                select.op(&step.op);
+            while let Some((number, step)) = steps.next_if(|(_, step)| step.at <= id) {
+                if plain {
+                    select.asm.mark(Mark::Step { rung, step: number });
+                }
+                select.op(&step.op, steps.peek().map(|(_, next)| &next.op));
             }
         }
     }

@@ -40,7 +40,7 @@ impl Pwm {
     fn compare(&self, percent: i32) -> Option<i32> {
         match (self.phase, percent) {
             (false, 0) => None,
-            _ => Some((percent * self.factor() >> 8) - i32::from(!self.phase)),
+            _ => Some(((percent * self.factor()) >> 8) - i32::from(!self.phase)),
         }
     }
 

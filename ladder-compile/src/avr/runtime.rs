@@ -12,8 +12,8 @@ use crate::ir::Word;
 pub enum Routine {
     /// A := A * B, so many bytes.
     Multiply(u8),
-    /// A := A / B, so many bytes.
-    Divide(u8),
+    /// A := A / B, so many bytes; false: B is known to be above zero.
+    Divide(u8, bool),
     /// A := the conversion of the selected input; a turn of its loop is taken at most so many times.
     Convert(u32),
     /// A := so many bytes of EEPROM from the address in [`BYTE`] on.
@@ -39,7 +39,7 @@ impl Routine {
     pub fn title(self) -> &'static str {
         match self {
             Routine::Multiply(_) => "multiplication",
-            Routine::Divide(_) => "division",
+            Routine::Divide(..) => "division",
             Routine::Convert(_) => "conversion",
             Routine::Recall(_) => "read the EEPROM",
             Routine::Persist(..) => "write the EEPROM",
@@ -50,7 +50,7 @@ impl Routine {
     pub fn body(self, asm: &mut Asm, around: &Around<'_>) {
         match self {
             Routine::Multiply(bytes) => multiply(asm, bytes.into()),
-            Routine::Divide(bytes) => divide(asm, bytes.into()),
+            Routine::Divide(bytes, signed) => divide(asm, bytes.into(), signed),
             Routine::Convert(turns) => convert(asm, around.regs, turns),
             Routine::Recall(bytes) => recall(asm, around, bytes.into()),
             Routine::Persist(bytes, busy, scans) => persist(asm, around, bytes.into(), (busy, scans)),
@@ -118,7 +118,7 @@ fn multiply(asm: &mut Asm, bytes: usize) {
 }
 
 /// regs := -regs.
-fn negate(asm: &mut Asm, regs: [i32; 4], bytes: usize) {
+pub fn negate(asm: &mut Asm, regs: [i32; 4], bytes: usize) {
     take(regs, bytes).skip(1).for_each(|reg| asm.op(Kind::Com, &[reg]));
     asm.op(Kind::Neg, &[regs[0]]);
     take(regs, bytes).skip(1).for_each(|reg| asm.op(Kind::Sbci, &[reg, 0xFF]));
@@ -126,12 +126,14 @@ fn negate(asm: &mut Asm, regs: [i32; 4], bytes: usize) {
 
 /// Signed, truncated. Magnitudes are divided bit by bit; with a divisor of 0 every bit of the quotient is 1, which with the
 /// dividend's sign is -1 or 1, as the language has it.
-fn divide(asm: &mut Asm, bytes: usize) {
+fn divide(asm: &mut Asm, bytes: usize, signed: bool) {
     let (count, sign) = if bytes <= 2 { SMALL } else { (COUNT, SIGN) };
     let (a_high, b_high) = (A[bytes - 1], B[bytes - 1]);
     asm.op(Kind::Mov, &[sign, a_high]);
-    asm.op(Kind::Eor, &[sign, b_high]);
-    for (regs, high) in [(A, a_high), (B, b_high)] {
+    if signed {
+        asm.op(Kind::Eor, &[sign, b_high]);
+    }
+    for (regs, high) in [(A, a_high), (B, b_high)].into_iter().take(if signed { 2 } else { 1 }) {
         let positive = asm.label();
         asm.op(Kind::And, &[high, high]);
         asm.jump(Jump::If(Kind::Brpl), positive);

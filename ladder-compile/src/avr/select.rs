@@ -6,6 +6,7 @@
 use emu_avr::isa::Kind;
 
 use super::arch::{Asm, Jump};
+use super::compare::Row;
 use super::devices::Devices;
 use super::layout::{Home, Layout};
 use super::regs::{BYTE, Regs, SCRATCH};
@@ -44,8 +45,12 @@ pub struct Select<'a> {
     pub regs: &'a Regs,
     /// How the peripherals are set.
     pub devices: &'a Devices,
+    /// Some divisor may be zero or less.
+    pub signed_divisors: bool,
     /// What is known here.
     pub known: Known,
+    /// The row of comparisons here.
+    pub row: Row,
     /// Subroutines so far.
     pub routines: Vec<Wanted>,
     /// Subroutines that are wanted once in the whole program, so that they need be none.
@@ -57,11 +62,11 @@ pub struct Select<'a> {
 impl Select<'_> {
     /// Appends the code of `ops`.
     pub fn ops(&mut self, ops: &[Op]) {
-        ops.iter().for_each(|op| self.op(op));
+        ops.iter().zip(1..).for_each(|(op, next)| self.op(op, ops.get(next)));
     }
 
-    /// Appends the code of one operation.
-    pub fn op(&mut self, op: &Op) {
+    /// Appends the code of one operation; `next` is the one that follows it whatever happens.
+    pub fn op(&mut self, op: &Op, next: Option<&Op>) {
         match op {
             Op::Acc(value) => self.acc(*value),
             Op::Load { bit, negated } => self.load_bit(*bit, *negated),
@@ -104,7 +109,7 @@ impl Select<'_> {
                     }
                 }
             }
-            Op::AndCompare(compare) => self.and_compare(compare),
+            Op::AndCompare(compare) => self.and_compare(compare, next),
             Op::Move { dst, src } => self.move_word(*dst, *src),
             Op::Math { op, dst, a, b } => self.math(*op, *dst, *a, *b),
             Op::If { cond, then, otherwise } => self.branch(*cond, then, otherwise),

@@ -11,6 +11,8 @@ pub struct Uses {
     pub words: Vec<u32>,
     /// Something is divided.
     pub divides: bool,
+    /// Something is divided by what may be zero or less.
+    pub signed_divisors: bool,
     /// A table is read, by the pointer Z.
     pub tables: bool,
     /// There are integers of more than two bytes.
@@ -65,7 +67,10 @@ impl Uses {
                 self.word(*dst);
                 self.value(*a);
                 self.value(*b);
-                self.divides |= *op == Math::Div;
+                if *op == Math::Div {
+                    self.divides = true;
+                    self.signed_divisors |= !matches!(b, Value::Const(1..));
+                }
                 self.wide |= ir.width(*op, *dst, *a, *b) > 2;
             }
             Op::Logic { dst, is } => {

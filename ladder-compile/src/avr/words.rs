@@ -7,7 +7,7 @@ use emu_avr::isa::Kind;
 
 use super::layout::Home;
 use super::regs::{A, B, LOW_ZERO, SCRATCH, ZERO};
-use super::runtime::Routine;
+use super::runtime::{Routine, negate};
 use super::select::Select;
 use crate::ir::{Math, Value, Word};
 
@@ -219,11 +219,12 @@ impl Select<'_> {
             (Math::Sub, x, Value::Const(c)) => self.add(dst, x, c.wrapping_neg()),
             (Math::Add, a, b) if b == Value::Cell(dst) => self.sum((Kind::Add, Kind::Adc), dst, b, a),
             (Math::Add, a, b) => self.sum((Kind::Add, Kind::Adc), dst, a, b),
+            (Math::Sub, Value::Const(0), b) if usize::from(self.layout.bytes(dst)) <= 2 => self.minus(dst, b),
             (Math::Sub, a, b) => self.sum((Kind::Sub, Kind::Sbc), dst, a, b),
             (Math::Mul, a, b) => self.multiply(dst, a, b),
             (Math::Div, a, b) => {
                 self.operands(a, b, width);
-                self.routine(Routine::Divide(width as u8));
+                self.routine(Routine::Divide(width as u8, self.signed_divisors));
                 self.save(dst, A);
             }
         }
@@ -255,6 +256,20 @@ impl Select<'_> {
         for (n, (&left, &right)) in target.iter().zip(&right).enumerate().take(width) {
             self.asm.op(if n == 0 { first } else { further }, &[left, right]);
         }
+        if home.is_some() {
+            self.forget(dst);
+        } else {
+            self.save(dst, A);
+        }
+    }
+
+    /// dst := -b.
+    fn minus(&mut self, dst: Word, b: Value) {
+        let width = self.bytes(dst);
+        let home = self.home(dst).filter(|home| home[0] >= 16 || width == 1);
+        let target = home.unwrap_or(A);
+        self.fill(b, width, target);
+        negate(self.asm, target, width);
         if home.is_some() {
             self.forget(dst);
         } else {

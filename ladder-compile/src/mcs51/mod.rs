@@ -3,7 +3,10 @@
 //! How the chip is used stands in `docs/compile-8051.md`.
 
 pub mod arch;
+mod bits;
+mod branch;
 mod bytes;
+mod compare;
 pub mod layout;
 mod lookup;
 pub mod pace;
@@ -151,7 +154,8 @@ impl Plan<'_> {
         asm.mark(Mark::Part("reset: outputs low, RAM, initial values"));
         runtime::reset(&mut asm, ir, self.layout);
         let timer = self.timer();
-        let tmod = self.speed.map_or(0, |speed| speed.tmod()) | i32::from(!timer.second);
+        const SIXTEEN_BITS: i32 = 1;
+        let tmod = self.speed.map_or(0, |speed| speed.tmod()) | if timer.second { 0 } else { SIXTEEN_BITS };
         if tmod != 0 {
             asm.op(Kind::MovDirImm, &[self.regs.byte("TMOD"), tmod]);
         }

@@ -11,7 +11,7 @@
 use emu_8051::isa::Kind;
 
 use super::arch::{Jump, Mcs51};
-use super::regs::{ACC, B, Regs};
+use super::regs::{B, DPL, Regs};
 use crate::code::{Asm, Label};
 use crate::map::Ratio;
 use crate::target::Mark;
@@ -198,28 +198,30 @@ impl Timer<'_> {
             self.choose(asm, f, Pace::reload(length), Pace::reload(length + 1), (low, high));
             return;
         }
-        let (mut low, mut high) = Pace::reload(length.wrapping_sub(STOP));
-        let mut of = None;
+        // Timer 0: what is added lies in B and DPL where it is not always the same.
+        let (low, high) = Pace::reload(length.wrapping_sub(STOP));
+        let (mut add_low, mut add_high) = ((Kind::AddImm, low), (Kind::AddcImm, high));
         if let Some(f) = fraction {
             let long = Pace::reload((length + 1).wrapping_sub(STOP));
-            of = Some(if high == long.1 { (B, None) } else { (B, Some(self.regs.byte("DPL"))) });
-            self.choose(asm, f, (low, high), long, (B, self.regs.byte("DPL")));
+            self.choose(asm, f, (low, high), long, (B, DPL));
+            add_low = (Kind::AddDir, B);
+            if long.1 != high {
+                add_high = (Kind::AddcDir, DPL);
+            }
         }
         let (timer_low, timer_high) = (self.regs.byte("TL0"), self.regs.byte("TH0"));
-        asm.op(Kind::ClrBit, &[self.regs.bit("TR0")]);
-        asm.op(Kind::MovADir, &[timer_low]);
-        match of {
-            Some((at, _)) => asm.op(Kind::AddDir, &[at]),
-            None => asm.op(Kind::AddImm, &[std::mem::take(&mut low)]),
+        for (kind, operand) in [
+            (Kind::ClrBit, self.regs.bit("TR0")),
+            (Kind::MovADir, timer_low),
+            add_low,
+            (Kind::MovDirA, timer_low),
+            (Kind::MovADir, timer_high),
+            add_high,
+            (Kind::MovDirA, timer_high),
+            (Kind::SetbBit, self.regs.bit("TR0")),
+        ] {
+            asm.op(kind, &[operand]);
         }
-        asm.op(Kind::MovDirA, &[timer_low]);
-        asm.op(Kind::MovADir, &[timer_high]);
-        match of {
-            Some((_, Some(at))) => asm.op(Kind::AddcDir, &[at]),
-            _ => asm.op(Kind::AddcImm, &[std::mem::take(&mut high)]),
-        }
-        asm.op(Kind::MovDirA, &[timer_high]);
-        asm.op(Kind::SetbBit, &[self.regs.bit("TR0")]);
     }
 
     /// The bytes at `at` := `short`, or `long` where the fractions make a whole. A high byte that is always the same is left
@@ -245,6 +247,5 @@ impl Timer<'_> {
         add(asm, f.offset());
         set(asm, long);
         asm.place(same);
-        debug_assert_eq!(self.regs.byte("ACC"), ACC);
     }
 }

@@ -14,6 +14,8 @@ pub const B: i32 = 0xF0;
 pub const DPL: i32 = 0x82;
 /// Bit address of the user flag F0 in PSW, in which the rung state waits while the carry works.
 pub const F0: i32 = 0xD5;
+/// Bit address of PSW.1, a bit of the program's own, in which the sign of a quotient waits.
+pub const SIGN: i32 = 0xD1;
 /// Bit address of the overflow flag.
 pub const OV: i32 = 0xD2;
 

@@ -5,7 +5,7 @@ use emu_8051::isa::Kind;
 use super::arch::{Jump, Mcs51};
 use super::bytes::Alu;
 use super::layout::Layout;
-use super::regs::{ACC, B, DPL};
+use super::regs::{ACC, B, DPL, SIGN};
 use super::select::{Line, Select};
 use super::state::{Byte, State};
 use crate::code::{Asm, Label};
@@ -86,81 +86,34 @@ impl Select<'_> {
         self.flush();
     }
 
-    /// The quotient of two integers of `width` bytes takes the place of the first. Magnitudes are divided bit by bit; with a
-    /// divisor of 0 every bit of the quotient is 1, which with the dividend's sign is -1 or 1, as the language has it.
+    /// The quotient of two integers of `width` bytes takes the place of the first. Magnitudes are divided; with a divisor of 0
+    /// every bit of the quotient is 1, which with the dividend's sign is -1 or 1, as the language has it.
     pub(super) fn division(&mut self, entry: Label, width: usize) {
         let scratch = self.layout.scratch.clone();
         let at = |n: usize| scratch.get(n).copied().unwrap_or(0);
-        let x: Vec<u8> = (0..width).map(at).collect();
-        let y: Vec<u8> = (width..2 * width).map(at).collect();
-        let rest: Vec<u8> = (2 * width..3 * width).map(at).collect();
-        let count = at(3 * width);
-        let top = width - 1;
+        let [x, y, rest] = [0, 1, 2].map(|n| (n * width..(n + 1) * width).map(at).collect::<Vec<u8>>());
+        let (count, top) = (at(3 * width), width - 1);
         self.begin(entry);
-        // The sign of the quotient waits in bit 7 of the count's byte where DIV needs B, else of B.
         self.load(Byte::At(at(top)));
         self.alu(Alu::Xrl, Byte::At(at(width + top)));
-        if width == 1 {
-            self.save(count)
-        } else {
-            self.emit(Kind::MovDirA, &[B])
-        }
+        self.emit(Kind::MovCBit, &[ACC + 7]);
+        self.emit(Kind::MovBitC, &[SIGN]);
         for number in [&x, &y] {
             self.load(Byte::At(number.get(top).copied().unwrap_or(0)));
             self.negate_if(ACC + 7, number);
         }
-        if width == 1 {
-            self.short_division(at(0), at(1));
-            self.load(Byte::At(count));
-            self.negate_if(ACC + 7, &x);
-        } else {
-            rest.iter().for_each(|&at| self.copy_zero(at));
-            self.copy(count, Byte::Imm(8 * width as u8));
-            let (again, smaller) = (self.asm.label(), self.asm.label());
-            self.begin(again);
-            self.emit(Kind::ClrC, &[]);
-            for &at in x.iter().chain(&rest) {
-                self.load(Byte::At(at));
-                self.emit(Kind::RlcA, &[]);
-                self.now.a = None;
-                self.save(at);
-            }
-            // The remainder is below the divisor, which is at most half of the range, so nothing was shifted out.
-            let keep = width == 2;
-            for (&rest, &y) in rest.iter().zip(&y) {
-                self.load(Byte::At(rest));
-                self.alu(Alu::Subb, Byte::At(y));
-                if keep && Some(&rest) != scratch.get(3 * width - 1) {
-                    self.emit(Kind::MovDirA, &[DPL]);
-                }
-            }
-            self.jump(Kind::Jc, &[], smaller);
-            if keep {
-                self.save(at(3 * width - 1));
-                self.copy(at(2 * width), Byte::Sfr(DPL));
-            } else {
-                for (&rest, &y) in rest.iter().zip(&y) {
-                    self.load(Byte::At(rest));
-                    self.alu(Alu::Subb, Byte::At(y));
-                    self.save(rest);
-                }
-            }
-            self.step(at(0), true);
-            self.begin(smaller);
-            let turn = match count {
-                0..8 => Jump::when(Kind::DjnzReg, &[count.into()]),
-                _ => Jump::when(Kind::DjnzDir, &[count.into()]),
-            };
-            self.out.push(Line::Repeat(turn, again, 8 * width as u32));
-            self.now = State::default();
-            self.negate_if(B + 7, &x);
+        match width {
+            1 => self.divide_bytes(at(0), at(1)),
+            2 => self.divide_words([0, 1, 2, 3, 4, 5].map(at), count),
+            _ => self.divide_long(&x, &y, &rest, count),
         }
+        self.negate_if(SIGN, &x);
         self.emit(Kind::Ret, &[]);
         self.flush();
     }
 
     /// Two bytes without sign: DIV, but FFh where the divisor is 0.
-    fn short_division(&mut self, x: u8, y: u8) {
+    fn divide_bytes(&mut self, x: u8, y: u8) {
         let zero = self.asm.label();
         self.load(Byte::At(y));
         self.emit(Kind::MovDirA, &[B]);
@@ -171,6 +124,95 @@ impl Select<'_> {
         self.begin(zero);
         self.emit(Kind::CplA, &[]);
         self.save(x);
+    }
+
+    /// Two bytes each, without sign. The high byte of the quotient comes from DIV where the divisor has one byte, and is 0
+    /// where it has two, so that eight turns are left, with the high byte of the dividend, or what DIV left of it, as the remainder.
+    fn divide_words(&mut self, [x0, x1, y0, y1, rest0, rest1]: [u8; 6], count: u8) {
+        let (two, zero, go, again, smaller) =
+            (self.asm.label(), self.asm.label(), self.asm.label(), self.asm.label(), self.asm.label());
+        self.load(Byte::At(y1));
+        self.jump(Kind::Jnz, &[], two);
+        self.load(Byte::At(y0));
+        self.jump(Kind::Jz, &[], zero);
+        self.emit(Kind::MovDirA, &[B]);
+        self.load(Byte::At(x1));
+        self.emit(Kind::DivAb, &[]);
+        self.now = State::default();
+        self.save(x1);
+        self.copy(rest0, Byte::Sfr(B));
+        self.out.push(Line::Jump(Jump::Go, go));
+        // 0 where the divisor has two bytes; FFh where it is 0.
+        self.begin(two);
+        self.load(Byte::Imm(0xFF));
+        self.begin(zero);
+        self.emit(Kind::CplA, &[]);
+        match x1 {
+            0..8 => self.emit(Kind::XchReg, &[x1.into()]),
+            _ => self.emit(Kind::XchDir, &[x1.into()]),
+        }
+        self.save(rest0);
+        self.begin(go);
+        self.copy(rest1, Byte::Imm(0));
+        self.copy(count, Byte::Imm(8));
+        self.begin(again);
+        self.shift(&[x0, rest0, rest1]);
+        // The remainder is below the divisor, which is at most half of the range, so nothing was shifted out.
+        self.load(Byte::At(rest0));
+        self.alu(Alu::Subb, Byte::At(y0));
+        self.emit(Kind::MovDirA, &[DPL]);
+        self.load(Byte::At(rest1));
+        self.alu(Alu::Subb, Byte::At(y1));
+        self.jump(Kind::Jc, &[], smaller);
+        self.save(rest1);
+        self.copy(rest0, Byte::Sfr(DPL));
+        self.step(x0, true);
+        self.begin(smaller);
+        self.turn(count, again, 8);
+    }
+
+    /// Three or four bytes each, without sign, bit by bit.
+    fn divide_long(&mut self, x: &[u8], y: &[u8], rest: &[u8], count: u8) {
+        let (again, smaller) = (self.asm.label(), self.asm.label());
+        let bits = 8 * x.len() as u8;
+        rest.iter().for_each(|&at| self.copy_zero(at));
+        self.copy(count, Byte::Imm(bits));
+        self.begin(again);
+        self.shift(&[x, rest].concat());
+        for (&rest, &y) in rest.iter().zip(y) {
+            self.load(Byte::At(rest));
+            self.alu(Alu::Subb, Byte::At(y));
+        }
+        self.jump(Kind::Jc, &[], smaller);
+        for (&rest, &y) in rest.iter().zip(y) {
+            self.load(Byte::At(rest));
+            self.alu(Alu::Subb, Byte::At(y));
+            self.save(rest);
+        }
+        x.iter().take(1).for_each(|&at| self.step(at, true));
+        self.begin(smaller);
+        self.turn(count, again, bits.into());
+    }
+
+    /// Bytes shifted left by one bit, the lowest first; the carry is 0 afterwards where the highest was below 80h.
+    fn shift(&mut self, bytes: &[u8]) {
+        self.emit(Kind::ClrC, &[]);
+        for &at in bytes {
+            self.load(Byte::At(at));
+            self.emit(Kind::RlcA, &[]);
+            self.now.a = None;
+            self.save(at);
+        }
+    }
+
+    /// Goes back until the count is 0.
+    fn turn(&mut self, count: u8, again: Label, times: u32) {
+        let turn = match count {
+            0..8 => Jump::when(Kind::DjnzReg, &[count.into()]),
+            _ => Jump::when(Kind::DjnzDir, &[count.into()]),
+        };
+        self.out.push(Line::Repeat(turn, again, times));
+        self.now = State::default();
     }
 
     /// A number becomes its negative where a bit is 1.

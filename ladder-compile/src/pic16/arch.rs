@@ -25,12 +25,23 @@ pub enum Jump {
     Goto,
     /// CALL; PCLATH is set back behind it.
     Call,
+    /// GOTO where PCLATH has been set by hand.
+    Bare,
 }
 
 /// The bits of PCLATH in which two pages differ, with their value in `to`.
 fn differing(from: u32, to: u32) -> impl Iterator<Item = (i32, bool)> {
     let (from, to) = (from / PAGE, to / PAGE);
     (0..2).filter(move |n| (from ^ to) >> n & 1 == 1).map(move |n| (PAGE_BITS[n], to >> n & 1 == 1))
+}
+
+fn change_of((bit, value): (i32, bool)) -> (Kind, Vec<i32>) {
+    (if value { Kind::Bsf } else { Kind::Bcf }, vec![PCLATH, bit])
+}
+
+/// The instructions that set PCLATH for another page.
+pub fn changes(from: u32, to: u32) -> impl Iterator<Item = (Kind, Vec<i32>)> {
+    differing(from, to).map(change_of)
 }
 
 /// Words of a jump from a page to a page.
@@ -53,13 +64,15 @@ impl Arch for Pic {
     }
 
     fn form(&self, jump: Jump, level: u8, at: u32, to: u32) -> Option<Vec<Step<Kind>>> {
+        if jump == Jump::Bare {
+            return Some(vec![Step { kind: Kind::Goto, operands: vec![(to % PAGE) as i32], target: Some(to) }]);
+        }
         if differing(at, to).count() > usize::from(level) {
             return None;
         }
-        let set = |(bit, value): (i32, bool)| Step {
-            kind: if value { Kind::Bsf } else { Kind::Bcf },
-            operands: vec![PCLATH, bit],
-            target: None,
+        let set = |change| {
+            let (kind, operands) = change_of(change);
+            Step { kind, operands, target: None }
         };
         let kind = if jump == Jump::Goto { Kind::Goto } else { Kind::Call };
         let mut steps: Vec<_> = differing(at, to).map(set).collect();

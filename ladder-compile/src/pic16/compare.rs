@@ -40,7 +40,7 @@ impl Select<'_, '_> {
                     Rel::Lt => flag(C, false),
                 }
             }
-            Expr::Range { word, first, end, is } => self.range(*word, *first, *end).not_if(!is),
+            Expr::Range { word, first, end, is } => self.range(*word, *first, *end).opposite_if(!is),
             e => e.clone(),
         }
     }

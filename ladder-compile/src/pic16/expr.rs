@@ -16,7 +16,7 @@ pub struct Lit {
 impl Lit {
     /// The complement.
     #[must_use]
-    pub fn not(self) -> Lit {
+    pub fn opposite(self) -> Lit {
         Lit { is: !self.is, ..self }
     }
 
@@ -57,10 +57,10 @@ pub enum Expr {
 impl Expr {
     /// The complement.
     #[must_use]
-    pub fn not(&self) -> Expr {
+    pub fn opposite(&self) -> Expr {
         match self {
             Expr::Const(value) => Expr::Const(!value),
-            Expr::Lit(lit) => Expr::Lit(lit.not()),
+            Expr::Lit(lit) => Expr::Lit(lit.opposite()),
             Expr::Cmp(c) => {
                 let rel = match c.rel {
                     Rel::Eq => Rel::Ne,
@@ -71,15 +71,15 @@ impl Expr {
                 Expr::Cmp(Compare { rel, ..*c })
             }
             Expr::Range { word, first, end, is } => Expr::Range { word: *word, first: *first, end: *end, is: !is },
-            Expr::And(all) => Expr::Or(all.iter().map(Expr::not).collect()),
-            Expr::Or(all) => Expr::And(all.iter().map(Expr::not).collect()),
+            Expr::And(all) => Expr::Or(all.iter().map(Expr::opposite).collect()),
+            Expr::Or(all) => Expr::And(all.iter().map(Expr::opposite).collect()),
         }
     }
 
     /// The complement if `not`.
     #[must_use]
-    pub fn not_if(self, not: bool) -> Expr {
-        if not { self.not() } else { self }
+    pub fn opposite_if(self, not: bool) -> Expr {
+        if not { self.opposite() } else { self }
     }
 
     /// Both.
@@ -91,7 +91,7 @@ impl Expr {
             (a, b) => {
                 let mut all = if let Expr::And(all) = a { all } else { vec![a] };
                 for more in if let Expr::And(more) = b { more } else { vec![b] } {
-                    if all.contains(&more.not()) {
+                    if all.contains(&more.opposite()) {
                         return Expr::Const(false);
                     }
                     if !all.contains(&more) {
@@ -106,7 +106,7 @@ impl Expr {
     /// One of both.
     #[must_use]
     pub fn or(self, other: Expr) -> Expr {
-        self.not().and(other.not()).not()
+        self.opposite().and(other.opposite()).opposite()
     }
 
     /// Neither a formula of several parts nor a comparison.
@@ -149,7 +149,7 @@ impl Expr {
                 }
                 all.into_iter().fold(Expr::Const(true), Expr::and)
             }
-            Expr::Or(all) => Expr::And(all.iter().map(Expr::not).collect()).ranged().not(),
+            Expr::Or(all) => Expr::And(all.iter().map(Expr::opposite).collect()).ranged().opposite(),
             other => other,
         }
     }

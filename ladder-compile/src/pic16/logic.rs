@@ -105,7 +105,7 @@ impl Select<'_, '_> {
             }
             // What is done is not reached from where the literals are.
             let over = self.out.label();
-            self.exec(&e.not(), &Then::Goto(over));
+            self.exec(&e.opposite(), &Then::Goto(over));
             then.emit(&mut self.out);
             self.out.place(over);
             return true;
@@ -126,7 +126,7 @@ impl Select<'_, '_> {
             }
             // The formula of the chain so far appears as it is where an even number of skips follow, else complemented: a
             // literal of e is wanted true to execute, one of the complement's complement too.
-            let lit = if (last - 1 - n) % 2 == 0 { lit } else { lit.not() };
+            let lit = if (last - 1 - n) % 2 == 0 { lit } else { lit.opposite() };
             self.out.bit(lit.only_if(), lit.at);
         }
         then.emit(&mut self.out);
@@ -138,7 +138,7 @@ impl Select<'_, '_> {
         let groups = self.groups(all);
         if groups.len() > 1 && matches!(then, Then::Once(..)) {
             let (over, all) = (self.out.label(), groups.into_iter().reduce(Expr::or).unwrap_or(Expr::Const(false)));
-            self.exec(&all.not(), &Then::Goto(over));
+            self.exec(&all.opposite(), &Then::Goto(over));
             then.emit(&mut self.out);
             self.out.place(over);
             return;
@@ -198,7 +198,7 @@ impl Select<'_, '_> {
             None => all.pop().unwrap_or(Expr::Const(true)),
         };
         let over = self.out.label();
-        let rest = all.into_iter().fold(Expr::Const(true), Expr::and).not();
+        let rest = all.into_iter().fold(Expr::Const(true), Expr::and).opposite();
         self.exec(&rest, &Then::Goto(over));
         self.exec(&last, then);
         self.out.place(over);
@@ -224,11 +224,11 @@ impl Select<'_, '_> {
                         self.assign(at, own);
                         let join = if or { Expr::or } else { Expr::and };
                         let rest = rest.into_iter().reduce(join).unwrap_or(Expr::Const(!or));
-                        self.exec(&rest.not_if(!or), &Then::Put(at, or));
+                        self.exec(&rest.opposite_if(!or), &Then::Put(at, or));
                     }
                     _ => {
                         let (no, end) = (self.out.label(), self.out.label());
-                        self.exec(&e.not(), &Then::Goto(no));
+                        self.exec(&e.opposite(), &Then::Goto(no));
                         self.out.put(at, true);
                         self.out.goto(end);
                         self.out.place(no);
@@ -253,7 +253,7 @@ impl Select<'_, '_> {
 
     fn preset(&mut self, at: (u16, u8), first: bool, e: &Expr) {
         self.out.put(at, first);
-        self.exec(&e.clone().not_if(first), &Then::Put(at, !first));
+        self.exec(&e.clone().opposite_if(first), &Then::Put(at, !first));
     }
 }
 

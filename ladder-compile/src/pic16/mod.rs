@@ -1,6 +1,7 @@
 //! The PIC16 back end: intermediate code to an image of program memory and configuration words.
 
 pub mod arch;
+mod branch;
 pub mod chip;
 mod compare;
 pub mod config;
@@ -41,6 +42,10 @@ pub use targets::TARGETS;
 /// The image does not fit the chip, or the chip cannot do something at the speed that is asked for.
 pub fn build(job: &Job<'_>) -> Result<Built, Refusal> {
     let name = job.target.chip.name;
+    let mut steps = job.ir.rungs.iter().flat_map(|rung| &rung.steps);
+    if let Some(step) = steps.find(|step| matches!(step.op, Op::Module { .. })) {
+        return Err(Refusal::Internal(format!("{name} has no modules, but {} is one", step.at)));
+    }
     let part = emu_pic16::chips::part(name).ok_or_else(|| Refusal::Internal(format!("{name} has no row")))?;
     let chip = Silicon::new(part);
     let pace = pace::pace(job.clock_hz, job.cycle_us, job.ir.pwm_hz.is_none())
@@ -252,13 +257,22 @@ fn scan(ir: &Ir, select: &mut Select<'_, '_>) {
     select.out.cut();
 }
 
-/// The code by address; what fills up a page is left out.
+/// The code by address; what fills up a page is data.
 fn lines(code: &Code) -> Vec<Line> {
-    let line = |insn: &crate::code::Insn| Line {
-        addr: insn.addr,
-        words: code.words.get(insn.addr as usize).copied().into_iter().collect(),
-        text: insn.text.clone(),
-        target: insn.target,
-    };
-    code.insns.iter().map(line).collect()
+    let mut lines: Vec<Line> = Vec::with_capacity(code.insns.len());
+    let words = |from: u32, to: u32| code.words.get(from as usize..to as usize).unwrap_or_default().to_vec();
+    let mut next = 0;
+    for insn in &code.insns {
+        if insn.addr > next {
+            lines.push(Line { addr: next, words: words(next, insn.addr), text: String::new(), target: None });
+        }
+        next = insn.addr + insn.len;
+        lines.push(Line {
+            addr: insn.addr,
+            words: words(insn.addr, next),
+            text: insn.text.clone(),
+            target: insn.target,
+        });
+    }
+    lines
 }

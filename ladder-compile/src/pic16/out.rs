@@ -302,7 +302,9 @@ pub fn assemble(items: &[Item], labels: u32, asm: &mut Asm<Pic>) -> Result<Vec<L
                     return Err("an element is longer than a page of program memory".to_owned());
                 }
                 let there = asm.label();
-                asm.jump(Jump::Goto, there);
+                // By hand: the assembler would choose the form by where the label comes to stand without the filler.
+                arch::changes(pc, next).for_each(|(kind, operands)| asm.op(kind, &operands));
+                asm.jump(Jump::Bare, there);
                 let used = arch::words(Jump::Goto, pc, next);
                 asm.data(&vec![0x3FFF; (next - pc).saturating_sub(used) as usize]);
                 asm.place(there);

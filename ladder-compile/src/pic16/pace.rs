@@ -57,7 +57,8 @@ pub struct Fraction {
 /// # Errors
 /// Shortest and longest period in microseconds.
 pub fn pace(clock_hz: u64, cycle_us: u64, timer2: bool) -> Result<Pace, (u64, u64)> {
-    const MOST: u128 = 65536;
+    // With one more, CCPR1 would be what the timer starts from.
+    const MOST: u128 = 65535;
     let (num, den) = reduced(u128::from(clock_hz) * u128::from(cycle_us), 4_000_000);
     let period = Ratio { num: num as u64, den: den as u64 };
     if timer2 && den == 1 {

@@ -311,7 +311,7 @@ impl Select<'_, '_> {
                     rel: crate::ir::Rel::Ge,
                     b: Value::Const(100),
                 });
-                self.exec(&over.not(), &super::logic::Then::Goto(fine));
+                self.exec(&over.opposite(), &super::logic::Then::Goto(fine));
                 self.out.lit(Kind::Movlw, 100);
                 self.out.goto(end);
                 self.out.place(negative);

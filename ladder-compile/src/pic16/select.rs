@@ -6,7 +6,6 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
 
 use super::expr::{Expr, Lit};
@@ -52,11 +51,11 @@ pub struct Select<'a, 'c> {
     /// Subroutines in use.
     pub routines: BTreeMap<Routine, Lab>,
     /// The accumulator.
-    acc: Expr,
+    pub(super) acc: Expr,
     /// Temporaries that have not been computed yet, and how often they will be read.
-    pending: HashMap<Bit, (Expr, u32)>,
+    pub(super) pending: HashMap<Bit, (Expr, u32)>,
     /// In the list of operations of the scan itself, not in a branch.
-    outermost: bool,
+    pub(super) outermost: bool,
 }
 
 impl<'a, 'c> Select<'a, 'c> {
@@ -76,7 +75,7 @@ impl<'a, 'c> Select<'a, 'c> {
     }
 
     /// The accumulator's own bit: FSR<0>.
-    fn kept(&self) -> (u16, u8) {
+    pub(super) fn kept(&self) -> (u16, u8) {
         (self.out.chip.reg(Sfr::FSR), 0)
     }
 
@@ -95,13 +94,13 @@ impl<'a, 'c> Select<'a, 'c> {
     pub fn op(&mut self, op: &Op, rest: &[&Op], live: bool, target: Option<Lit>) -> usize {
         match op {
             Op::Acc(value) => self.acc = Expr::Const(*value),
-            Op::Load { bit, negated } => self.acc = self.read(*bit).not_if(*negated),
+            Op::Load { bit, negated } => self.acc = self.read(*bit).opposite_if(*negated),
             Op::And { bit, negated } => {
-                let other = self.read(*bit).not_if(*negated);
+                let other = self.read(*bit).opposite_if(*negated);
                 self.acc = self.take().and(other);
             }
             Op::Or { bit, negated } => {
-                let other = self.read(*bit).not_if(*negated);
+                let other = self.read(*bit).opposite_if(*negated);
                 self.acc = self.take().or(other);
             }
             Op::AndCompare(compare) => self.acc = self.take().and(Expr::Cmp(*compare)),
@@ -127,7 +126,7 @@ impl<'a, 'c> Select<'a, 'c> {
     }
 
     /// Operations of a branch.
-    fn list(&mut self, ops: &[Op], live: bool, target: Option<Lit>) {
+    pub(super) fn list(&mut self, ops: &[Op], live: bool, target: Option<Lit>) {
         let ops: Vec<&Op> = ops.iter().collect();
         let outer = std::mem::replace(&mut self.outermost, false);
         let mut at = 0;
@@ -142,7 +141,7 @@ impl<'a, 'c> Select<'a, 'c> {
     }
 
     /// What a bit is now; a temporary that has not been computed gives its formula.
-    fn read(&mut self, bit: Bit) -> Expr {
+    pub(super) fn read(&mut self, bit: Bit) -> Expr {
         if let Some((e, left)) = self.pending.get_mut(&bit) {
             let e = e.clone();
             *left -= 1;
@@ -154,14 +153,14 @@ impl<'a, 'c> Select<'a, 'c> {
         Expr::Lit(Lit { at: self.layout.bit(bit), is: true })
     }
 
-    fn reads(&self, e: &Expr, touched: &Touched) -> bool {
+    pub(super) fn reads(&self, e: &Expr, touched: &Touched) -> bool {
         touched.bits.iter().any(|&bit| e.reads_bit(self.layout.bit(bit)))
             || touched.words.iter().any(|&word| e.reads_word(word))
             || (touched.acc && e.reads_bit(self.kept()))
     }
 
     /// Before cells are written: computes the formulas that read them; the accumulator's if it is needed behind.
-    fn before(&mut self, touched: &Touched, acc_live: bool) {
+    pub(super) fn before(&mut self, touched: &Touched, acc_live: bool) {
         if !acc_live {
             self.acc = Expr::Const(false);
         } else if self.reads(&self.acc, touched) {
@@ -171,7 +170,7 @@ impl<'a, 'c> Select<'a, 'c> {
     }
 
     /// Computes the temporaries of which `wanted` is true.
-    fn compute(&mut self, wanted: impl Fn(&Self, &Expr) -> bool) {
+    pub(super) fn compute(&mut self, wanted: impl Fn(&Self, &Expr) -> bool) {
         let mut due: Vec<Bit> =
             self.pending.iter().filter(|(_, (e, _))| wanted(self, e)).map(|(&bit, _)| bit).collect();
         due.sort_unstable();
@@ -183,7 +182,7 @@ impl<'a, 'c> Select<'a, 'c> {
     }
 
     /// Computes the accumulator into its bit.
-    fn keep(&mut self) {
+    pub(super) fn keep(&mut self) {
         let at = self.kept();
         let e = self.take();
         if e != (Expr::Lit(Lit { at, is: true })) {
@@ -205,22 +204,22 @@ impl<'a, 'c> Select<'a, 'c> {
                     if !uses::acc_read(rest, true) && reads == 1 || self.acc.is_simple() && !self.acc.reads_bit(at) =>
                 {
                     self.compute(|_, e| e.reads_bit(at));
-                    self.pending.insert(bit, (self.acc.clone().not_if(negated), reads));
+                    self.pending.insert(bit, (self.acc.clone().opposite_if(negated), reads));
                     return;
                 }
                 _ => {}
             }
         }
-        let e = self.take().not_if(negated);
+        let e = self.take().opposite_if(negated);
         self.before(&Touched::bit(bit), false);
         let simple = e.is_simple() && !e.reads_bit(at);
         self.assign(at, &e);
-        self.acc = if simple { e.not_if(negated) } else { Expr::Lit(Lit { at, is: !negated }) };
+        self.acc = if simple { e.opposite_if(negated) } else { Expr::Lit(Lit { at, is: !negated }) };
     }
 
     /// Where the accumulator is best computed to, behind an operation that touches `touched`: the bit that is stored next, else
     /// what the list wants, else its own bit.
-    fn target(&self, touched: &Touched, also: &[&Expr], rest: &[&Op], target: Option<Lit>) -> Lit {
+    pub(super) fn target(&self, touched: &Touched, also: &[&Expr], rest: &[&Op], target: Option<Lit>) -> Lit {
         if let Some(Op::Store { bit, negated }) = rest.first() {
             let at = self.layout.bit(*bit);
             let free = !touched.uses(*bit) && !also.iter().any(|e| e.reads_bit(at));
@@ -235,9 +234,9 @@ impl<'a, 'c> Select<'a, 'c> {
     }
 
     /// The bit becomes such that `to` has the value of the accumulator.
-    fn settle(&mut self, to: Lit) {
+    pub(super) fn settle(&mut self, to: Lit) {
         let e = self.take();
-        self.assign(to.at, &e.not_if(!to.is));
+        self.assign(to.at, &e.opposite_if(!to.is));
         self.acc = Expr::Lit(to);
     }
 
@@ -248,7 +247,7 @@ impl<'a, 'c> Select<'a, 'c> {
             && otherwise.is_empty()
             && !uses::acc_read(behind, live)
         {
-            let e = self.take().not_if(!rising);
+            let e = self.take().opposite_if(!rising);
             let mut touched = Touched::bit(memory);
             touched.list(then);
             self.before(&touched, false);
@@ -256,10 +255,10 @@ impl<'a, 'c> Select<'a, 'c> {
             let seen = Expr::Lit(m);
             let simple = matches!(&e, Expr::Lit(l) if l.at != m.at);
             if simple {
-                self.exec(&e.not(), &Then::Put(m.at, !m.is));
-                self.exec(&e.not().or(seen), &Then::Goto(end));
+                self.exec(&e.opposite(), &Then::Put(m.at, !m.is));
+                self.exec(&e.opposite().or(seen), &Then::Goto(end));
             } else {
-                self.exec(&e.not(), &Then::Goto(low));
+                self.exec(&e.opposite(), &Then::Goto(low));
                 self.exec(&seen, &Then::Goto(end));
             }
             self.out.put(m.at, m.is);
@@ -275,153 +274,26 @@ impl<'a, 'c> Select<'a, 'c> {
             return 2;
         }
         let touched = Touched::bit(memory);
-        let e = self.take().not_if(!rising);
+        let e = self.take().opposite_if(!rising);
         self.before(&touched, false);
         let t = self.target(&touched, &[&e], rest, target);
         self.compute(|_, e| e.reads_bit(t.at));
         let (yes, seen) = (Expr::Lit(t), Expr::Lit(m));
         match &e {
             Expr::Lit(l) if l.at != t.at && l.at != m.at => {
-                let both = e.clone().and(seen.not());
-                self.assign(t.at, &both.not_if(!t.is));
-                self.assign(m.at, &e.not_if(!m.is));
+                let both = e.clone().and(seen.opposite());
+                self.assign(t.at, &both.opposite_if(!t.is));
+                self.assign(m.at, &e.opposite_if(!m.is));
             }
             _ => {
-                self.assign(t.at, &e.not_if(!t.is));
-                self.exec(&yes.not(), &Then::Put(m.at, !m.is));
+                self.assign(t.at, &e.opposite_if(!t.is));
+                self.exec(&yes.opposite(), &Then::Put(m.at, !m.is));
                 self.exec(&seen, &Then::Put(t.at, !t.is));
                 self.exec(&yes, &Then::Put(m.at, m.is));
             }
         }
         self.acc = yes;
         1
-    }
-
-    fn branch(&mut self, cond: Cond, then: &[Op], otherwise: &[Op], rest: &[&Op], live: bool, target: Option<Lit>) {
-        let needed = uses::acc_read(rest, live);
-        let mut touched = Touched::default();
-        touched.list(then);
-        touched.list(otherwise);
-        let changes = touched.acc;
-        if self.outermost {
-            // A temporary that a branch reads must be in its cell.
-            let due: Vec<Bit> = self.pending.keys().copied().filter(|&bit| touched.uses(bit)).collect();
-            for bit in due {
-                if let Some((e, _)) = self.pending.remove(&bit) {
-                    self.assign(self.layout.bit(bit), &e);
-                }
-            }
-        }
-        // A branch may use the accumulator's own bit for itself.
-        let kept = self.kept();
-        self.compute(|_, e| e.reads_bit(kept));
-        let e = match cond {
-            Cond::Acc => {
-                let again = needed && !changes && (!self.acc.is_simple() || self.reads(&self.acc, &touched));
-                self.before(&touched, true);
-                if again {
-                    self.keep();
-                }
-                self.acc.clone()
-            }
-            _ => {
-                let inside = needed || uses::reads_acc(then) || uses::reads_acc(otherwise);
-                self.before(&touched, inside);
-                match cond {
-                    Cond::Bit(bit) => self.read(bit),
-                    Cond::Compare(compare) => Expr::Cmp(compare),
-                    Cond::Acc => Expr::Const(false),
-                }
-            }
-        };
-        let settle = (needed && changes).then(|| self.target(&touched, &[&e, &self.acc.clone()], rest, target));
-        if let Some(to) = settle {
-            self.compute(|_, e| e.reads_bit(to.at));
-        }
-        if settle.is_none() && otherwise.is_empty() && self.single(&e, then, cond == Cond::Acc) {
-            return;
-        }
-        let before = if cond == Cond::Acc { None } else { Some(self.acc.clone()) };
-        let (no, end) = (self.out.label(), self.out.label());
-        let mine = before.clone().unwrap_or(Expr::Const(true));
-        let other = before.clone().unwrap_or(Expr::Const(false));
-        // Where one way has nothing to do but to leave a known value, that value is there before.
-        let preset = settle.filter(|to| !e.reads_bit(to.at));
-        let done = |way: &[Op], value: &Expr| preset.is_some() && way.is_empty() && matches!(value, Expr::Const(_));
-        for (way, value) in [(then, &mine), (otherwise, &other)] {
-            if let (Some(to), true, Expr::Const(value)) = (preset, done(way, value), value) {
-                self.out.put(to.at, *value == to.is);
-            }
-        }
-        if then.is_empty() && (settle.is_none() || done(then, &mine)) {
-            self.exec(&e, &Then::Goto(end));
-        } else {
-            self.exec(&e.not(), &Then::Goto(no));
-            self.acc = mine;
-            self.list(then, needed, settle);
-            if let Some(to) = settle {
-                self.settle(to);
-            }
-            if !otherwise.is_empty() || (settle.is_some() && !done(otherwise, &other)) {
-                self.out.goto(end);
-            }
-        }
-        self.out.place(no);
-        if !otherwise.is_empty() || settle.is_some() {
-            self.acc = other.clone();
-            self.list(otherwise, needed, settle);
-            if let Some(to) = settle
-                && !done(otherwise, &other)
-            {
-                self.settle(to);
-            }
-        }
-        self.out.place(end);
-        self.acc = match (settle, before) {
-            (Some(to), _) => Expr::Lit(to),
-            (None, Some(acc)) if needed => acc,
-            (None, None) if needed => e,
-            _ => Expr::Const(false),
-        };
-    }
-
-    /// A branch that is one instruction stands behind a skip. Says whether it was.
-    fn single(&mut self, e: &Expr, then: &[Op], by_acc: bool) -> bool {
-        let [op] = then else { return false };
-        let (Op::Put { .. } | Op::Store { .. } | Op::Move { .. } | Op::Math { .. }) = op else { return false };
-        let save = self.out.save();
-        let acc = self.acc.clone();
-        if by_acc {
-            self.acc = Expr::Const(true);
-        }
-        let banks = self.out.banks;
-        self.list(then, false, None);
-        self.acc = acc;
-        let same = self.out.banks == banks;
-        let made = self.out.restore(&save);
-        let then = match made.as_slice() {
-            [super::out::Item::Op(kind, operands, 0)] if same => {
-                let addr = operands.first().copied().unwrap_or(0) as u16;
-                let addr = self.written(op).unwrap_or(addr);
-                match (kind, operands.get(1)) {
-                    (Kind::Bsf | Kind::Bcf, Some(&bit)) => Then::Put((addr, bit as u8), *kind == Kind::Bsf),
-                    (Kind::Clrf | Kind::IncfF | Kind::DecfF, None) => Then::Once(*kind, addr),
-                    _ => return false,
-                }
-            }
-            _ => return false,
-        };
-        self.exec(e, &then);
-        true
-    }
-
-    /// The address of what an operation on one byte writes.
-    fn written(&self, op: &Op) -> Option<u16> {
-        match op {
-            Op::Put { bit, .. } | Op::Store { bit, .. } => Some(self.layout.bit(*bit).0),
-            Op::Move { dst, .. } | Op::Math { dst, .. } => Some(self.layout.word(*dst)),
-            _ => None,
-        }
     }
 
     fn receive(&mut self, dst: Word, rest: &[&Op], live: bool, target: Option<Lit>) {
@@ -437,7 +309,7 @@ impl<'a, 'c> Select<'a, 'c> {
         }
         let end = self.out.label();
         let waits = Lit { at: self.layout.received, is: true };
-        self.exec(&Expr::Lit(waits.not()), &Then::Goto(end));
+        self.exec(&Expr::Lit(waits.opposite()), &Then::Goto(end));
         self.take_byte(dst);
         if needed {
             self.acc = Expr::Const(true);

@@ -3,10 +3,11 @@
 use emu_core::rng::Rng;
 use ladder::Dialect::{Ldmicro5, Ldmicro23};
 use ladder::SymbolKind;
+use ladder_compile::intermediate;
 use ladder_compile::target::Refusal;
 
 use crate::draw::{Wish, program as text};
-use crate::rig::{Pair, program_in};
+use crate::rig::{Pair, TARGET, program_in};
 
 const SMALL: Wish = Wish { rungs: 4, longest: 3, depth: 1, modules: 3, dialect: Ldmicro23 };
 const LARGE: Wish = Wish { rungs: 14, longest: 5, depth: 3, modules: 12, dialect: Ldmicro23 };
@@ -14,11 +15,12 @@ const LARGE: Wish = Wish { rungs: 14, longest: 5, depth: 3, modules: 12, dialect
 const FIVE: Wish = Wish { rungs: 6, longest: 4, depth: 1, modules: 8, dialect: Ldmicro5 };
 
 /// Runs a program of a seed for some scans; false where it is too long.
-fn agree(seed: u64, wish: Wish, scans: u64) -> bool {
+fn agree(seed: u64, wish: Wish, optimised: bool, scans: u64) -> bool {
     let mut rng = Rng::new(seed);
     let text = text(&mut rng, wish);
     let program = program_in(&text, wish.dialect);
-    let mut pair = match Pair::new(&program) {
+    let ir = intermediate(&program, TARGET, optimised);
+    let mut pair = match Pair::of(&program, ir) {
         Ok(pair) => pair,
         Err(Refusal::Code { .. }) => return false,
         Err(why) => panic!("seed {seed}: {why:?}\n{text}"),
@@ -58,16 +60,24 @@ fn near(rng: &mut Rng) -> i32 {
 
 #[test]
 fn small_programs_agree() {
-    assert_eq!((0..250).filter(|seed| agree(*seed, SMALL, 60)).count(), 250);
+    assert_eq!((0..250).filter(|seed| agree(*seed, SMALL, true, 60)).count(), 250);
 }
 
 #[test]
 fn large_programs_agree() {
-    assert!((1000..1050).filter(|seed| agree(*seed, LARGE, 300)).count() > 40);
+    assert!((1000..1050).filter(|seed| agree(*seed, LARGE, true, 300)).count() > 40);
 }
 
 /// Dialect ldmicro-5: counters with bounds, that count at either edge or by level.
 #[test]
 fn bounded_counters_agree() {
-    assert_eq!((2000..2100).filter(|seed| agree(*seed, FIVE, 100)).count(), 100);
+    assert_eq!((2000..2100).filter(|seed| agree(*seed, FIVE, true, 100)).count(), 100);
+}
+
+/// The same operation by operation.
+#[test]
+fn unoptimised_programs_agree() {
+    for wish in [SMALL, FIVE] {
+        assert_eq!((3000..3060).filter(|seed| agree(*seed, wish, false, 60)).count(), 60);
+    }
 }

@@ -3,13 +3,11 @@
 use emu_ap101::Ap101;
 use emu_core::{Cpu, Event, Level, PinId, Probe, Stop, Time};
 use ladder::{Dialect, Program, SymbolKind};
-use ladder_compile::Place;
 use ladder_compile::ap101::TARGETS;
 use ladder_compile::ir::{BitRole, Ir};
-use ladder_compile::lower::lower_for;
-use ladder_compile::optimise::optimise;
 use ladder_compile::pins::Pin;
 use ladder_compile::target::{Built, Job, Mark, Refusal, Target};
+use ladder_compile::{Place, intermediate};
 use ladder_eval::Evaluator;
 
 pub const TARGET: &Target = &TARGETS[0];
@@ -17,15 +15,19 @@ pub const TARGET: &Target = &TARGETS[0];
 /// What stands before the rungs of a program: 10 ms, 1 MHz.
 pub const HEAD: &str = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\n";
 
-/// A program of these rungs. A text that begins with a header is taken as it is.
+/// A program of these rungs, in the dialect of its header. A text that begins with a header is taken as it is.
 pub fn program(text: &str) -> Program {
-    program_in(text, Dialect::Ldmicro23)
+    parsed(text, None)
 }
 
 /// The same in a dialect.
 pub fn program_in(text: &str, dialect: Dialect) -> Program {
+    parsed(text, Some(dialect))
+}
+
+fn parsed(text: &str, dialect: Option<Dialect>) -> Program {
     let text = if text.starts_with("LDmicro") { text.to_owned() } else { format!("{HEAD}{text}\n") };
-    match ladder::parse_with("test.ld", &text, ladder::Options { dialect: Some(dialect) }) {
+    match ladder::parse_with("test.ld", &text, ladder::Options { dialect }) {
         Ok(parsed) => parsed.program,
         Err(errors) => panic!("{}\n{text}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")),
     }
@@ -33,7 +35,7 @@ pub fn program_in(text: &str, dialect: Dialect) -> Program {
 
 /// The code of a program for this machine.
 pub fn code(program: &Program) -> Ir {
-    optimise(lower_for(program, TARGET.has_modules()))
+    intermediate(program, TARGET, true)
 }
 
 /// Channels in the order of the bits, from 0.

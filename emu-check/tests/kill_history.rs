@@ -1,0 +1,49 @@
+//! Faults that other compilers have had: an image with the same fault is made by a sound compiler of another program, and a check
+//! with its defaults finds it. The same program's own image agrees.
+
+mod common;
+
+use emu_check::{Options, check, check_compiled};
+use ladder::Program;
+
+/// Rungs of a column of the table under a head.
+fn program(name: &str, column: &str) -> Program {
+    let (head, rungs) = match column.strip_prefix("#5") {
+        Some(rungs) => ("LDmicro0.2", rungs),
+        None => ("LDmicro0.1", column),
+    };
+    let rungs: String = rungs.split("||").map(rung).collect();
+    common::parse(
+        &format!("{name}.ld"),
+        &format!("{head}\nCYCLE=1000\nCRYSTAL=11059200\nBAUD=9600\nIO LIST\nEND\nPROGRAM\n{rungs}"),
+    )
+}
+
+fn rung(text: &str) -> String {
+    let lines: String = text.split(';').map(|line| format!("{}\n", line.trim())).collect();
+    format!("RUNG\n{lines}END\n")
+}
+
+#[test]
+fn historic_faults_are_found() {
+    let mut rows = 0;
+    for row in include_str!("kill_history.txt").lines().filter(|row| !row.is_empty() && !row.starts_with('#')) {
+        // `||` separates rungs, ` | ` columns.
+        let columns: Vec<&str> = row.split(" | ").map(str::trim).collect();
+        let [id, what, chip, sound, faulty] = columns[..] else { panic!("five columns: {row}") };
+        let (sound, faulty) = (program(id, sound), program(id, faulty));
+        let options = Options { mcu: chip.to_owned(), ..Options::default() };
+        let told = |faults: Vec<diag::Diagnostic>| -> ! { panic!("{id}: {faults:?}") };
+        let own = check(&sound, &options, &mut |_, _| {}).unwrap_or_else(|faults| told(faults));
+        assert!(own.agreed, "{id}: {}", own.text());
+        let target = ladder_compile::Options { mcu: chip.to_owned(), ..Default::default() };
+        let image = ladder_compile::compile(&faulty, &target).unwrap_or_else(|faults| told(faults));
+        // A map without a symbol of the program is told at once, which is found as well.
+        match check_compiled(&sound, &image, &options, &mut |_, _| {}) {
+            Ok(report) => assert!(!report.agreed, "{id}: {what}: not found\n{}", report.text()),
+            Err(faults) => panic!("{id}: the images cannot be compared: {faults:?}"),
+        }
+        rows += 1;
+    }
+    assert!(rows >= 24, "{rows} rows");
+}
