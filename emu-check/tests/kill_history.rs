@@ -15,7 +15,7 @@ fn program(name: &str, column: &str) -> Program {
     let rungs: String = rungs.split("||").map(rung).collect();
     common::parse(
         &format!("{name}.ld"),
-        &format!("{head}\nCYCLE=1000\nCRYSTAL=11059200\nBAUD=9600\nIO LIST\nEND\nPROGRAM\n{rungs}"),
+        &format!("{head}\nCYCLE=1250\nCRYSTAL=11059200\nBAUD=9600\nIO LIST\nEND\nPROGRAM\n{rungs}"),
     )
 }
 
