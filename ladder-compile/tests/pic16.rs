@@ -3,7 +3,6 @@
 mod common;
 
 use common::bench::{Bench, Failed};
-use common::ladders::ladder;
 use common::programs::{Wish, ops, random};
 use emu_core::rng::Rng;
 use emu_pic16::Pic16;
@@ -136,33 +135,4 @@ fn code_that_is_not_always_executed() {
             }
         }
     }
-}
-
-#[test]
-fn random_ladders() {
-    let bench = |chip| {
-        let target = ladder_compile::target(chip).expect("a target");
-        Bench { target, clock_hz: 4_000_000, cycle_us: 50_000, baud: Some(2400) }
-    };
-    let mut held = 0;
-    for seed in 0..300 {
-        let text = ladder(&mut Rng::new(seed), seed % 2 == 1);
-        let program = common::program(&text);
-        if ladder::check(&program).iter().any(|told| told.is_error() && told.code != "LD102") {
-            continue;
-        }
-        let ir = optimise(lower(&program));
-        // What takes several scans goes by the program's cycle, not by this one.
-        if ir.uart.send || ir.eeprom > 0 {
-            continue;
-        }
-        match bench(if seed % 3 == 0 { "pic16f877a" } else { "pic16f873" }).run(&ir, seed, 40, Pic16::new) {
-            Ok(_) => held += 1,
-            Err(Failed::Refused(refusal @ (Refusal::Ram { .. } | Refusal::Code { .. }))) => {
-                println!("seed {seed}: {refusal:?}")
-            }
-            Err(how) => panic!("seed {seed}: {how:?}\n{text}\n{ir}"),
-        }
-    }
-    assert!(held > 60, "{held} programs are held");
 }
