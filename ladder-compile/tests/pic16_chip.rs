@@ -363,7 +363,7 @@ fn rungs_take_no_longer_than_the_map_says() {
             chip.run_to(rung.start);
             let start = chip.cpu.cycle();
             chip.run_to(rung.end);
-            let (took, most) = (chip.cpu.cycle() - start, u64::from(rung.worst_cycles));
+            let (took, most) = (chip.cpu.cycle() - start, rung.worst_cycles);
             assert!(took > 0 && took <= most, "n = {n}, rung {}: {took} cycles, {most} by the map", rung.rung);
         }
         chip.run_to(map.scan_end);
