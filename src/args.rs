@@ -4,7 +4,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use emu_core::chip::Chip;
 use ladder::Dialect;
 
-use crate::{asm, check, chips, compile, disasm, draw, explain, family, run, shell, sim};
+use crate::{asm, check, chips, compile, disasm, draw, explain, family, fuzz, run, shell, sim};
 
 const TOUR: &str = "\
 A short tour:
@@ -65,6 +65,8 @@ pub enum Verb {
     Sim(sim::SimArgs),
     /// Print the instructions of an image.
     Disasm(disasm::DisasmArgs),
+    /// Check random ladder programs on chips of all families.
+    Fuzz(fuzz::FuzzArgs),
     /// Draw the rungs of a ladder program as text.
     Draw(draw::DrawArgs),
     /// List the chips.
@@ -87,6 +89,7 @@ impl Verb {
             Verb::Chips(args) => args.json,
             Verb::Check(args) => args.json,
             Verb::Sim(args) => args.json,
+            Verb::Fuzz(args) => args.json,
             Verb::Compile(args) => args.json,
             Verb::Draw(_) | Verb::Explain(_) | Verb::Completions(_) | Verb::Man => false,
         }
@@ -100,6 +103,7 @@ impl Verb {
             Verb::Compile(_) => "compile",
             Verb::Asm(_) => "asm",
             Verb::Sim(_) => "sim",
+            Verb::Fuzz(_) => "fuzz",
             Verb::Disasm(_) => "disasm",
             Verb::Draw(_) => "draw",
             Verb::Chips(_) => "chips",

@@ -33,6 +33,12 @@ pub const A_SOURCE: &str = "CLI011";
 /// A file of inputs by scan is malformed.
 pub const INPUTS: &str = "CLI012";
 
+/// A chip is checked at its highest clock, below that of the program.
+pub const SLOWED: &str = "CLI013";
+
+/// A record of a campaign cannot be used.
+pub const RECORD: &str = "CLI014";
+
 /// All of them.
 #[rustfmt::skip]
 pub const CODES: &[Code] = &[
@@ -87,6 +93,12 @@ pub const CODES: &[Code] = &[
         explain: "A file of `emu sim --inputs` has a head line `scan,NAME,..` and then a line for each scan at which something \
                   changes: its number, rising from 1 on, and a value for every column, or nothing between the commas. Columns of inputs X.. and of analog \
                   inputs count, others are passed over, so that what --csv wrote can be given again. Mend: see the place named." },
+    Code { code: SLOWED, title: "a chip is slower than the program's clock",
+        explain: "With --mcu all a chip whose highest clock is below CRYSTAL= runs at its highest: the program is checked with the same cycle time and fewer machine cycles in it. Name the chip alone to have it refused, or give --clock for all." },
+    Code { code: RECORD, title: "a record of a campaign cannot be used",
+        explain: "A file of `emu fuzz --out` is JSON and belongs to one campaign: seed, number of programs, scans and chips. With --resume \
+                  it must be the record of the same shard, and --merge takes each shard of one campaign once. Mend: give the \
+                  flags with which it was begun, or another file." },
 ];
 
 /// An error about a whole file.

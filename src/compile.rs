@@ -27,7 +27,11 @@ Examples:
 pub struct CompileArgs {
     #[command(flatten)]
     program: Ladder,
+<<<<<<< HEAD
     /// The chip, such as `atmega328p` (`emu chips` lists them). Not needed for C, sketches and byte code.
+=======
+    /// The chip, such as `atmega328p` (`emu chips` lists them). Not needed for C, byte code and sketches.
+>>>>>>> four
     #[arg(long, value_name = "CHIP", value_parser = family::chip)]
     mcu: Option<&'static Chip>,
     /// What to write.
@@ -46,6 +50,9 @@ pub struct CompileArgs {
     /// How hard to work on small code: 1 is the default; with 0 every operation on bits is a template of its own.
     #[arg(short = 'O', long = "optimise", value_name = "LEVEL", default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..=1))]
     optimise: u8,
+    /// In a sketch: for how many milliseconds an input must be steady before it counts.
+    #[arg(long, value_name = "MS")]
+    debounce: Option<u32>,
     #[command(flatten)]
     target: Target,
     /// The figures as one JSON document on standard output: bytes, RAM, clocks of the longest scan and of every rung.
@@ -72,6 +79,8 @@ enum Emit {
     Arduino,
     /// Byte code for a small interpreter.
     Bytecode,
+    /// A sketch for Arduino boards with an ATmega328P.
+    Arduino,
 }
 
 impl Emit {
@@ -86,12 +95,17 @@ impl Emit {
             Emit::C => "c",
             Emit::Arduino => "ino",
             Emit::Bytecode => "inc",
+            Emit::Arduino => "ino",
         }
     }
 
     /// No chip has to be named.
     fn is_source(self) -> bool {
+<<<<<<< HEAD
         matches!(self, Emit::C | Emit::Arduino | Emit::Bytecode)
+=======
+        matches!(self, Emit::C | Emit::Bytecode | Emit::Arduino)
+>>>>>>> four
     }
 }
 
@@ -122,6 +136,9 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let printed = args.json.then_some(("--json", "-"));
     output::owners(&outputs.iter().copied().chain(printed).collect::<Vec<_>>())?;
     output::spares(&args.program.file, &outputs)?;
+    if args.debounce.is_some() && !matches!(args.emit, Emit::Arduino) {
+        return Err(Failure::Usage("--debounce is for sketches; give --emit arduino as well".to_owned()));
+    }
     if args.emit.is_source() {
         return source(args, &main, terminal);
     }
@@ -146,7 +163,11 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
         Emit::Lst => compiled.listing.clone(),
         Emit::Map => map.clone(),
         Emit::Ir => compiled.ir.clone(),
+<<<<<<< HEAD
         Emit::Hex | Emit::C | Emit::Arduino | Emit::Bytecode => compiled.hex.clone(),
+=======
+        Emit::Hex | Emit::C | Emit::Bytecode | Emit::Arduino => compiled.hex.clone(),
+>>>>>>> four
     };
     let texts = [Some(&text), args.listing.as_ref().map(|_| &compiled.listing), args.map.as_ref().map(|_| &map)];
     let files: Vec<(&str, &[u8])> =
@@ -169,6 +190,7 @@ fn source(args: &CompileArgs, main: &str, terminal: &Terminal) -> Result<u8, Fai
     }
     let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
     let emitted = match args.emit {
+<<<<<<< HEAD
         Emit::Bytecode => emit::bytecode::emit(&read.program).map(|source| (source.text, Vec::new())),
         Emit::Arduino => {
             let options = emit::arduino::Options { pins: args.target.pins.clone(), ..Default::default() };
@@ -184,6 +206,23 @@ fn source(args: &CompileArgs, main: &str, terminal: &Terminal) -> Result<u8, Fai
         }
         Err(refusals) => Err(Failure::Refused(refusals, read.texts)),
     }
+=======
+        Emit::Bytecode => emit::bytecode::emit(&read.program).map(|source| (source, Vec::new())),
+        Emit::Arduino => {
+            let options =
+                emit::arduino::Options { pins: args.target.pins.clone(), debounce_ms: args.debounce.unwrap_or(0) };
+            emit::arduino::emit(&read.program, &options).map(|sketch| (sketch.source, sketch.notes))
+        }
+        _ => emit::c::emit(&read.program).map(|source| (source, Vec::new())),
+    };
+    let (source, notes) = match emitted {
+        Ok(emitted) => emitted,
+        Err(refusals) => return Err(Failure::Refused(refusals, read.texts)),
+    };
+    output::files(&[(main, source.text.as_bytes())])?;
+    report(terminal, &notes, &read.texts);
+    Ok(exit::OK)
+>>>>>>> four
 }
 
 /// What one buys a chip by, in two lines.

@@ -37,7 +37,9 @@ pub fn all() -> Vec<&'static Code> {
         emu_ap101::config::CODES,
         ladder::CODES,
         ladder_compile::CODES,
+        emu_check::via::CODES,
         emu_check::CODES,
+        emu_check::FOREIGN_CODES,
     ];
     let mut all: Vec<&Code> = tables.into_iter().flatten().collect();
     all.sort_by_key(|c| c.code);

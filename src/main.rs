@@ -10,6 +10,7 @@
 //!   lint.rs    what `run --lint` found              store.rs  files that keep what a memory holds
 //!   avr.rs     flags of the AVR family        mcs51.rs  flags of the 8051 family
 //!   pic16.rs   flags of the PIC16 family       ap101.rs  flags and configuration of AP101
+//!   fuzz.rs    campaigns of random programs
 //!   given.rs   what `sim` gives a program       trace.rs   what `sim` saw
 //! ```
 
@@ -30,6 +31,7 @@ mod draw;
 mod explain;
 mod fail;
 mod family;
+mod fuzz;
 mod given;
 mod guess;
 mod held;
@@ -49,6 +51,7 @@ mod sources;
 mod store;
 mod summary;
 mod trace;
+mod via;
 mod wave;
 
 use std::panic;
@@ -92,6 +95,7 @@ fn verb(verb: Verb, terminal: &Terminal) -> Result<u8, Failure> {
     match verb {
         Verb::Run(args) => run::run(&args, terminal),
         Verb::Check(args) => check::check(&args, terminal),
+        Verb::Fuzz(args) => fuzz::fuzz(&args, terminal),
         Verb::Compile(args) => compile::compile(&args, terminal),
         Verb::Asm(args) => asm::asm(&args, terminal),
         Verb::Sim(args) => sim::sim(&args, terminal),

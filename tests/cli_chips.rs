@@ -147,10 +147,10 @@ fn signatures_are_told() {
 #[test]
 fn the_compiler_names_its_chips() {
     let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/welder.ld");
-    for mcu in ["atmega168", "atmega8", "atmega128", "atmega48pa"] {
+    for mcu in ["atmega168pa", "80c51", "pic16f84a", "atmega48pa"] {
         for command in ["compile", "check"] {
             let told = emu(&[command, &program.to_string_lossy(), "--mcu", mcu]);
-            let refused = told.contains("LC001") && told.contains("known are atmega328p, atmega328");
+            let refused = told.contains("LC001") && told.contains("known are atmega328p, atmega328, atmega168");
             assert!(refused, "{command} for {mcu}: {told}");
         }
     }

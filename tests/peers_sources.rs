@@ -7,8 +7,9 @@
 #[path = "peers/sources/code.rs"]
 mod code;
 #[path = "../ladder-compile/tests/common/mod.rs"]
-#[allow(dead_code, reason = "made for the tests of the compiler")]
 mod common;
+#[path = "peers/sources/examples.rs"]
+mod examples;
 #[path = "peers/sources/programs.rs"]
 mod programs;
 #[path = "peers/sources/random.rs"]
@@ -16,6 +17,8 @@ mod random;
 #[path = "ladder/mod.rs"]
 #[allow(dead_code, reason = "only the programs of the traces are wanted here")]
 mod table;
+#[path = "peers/tools.rs"]
+mod tools;
 
 fn seed() -> u64 {
     std::env::var("EMU_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(1)

@@ -26,7 +26,7 @@ pub(crate) struct Pace {
 impl Pace {
     /// The program's cycle at its clock, or at the one that is asked for, on a chip; nothing where that is no time.
     pub fn new(program: &Program, options: &Options, chip: &Chip) -> Option<Pace> {
-        let Facts { clocks, ticks, most_ticks, poll } = facts(chip);
+        let Facts { clocks, ticks, most_ticks, poll, poll_turns } = facts(chip);
         let clock_hz = options.clock_hz.unwrap_or(program.settings.crystal_hz);
         let num = u128::from(clock_hz) * u128::from(program.settings.cycle_us);
         let den = 1_000_000 * u128::from(clocks);
@@ -40,7 +40,8 @@ impl Pace {
         let (num, den) = (num / a, den / a);
         let fits = |tick: &u64| num.div_ceil(den * u128::from(*tick)) <= most_ticks;
         let tick = ticks.iter().copied().find(fits).or(ticks.last().copied()).unwrap_or(1);
-        Some(Pace { clock_hz, num, den, tick, poll, clocks })
+        let turns = num.div_ceil(den * u128::from(tick)) > 1 << 16;
+        Some(Pace { clock_hz, num, den, tick, poll: if turns { poll_turns } else { poll }, clocks })
     }
 
     /// Machine cycles of a scan, as a number or a fraction.
@@ -154,7 +155,7 @@ fn specials(
 const FEWEST_STEPS: u32 = 16;
 
 /// The frequency of the PWM output in Hz.
-fn frequency(program: &Program) -> Option<u64> {
+pub(crate) fn frequency(program: &Program) -> Option<u64> {
     program.elements().find_map(|(_, element, _)| match element {
         Element::SetPwm { hertz: Operand::Const { value, .. }, .. } => u64::try_from(*value).ok(),
         _ => None,
@@ -197,7 +198,7 @@ fn pins(program: &Program, options: &Options, (map, chip): (&Map, &Chip), told: 
 }
 
 /// The pin that was asked for: by `--pin`, else by the `IO LIST` where that is for a chip with the same pins.
-fn wanted<'a>(program: &'a Program, options: &'a Options, chip: &Chip, name: &str) -> Option<&'a str> {
+pub(crate) fn wanted<'a>(program: &'a Program, options: &'a Options, chip: &Chip, name: &str) -> Option<&'a str> {
     if let Some((_, pin)) = options.pins.iter().find(|(symbol, _)| symbol == name) {
         return Some(pin);
     }

@@ -35,6 +35,12 @@ pub enum Class {
 }
 
 impl Class {
+    /// Its name in the plural, such as `contacts`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Class::ALL.iter().find(|(class, ..)| *class == self).map_or("", |(_, name, _)| name)
+    }
+
     /// All classes with their name and what covering one means, in the order of the report.
     #[rustfmt::skip]
     const ALL: [(Class, &'static str, &'static str); 13] = [

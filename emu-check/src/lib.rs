@@ -15,8 +15,13 @@ mod codes;
 mod contract;
 mod coverage;
 mod family;
+mod foreign;
+pub mod fuzz;
 mod goals;
 mod hints;
+mod html;
+mod html_trace;
+mod junit;
 mod lines;
 mod locate;
 mod lockstep;
@@ -29,6 +34,7 @@ mod rig;
 mod run;
 mod shrink;
 mod stimulus;
+mod svg;
 mod table;
 mod tap;
 #[cfg(test)]
@@ -53,6 +59,9 @@ use places::Places;
 
 pub use codes::CODES;
 pub use coverage::{Class, ClassCoverage, Coverage, Missing};
+pub use foreign::{FOREIGN_CODES, Finding, Foreign, ForeignDifference, ForeignReport, Period, check_foreign, read_map};
+pub use html::{Entry, html};
+pub use junit::junit;
 pub use report::{Difference, Figures, Report, RungFigures, SCHEMA, What};
 pub use table::{Outcome, Refused, Summary, table};
 

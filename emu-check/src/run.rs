@@ -188,7 +188,7 @@ fn difference<C: Target, F: Fn(u64) -> C>(
 }
 
 /// The command that repeats a check up to scan `scans`.
-fn replay(program: &Program, options: &Options, scans: u64) -> String {
+pub(crate) fn replay(program: &Program, options: &Options, scans: u64) -> String {
     let mut command = format!(
         "emu check {} --mcu {} --seed {} --scans {scans}",
         quoted(&program.file),
@@ -207,7 +207,7 @@ fn replay(program: &Program, options: &Options, scans: u64) -> String {
 }
 
 /// A word for a POSIX shell.
-fn quoted(word: &str) -> String {
+pub(crate) fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=+:,@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         return word.to_owned();

@@ -58,7 +58,8 @@ pub(crate) fn map_of(program: &Program, job: &Job<'_>, built: &Built) -> Map {
         scan_start: byte(Mark::ScanStart),
         scan_end: byte(Mark::ScanEnd),
         worst_scan_cycles: built.worst as u32,
-        code_bytes: built.segments.iter().map(|(_, bytes)| bytes.len() as u32).sum(),
+        // Configuration words lie behind program memory.
+        code_bytes: built.segments.iter().filter(|(at, _)| *at < chip.flash).map(|(_, bytes)| bytes.len() as u32).sum(),
         ram_bytes: built.ram_bytes,
         slack_cycles: built.shortest.saturating_sub(built.worst + built.poll),
         specials: built.specials.clone(),

@@ -130,7 +130,7 @@ pub fn assign(
                 }
                 None => (codes::UNKNOWN_PIN, format!("`{}`: {} has no pin `{pin}`", symbol.name, chip.name)),
             };
-            tell(code, *pos, cause, format!("usable are {}", all.join(", ")));
+            tell(code, *pos, cause, format!("usable are {}", runs(&all)));
             continue;
         };
         if let Some(other) = taken.insert(home, &symbol.name) {
@@ -222,4 +222,25 @@ fn same_pins(named: &Chip, target: &Target) -> bool {
     let at = |chip: &Chip, name: &str| chip.pins.iter().find(|pin| pin.name == name).map(|pin| pin.dip);
     named.family == target.chip.family
         && target.pins.iter().all(|pin| at(named, pin).is_some() && at(named, pin) == at(target.chip, pin))
+}
+
+/// Names of pins, those that count up in a row as first and last: `PB0..PB5, PD2`.
+fn runs(names: &[&str]) -> String {
+    let split = |name: &str| {
+        let digits = name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+        (name[..digits].to_owned(), name[digits..].parse::<u32>().unwrap_or(0))
+    };
+    let mut rows: Vec<(&str, &str, (String, u32))> = Vec::new();
+    for name in names {
+        let (stem, number) = split(name);
+        match rows.last_mut() {
+            Some((_, last, end)) if end.0 == stem && end.1 + 1 == number => (*last, end.1) = (name, number),
+            _ => rows.push((name, name, (stem, number))),
+        }
+    }
+    let text = |(first, last, _): &(&str, &str, _)| match first == last {
+        true => (*first).to_owned(),
+        false => format!("{first}..{last}"),
+    };
+    rows.iter().map(text).collect::<Vec<_>>().join(", ")
 }

@@ -50,7 +50,7 @@ fn unfold(text: &str) -> String {
 fn every_code_is_shown() {
     let table = include_str!("data/refusals.txt");
     // The checks and the reader of the language refuse these first; they guard programs made by other means.
-    let guards = ["LC002", "LC007", "LC024", "LC025", "LC042", "LC003", "LC004", "LC005", "LC006", "LC020", "LC099"];
+    let guards = ["LC002", "LC003", "LC004", "LC005", "LC006", "LC020", "LC099"];
     for code in ladder_compile::CODES {
         let shown = table.contains(code.code);
         assert_ne!(shown, guards.contains(&code.code), "{}", code.code);

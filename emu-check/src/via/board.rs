@@ -8,7 +8,7 @@ use emu_core::cpu::{Cpu, Probe, RamInit, Stop};
 use emu_core::image::{ElfMachine, Image};
 use emu_core::pins::{Event, Level, PinId, Time};
 use ladder_compile::emit::Source;
-use ladder_compile::emit::arduino::Sketch;
+use ladder_compile::emit::arduino::{self, Sketch};
 
 use super::codes;
 use super::course::{Course, Turn, Wrong};
@@ -73,12 +73,36 @@ impl Probe for Watch {
     }
 }
 
+/// Adds up for how long a pin is high.
+struct High {
+    pin: PinId,
+    since: Option<u64>,
+    cycles: u64,
+}
+
+impl Probe for High {
+    const EVENTS: bool = true;
+    fn event(&mut self, event: Event) -> bool {
+        if let Event::Edge { at, pin, level } = event
+            && pin == self.pin
+        {
+            let since = if level == Level::High { self.since.or(Some(at.cycle)) } else { None };
+            if let (Some(begun), None) = (self.since, since) {
+                self.cycles += at.cycle.saturating_sub(begun);
+            }
+            self.since = since;
+        }
+        false
+    }
+}
+
 /// A board that runs a sketch.
 struct Running<'a> {
     cpu: Avr,
     watch: Watch,
     micros: u32,
     period: u64,
+    hertz: Option<u32>,
     sketch: &'a Sketch,
     /// Where each cell lies.
     places: Vec<u32>,
@@ -96,6 +120,7 @@ pub(super) fn run(
     sketch: &Sketch,
     image: &Image,
     course: &Course,
+    hertz: Option<u32>,
 ) -> Result<Result<u64, Wrong>, Diagnostic> {
     let mut compared = 0;
     let mut first = 0;
@@ -105,6 +130,7 @@ pub(super) fn run(
             Ok(Err(Wrong { scan: first + scan, what: what.to_owned(), expected, found }))
         };
         let mut board = Running::start(program, sketch, image, run)?;
+        board.hertz = hertz;
         let mut records = Vec::new();
         let mut begun = None;
         for (scan, turn) in run.iter().enumerate() {
@@ -169,13 +195,14 @@ impl<'a> Running<'a> {
             watch: Watch { due: find("due")? as u16, sent: Vec::new() },
             micros: find("micros")? / 2,
             period: program.settings.cycle_us * (CLOCK_HZ / 1_000_000),
+            hertz: None,
             sketch,
             places,
         };
         running.idle(true);
         // `due` is cleared with all of RAM, then set from the time that `setup` asks for last; then the first wait begins.
-        let reached = running.to_due().and_then(|_| running.to_wait());
-        let reached = reached.and_then(|()| running.to_due()).and_then(|_| running.to_wait());
+        let reached = running.reach_due().and_then(|_| running.reach_wait());
+        let reached = reached.and_then(|()| running.reach_due()).and_then(|_| running.reach_wait());
         reached.map_err(|stop| {
             error(codes::STOPPED, format!("`setup` does not end: {stop}"), "report this with the program")
         })?;
@@ -197,7 +224,7 @@ impl<'a> Running<'a> {
     }
 
     /// Runs until `due` has been written: the start of a scan.
-    fn to_due(&mut self) -> Result<u64, String> {
+    fn reach_due(&mut self) -> Result<u64, String> {
         match self.cpu.run(self.limit(), &mut self.watch) {
             Stop::Probe => Ok(self.cpu.cycle()),
             stop => Err(format!("{stop:?} at 0x{:04X}", 2 * self.cpu.pc())),
@@ -205,7 +232,7 @@ impl<'a> Running<'a> {
     }
 
     /// Runs until the sketch asks for the time, which it does between scans only.
-    fn to_wait(&mut self) -> Result<(), String> {
+    fn reach_wait(&mut self) -> Result<(), String> {
         self.cpu.trap(self.micros, true);
         let stop = self.cpu.run(self.limit(), &mut self.watch);
         self.cpu.trap(self.micros, false);
@@ -249,9 +276,27 @@ impl<'a> Running<'a> {
                 }
             }
         }
-        let at = self.to_due()?;
-        self.to_wait()?;
+        let at = self.reach_due()?;
+        self.reach_wait()?;
         Ok(at)
+    }
+
+    /// The duty at the pin in percent, over the period behind the one that is under way: a copy of the board runs on so far. None
+    /// without PWM, and where two periods do not fit between two scans.
+    fn duty(&self) -> Option<u8> {
+        let period = CLOCK_HZ / u64::from(self.hertz?).max(1);
+        let pin = self.cpu.chip().pin(arduino::BOARD.pwm?)?;
+        if period * 5 > self.period * 2 {
+            return None;
+        }
+        let mut cpu = self.cpu.clone();
+        let from = cpu.cycle() + period;
+        while cpu.cycle() < from && cpu.run(from, &mut ()) != Stop::Limit {}
+        let mut high = High { pin, since: (cpu.level(pin) == Level::High).then_some(cpu.cycle()), cycles: 0 };
+        let (from, to) = (cpu.cycle(), cpu.cycle() + period);
+        while cpu.cycle() < to && cpu.run(to, &mut high) != Stop::Limit {}
+        let cycles = high.cycles + high.since.map_or(0, |since| to.saturating_sub(since));
+        Some(((cycles * 100 + period / 2) / (to - from)).min(100) as u8)
     }
 
     /// The state between two scans.
@@ -265,15 +310,11 @@ impl<'a> Running<'a> {
             Some(_) => i32::from_le_bytes([byte(*at), byte(at + 1), byte(at + 2), byte(at + 3)]),
         };
         let level = |name: &String| self.pin(name).is_some_and(|pin| self.cpu.level(pin) == Level::High);
-        // DS40002061, 16.11: TCCR1A, ICR1, OCR1A; COM1A1 drives the pin.
-        let word = |at: u32| u64::from(byte(at)) | u64::from(byte(at + 1)) << 8;
-        let high = if byte(0x80) & 0x80 == 0 { 0 } else { word(0x88) + 1 };
-        let steps = word(0x86) + 1;
         Record {
             cells: source.cells.iter().zip(&self.places).map(cell).collect(),
             outputs: source.outputs.iter().map(level).collect(),
             sent: (0, 0),
-            duty: Some(((high * 100 + steps / 2) / steps).min(100) as u8),
+            duty: self.duty(),
             eeprom: (0..u32::from(source.eeprom)).map(|at| self.cpu.peek("eeprom", at).unwrap_or(0)).collect(),
         }
     }

@@ -109,7 +109,7 @@ impl Course {
     }
 
     /// The first thing in which `records` are not as they should be: scan from 0, what, expected, found. Gives the number of
-    /// values compared besides. `lines`: what is sent is compared elsewhere, and a duty that was never set counts as 0.
+    /// values compared besides. `lines`: what is sent is compared elsewhere, a duty is compared where it was measured, and one that was never set counts as 0.
     pub fn compare(&self, source: &Source, records: &[Record], lines: bool) -> Result<u64, Wrong> {
         let mut compared = 0;
         for (scan, (turn, record)) in self.turns.iter().zip(records).enumerate() {
@@ -135,8 +135,8 @@ impl Course {
             if !lines && record.sent != sent {
                 return wrong("sent bytes and the last one", format!("{sent:?}"), format!("{:?}", record.sent));
             }
-            let duty = |duty: Option<u8>| if lines { Some(duty.unwrap_or(0)) } else { duty };
-            if duty(record.duty) != duty(turn.duty) {
+            let duty = if lines { record.duty.map(|_| turn.duty.unwrap_or(0)) } else { turn.duty };
+            if record.duty != duty {
                 return wrong("PWM duty", format!("{:?}", turn.duty), format!("{:?}", record.duty));
             }
             if (turn.settled || !lines) && record.eeprom != turn.cells {

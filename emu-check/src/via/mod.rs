@@ -152,7 +152,7 @@ pub fn check(program: &Program, via: Via, options: &Options) -> Result<Report, V
             }
             let sketch = arduino::emit(program, &arduino::Options { pins: options.pins.clone(), debounce_ms: 0 })?;
             let image = Board::new().and_then(|board| board.build(&sketch.source)).map_err(one)?;
-            board::run(program, &sketch, &image, &course).map_err(one)?
+            board::run(program, &sketch, &image, &course, eval.pwm_hz()).map_err(one)?
         }
     };
     Ok(report(program, via, options, &course, compared))

@@ -132,6 +132,6 @@ fn programs_agree_in_c_on_an_8051() {
 #[test]
 #[ignore = "needs avr-g++ and the core of the Arduino: .ci/peers installs them"]
 fn programs_agree_as_sketches() {
-    each(&written(), Via::Arduino, "atmega328p", 200);
-    each(&random(6), Via::Arduino, "atmega328p", 150);
+    each(&written(), Via::Arduino, "atmega328p", 100);
+    each(&random(5), Via::Arduino, "atmega328p", 100);
 }

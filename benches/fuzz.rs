@@ -1,0 +1,32 @@
+//! Checks of random programs in a minute: program after program, each compiled for one chip and compared for 100 scans.
+
+// Criterion's macro makes a public function without a doc comment.
+#![allow(missing_docs)]
+
+use std::hint::black_box;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use emu_check::fuzz::{FAMILIES, Plan, program, trial};
+
+/// Programs of one measurement.
+const PROGRAMS: u64 = 40;
+
+fn fuzz(c: &mut Criterion) {
+    let mut group = c.benchmark_group("fuzz");
+    group.sample_size(10);
+    for mcu in FAMILIES {
+        let target = ladder_compile::target(mcu);
+        // Those that the chip can express, so that each is a check.
+        let fits = |number: &u64| target.is_some_and(|target| program(1, *number).1.fits(target));
+        let numbers: Vec<u64> = (0..).filter(fits).take(PROGRAMS as usize).collect();
+        let plan = Plan { seed: 1, programs: u64::MAX, scans: 100, mcus: vec![mcu.to_owned()] };
+        group.throughput(Throughput::Elements(PROGRAMS));
+        group.bench_function(mcu, |b| {
+            b.iter(|| numbers.iter().for_each(|&number| _ = black_box(trial(&plan, number))));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, fuzz);
+criterion_main!(benches);

@@ -1,0 +1,143 @@
+//! What listens at the pins of a foreign image: the serial line, the PWM output, and outputs before the first scan.
+
+use emu_core::cpu::Probe;
+use emu_core::pins::{Event, Level, PinId, Time};
+
+use crate::wire::Listener;
+
+use super::board::Board;
+
+/// A probe at the pins.
+#[derive(Debug, Clone)]
+pub(crate) struct Ear {
+    clocks: u64,
+    pub serial: Option<(PinId, Listener)>,
+    pub pwm: Option<(PinId, Pulses)>,
+    /// Outputs, looked at until the first scan has begun; with the clock of their first rise.
+    pub outputs: Vec<(PinId, Option<u64>)>,
+    pub early: bool,
+}
+
+impl Ear {
+    pub fn new(board: &Board) -> Ear {
+        let of = &board.peripherals;
+        Ear {
+            clocks: of.clocks,
+            serial: of.transmit.map(|pin| (pin, Listener::new(of.bit, 2 * of.clocks))),
+            pwm: board.pwm.map(|(pin, hertz)| (pin, Pulses::new(board.pace.clock_hz, hertz, of.clocks))),
+            outputs: board.outputs.iter().map(|&(_, pin)| (pin, None)).collect(),
+            early: true,
+        }
+    }
+}
+
+impl Probe for Ear {
+    const EVENTS: bool = true;
+
+    fn event(&mut self, event: Event) -> bool {
+        let Event::Edge { at: Time { cycle, phase }, pin, level } = event else { return false };
+        let (clock, high) = (cycle * self.clocks + u64::from(phase), level == Level::High);
+        if let Some((line, listener)) = &mut self.serial
+            && *line == pin
+        {
+            listener.edge(clock, high);
+        }
+        if let Some((output, pulses)) = &mut self.pwm
+            && *output == pin
+        {
+            pulses.edge(clock, high);
+        }
+        // What reset itself does to a pin is the chip's.
+        if self.early && high && cycle > 1 {
+            self.outputs.iter_mut().filter(|output| output.0 == pin).for_each(|output| {
+                output.1.get_or_insert(clock);
+            });
+        }
+        false
+    }
+}
+
+/// Percent by which period and duty may be off: the timer of another compiler is not known.
+const PERIOD_PERCENT: u64 = 5;
+const DUTY_PERCENT: u64 = 2;
+
+/// Periods that a new duty may take to show.
+const SETTLES: u64 = 3;
+
+/// Measures the PWM output, in clocks.
+#[derive(Debug, Clone)]
+pub(crate) struct Pulses {
+    period: u64,
+    grain: u64,
+    duty: Option<u8>,
+    from: u64,
+    high: bool,
+    rose: Option<u64>,
+    fell: Option<u64>,
+    edges: u64,
+    fault: Option<(String, String)>,
+}
+
+impl Pulses {
+    pub fn new(clock_hz: u64, hertz: u64, grain: u64) -> Pulses {
+        let period = clock_hz / hertz.max(1);
+        let (duty, rose, fell, fault) = (None, None, None, None);
+        Pulses { period, grain, duty, from: 0, high: false, rose, fell, edges: 0, fault }
+    }
+
+    /// The duty that a scan has set which is over by `now`.
+    pub fn set(&mut self, now: u64, duty: Option<u8>) {
+        if duty != self.duty {
+            self.duty = duty;
+            self.from = now.saturating_add(SETTLES * self.period * (100 + PERIOD_PERCENT) / 100);
+            (self.rose, self.fell, self.edges) = (None, None, 0);
+        }
+    }
+
+    pub fn edge(&mut self, at: u64, high: bool) {
+        if high == self.high {
+            return;
+        }
+        self.high = high;
+        if at < self.from || self.fault.is_some() {
+            return;
+        }
+        self.edges += 1;
+        if !high {
+            self.fell = Some(at);
+            return;
+        }
+        if let (Some(rose), Some(fell), Some(duty)) = (self.rose, self.fell, self.duty) {
+            let (period, up) = (at - rose, fell.saturating_sub(rose));
+            if period.abs_diff(self.period) * 100 > self.period * PERIOD_PERCENT + 100 * self.grain {
+                let wanted = format!("PWM with a period of {} clocks, to {PERIOD_PERCENT} %", self.period);
+                self.fault = Some((wanted, format!("{period} clocks")));
+            } else if (up * 100).abs_diff(period * u64::from(duty)) > period * DUTY_PERCENT + 100 * self.grain {
+                let wanted = format!("PWM high for {duty} % of the time, to {DUTY_PERCENT} points");
+                self.fault = Some((wanted, format!("{up} of {period} clocks")));
+            }
+        }
+        (self.rose, self.fell) = (Some(at), None);
+    }
+
+    /// What is wrong by `now`: expected and found.
+    pub fn judge(&self, now: u64) -> Option<(String, String)> {
+        if self.fault.is_some() || now < self.from {
+            return self.fault.clone();
+        }
+        let level = if self.high { "high" } else { "low" }.to_owned();
+        let says = |wanted: &str, found: String| Some((wanted.to_owned(), found));
+        match self.duty {
+            None | Some(0) if self.high || self.edges > 0 => {
+                says("the PWM output constantly low", format!("pulses, {level} now"))
+            }
+            Some(100) if !self.high || self.edges > 0 => {
+                says("the PWM output constantly high", format!("pulses, {level} now"))
+            }
+            Some(1..=99) if self.edges == 0 && now > self.from + 3 * self.period => {
+                says("PWM pulses", format!("none, the pin is {level}"))
+            }
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! What a check of a foreign image found, as text and as JSON.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use crate::contract::Pace;
+use crate::coverage::Coverage;
+use crate::report::{What, counted};
+
+use super::codes;
+use super::course::Starts;
+
+/// The result of a check of a foreign image. `docs/foreign.md` describes its JSON.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ForeignReport {
+    /// Version of this shape, [`crate::SCHEMA`].
+    pub schema: u32,
+    /// Name of the program's file.
+    pub program: String,
+    /// Name of the image's file.
+    pub image: String,
+    /// The chip.
+    pub mcu: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Scans done; with a difference the last one is the scan that differs.
+    pub scans: u64,
+    /// Runs from reset that these scans were done in.
+    pub runs: u64,
+    /// Values compared.
+    pub compared: u64,
+    /// Nothing differed and nothing was found.
+    pub agreed: bool,
+    /// The first difference.
+    pub difference: Option<ForeignDifference>,
+    /// What is not as it should be apart from that.
+    pub findings: Vec<Finding>,
+    /// The time from scan to scan; none where fewer than two have started.
+    pub period: Option<Period>,
+    /// Machine cycles from a scan's start until the chip waits again, the most that were seen.
+    pub scan_cycles_max: u64,
+    /// Byte address of the first instruction of a scan, as it was found.
+    pub scan_start: u32,
+    /// What of the program is not compared, and why.
+    pub left_out: Vec<String>,
+    /// What of the program was exercised.
+    pub coverage: Coverage,
+}
+
+/// The first difference of a check.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ForeignDifference {
+    /// Stable code of the kind, for `emu explain`.
+    pub code: &'static str,
+    /// Scan of the check, from 1.
+    pub scan: u64,
+    /// Run from reset that it belongs to, from 1.
+    pub run: u64,
+    /// Scan of that run, from 1.
+    pub scan_of_run: u64,
+    /// Machine cycle of that run.
+    pub cycle: u64,
+    /// What kind of thing differs.
+    pub what: What,
+    /// The symbol, where it is one.
+    pub symbol: Option<String>,
+    /// What should be.
+    pub expected: String,
+    /// What is.
+    pub found: String,
+    /// The command that replays the check up to this scan.
+    pub replay: String,
+}
+
+/// Something that is not as it should be though no scan's result differs by it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// Stable code of the kind, for `emu explain`.
+    pub code: &'static str,
+    /// What it is.
+    pub says: String,
+}
+
+/// The time from the start of one scan to the next, over the longest run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Period {
+    /// Periods that were measured.
+    pub periods: u64,
+    /// Clocks of the oscillator in all of them.
+    pub clocks: u64,
+    /// Clocks of one on average.
+    pub mean_clocks: f64,
+    /// Clocks of one by CYCLE and the clock.
+    pub wanted_clocks: f64,
+}
+
+impl Period {
+    pub(crate) fn new(pace: &Pace, starts: Starts) -> Option<Period> {
+        let periods = starts.scans.checked_sub(1).filter(|&periods| periods > 0)?;
+        let clocks = (starts.last - starts.first) * pace.clocks;
+        // Hundredths are what a run can tell.
+        let mean_clocks = (clocks as f64 / periods as f64 * 100.0).round() / 100.0;
+        let wanted_clocks = pace.num as f64 / pace.den as f64 * pace.clocks as f64;
+        Some(Period { periods, clocks, mean_clocks, wanted_clocks })
+    }
+
+    /// A finding where tick and loop do not explain the difference.
+    pub(crate) fn finding(&self, pace: &Pace) -> Option<Finding> {
+        let wanted = u128::from(self.periods) * pace.num * u128::from(pace.clocks) / pace.den;
+        let slack = (pace.tick + 2 * pace.poll + SLACK) * pace.clocks;
+        let off = u128::from(self.clocks).abs_diff(wanted);
+        (off > u128::from(slack)).then(|| {
+            let (each, way) = match u128::from(self.clocks) > wanted {
+                true => (self.mean_clocks - self.wanted_clocks, "long"),
+                false => (self.wanted_clocks - self.mean_clocks, "short"),
+            };
+            let says = format!(
+                "scans come every {:.2} clocks, CYCLE asks for {:.2}: {each:.2} clocks too {way}, {:.0} in a million \
+                 (mean of {})",
+                self.mean_clocks,
+                self.wanted_clocks,
+                each / self.wanted_clocks * 1e6,
+                counted(self.periods, "period"),
+            );
+            Finding { code: codes::FINDING_PERIOD, says }
+        })
+    }
+}
+
+/// Machine cycles by which two starts may be off besides tick and look at the timer: loops of others are longer.
+const SLACK: u64 = 6;
+
+impl ForeignReport {
+    /// The report for people, several lines.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        let head = format!("{} as {} on {}", self.image, self.program, self.mcu);
+        match &self.difference {
+            Some(difference) => {
+                _ = writeln!(text, "{head} DIFFERS in scan {} (seed {})", difference.scan, self.seed);
+                text += &difference.text();
+            }
+            None => {
+                let verdict = if self.findings.is_empty() { "agrees" } else { "agrees but for what follows" };
+                let (scans, runs) = (counted(self.scans, "scan"), counted(self.runs, "run"));
+                let compared = counted(self.compared, "value");
+                _ = writeln!(
+                    text,
+                    "{head} {verdict}: {scans} in {runs} from reset, {compared} compared, seed {}",
+                    self.seed
+                );
+            }
+        }
+        for Finding { code, says } in &self.findings {
+            _ = writeln!(text, "finding: {says} [{code}]");
+        }
+        for left in &self.left_out {
+            _ = writeln!(text, "not compared: {left}");
+        }
+        if let Some(period) = &self.period {
+            _ = writeln!(
+                text,
+                "period: {:.2} clocks on average over {}, CYCLE asks for {:.2}; scan at most {} machine cycles, from 0x{:04X} on",
+                period.mean_clocks,
+                counted(period.periods, "period"),
+                period.wanted_clocks,
+                self.scan_cycles_max,
+                self.scan_start
+            );
+        }
+        text + &self.coverage.line()
+    }
+}
+
+impl ForeignDifference {
+    fn text(&self) -> String {
+        let mut text = String::new();
+        let what = match (self.what, &self.symbol) {
+            (What::Pin, Some(symbol)) => format!("the pin of {symbol}"),
+            (_, Some(symbol)) => symbol.clone(),
+            (What::Serial, None) => "the serial line".to_owned(),
+            (What::Pwm, None) => "the PWM output".to_owned(),
+            (What::Eeprom, None) => "the EEPROM".to_owned(),
+            _ => "the course of the program".to_owned(),
+        };
+        _ = writeln!(text, "  what      {what} [{}]", self.code);
+        _ = writeln!(text, "  expected  {}", self.expected);
+        _ = writeln!(text, "  found     {}", self.found);
+        _ = writeln!(text, "  when      cycle {} of run {}, in its scan {}", self.cycle, self.run, self.scan_of_run);
+        _ = writeln!(text, "  replay    {}", self.replay);
+        text
+    }
+}

@@ -1,0 +1,215 @@
+//! What a campaign has done, in figures that add up.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::fmt::Write;
+
+use ladder::{CounterKind, Element, Node, Operand, Program, TimerKind};
+use serde::{Deserialize, Serialize};
+
+use crate::Report;
+
+/// Words of a page of code memory of a PIC16; a call or jump to another page needs more than one instruction.
+const PAGE_BYTES: u64 = 4_096;
+
+/// A reason for refusals.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Reason {
+    /// How many programs.
+    pub programs: u64,
+    /// The message of the first of them.
+    pub first: String,
+}
+
+/// Things of one class that were seen doing all that counts, of those that could.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Seen {
+    /// How many did everything that counts.
+    pub covered: u64,
+    /// How many there are that can.
+    pub total: u64,
+}
+
+/// What came of the programs on one chip.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tally {
+    /// The chip.
+    pub mcu: String,
+    /// Programs that were compared.
+    pub checked: u64,
+    /// Programs with elements that this chip does not have; they are drawn for others.
+    pub outside: u64,
+    /// Programs that the compiler refused, by the code of the first message.
+    pub refused: BTreeMap<String, Reason>,
+    /// Programs whose chip and reference differed.
+    pub differing: u64,
+    /// Scans compared.
+    pub scans: u64,
+    /// Values compared.
+    pub compared: u64,
+    /// Bytes of code of all programs.
+    pub code_bytes: u64,
+    /// Bytes of code of the largest program.
+    pub code_bytes_max: u64,
+    /// Elements by keyword.
+    pub elements: BTreeMap<String, u64>,
+    /// Elements by the number of groups around them.
+    pub depths: BTreeMap<u32, u64>,
+    /// Programs by what is delicate about them: aliased operands, shared timers and counters, coils of one name, large code.
+    pub delicate: BTreeMap<String, u64>,
+    /// Outcomes by class, as in the coverage of a check.
+    pub outcomes: BTreeMap<String, Seen>,
+}
+
+impl Tally {
+    /// An empty one.
+    #[must_use]
+    pub fn new(mcu: &str) -> Tally {
+        Tally { mcu: mcu.to_owned(), ..Tally::default() }
+    }
+
+    /// Counts a program that was refused.
+    pub(super) fn refuse(&mut self, code: &str, message: String) {
+        self.refused.entry(code.to_owned()).or_insert(Reason { programs: 0, first: message }).programs += 1;
+    }
+
+    /// Counts a program that was compared.
+    pub(super) fn check(&mut self, program: &Program, report: &Report) {
+        self.checked += 1;
+        self.differing += u64::from(!report.agreed);
+        self.scans += report.scans;
+        self.compared += report.compared;
+        let bytes = u64::from(report.figures.code_bytes);
+        self.code_bytes += bytes;
+        self.code_bytes_max = self.code_bytes_max.max(bytes);
+        for rung in &program.rungs {
+            self.series(&rung.series, 0);
+        }
+        let mut delicate = delicate(program);
+        if bytes > PAGE_BYTES {
+            delicate.push("over 2K words of code");
+        }
+        for what in delicate {
+            *self.delicate.entry(what.to_owned()).or_default() += 1;
+        }
+        for row in &report.coverage.classes {
+            let seen = self.outcomes.entry(row.class.name().to_owned()).or_default();
+            seen.covered += u64::from(row.covered);
+            seen.total += u64::from(row.total);
+        }
+    }
+
+    fn series(&mut self, series: &[Node], depth: u32) {
+        for node in series {
+            match node {
+                Node::Leaf(element, _) => {
+                    *self.elements.entry(keyword(element)).or_default() += 1;
+                    *self.depths.entry(depth).or_default() += 1;
+                }
+                Node::Parallel(branches, _) => branches.iter().for_each(|branch| self.series(branch, depth + 1)),
+            }
+        }
+    }
+
+    /// Adds another tally of the same chip.
+    pub(super) fn add(&mut self, other: &Tally) {
+        self.checked += other.checked;
+        self.outside += other.outside;
+        for (code, reason) in &other.refused {
+            let mine = self.refused.entry(code.clone()).or_insert(Reason { programs: 0, ..reason.clone() });
+            mine.programs += reason.programs;
+        }
+        self.differing += other.differing;
+        self.scans += other.scans;
+        self.compared += other.compared;
+        self.code_bytes += other.code_bytes;
+        self.code_bytes_max = self.code_bytes_max.max(other.code_bytes_max);
+        sum(&mut self.elements, &other.elements);
+        sum(&mut self.depths, &other.depths);
+        sum(&mut self.delicate, &other.delicate);
+        for (class, seen) in &other.outcomes {
+            let mine = self.outcomes.entry(class.clone()).or_default();
+            mine.covered += seen.covered;
+            mine.total += seen.total;
+        }
+    }
+
+    /// Its figures for people, several lines.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let refused: u64 = self.refused.values().map(|reason| reason.programs).sum();
+        let mut out = format!(
+            "{}: {} programs checked, {} differ, {refused} refused, {} outside of the chip; {} scans, {} values; code up to {} bytes\n",
+            self.mcu, self.checked, self.differing, self.outside, self.scans, self.compared, self.code_bytes_max
+        );
+        let list = |out: &mut String, head: &str, items: Vec<String>| {
+            if !items.is_empty() {
+                // Writing to a String cannot fail.
+                let _ = writeln!(out, "  {head}: {}", items.join(", "));
+            }
+        };
+        list(&mut out, "elements", self.elements.iter().map(|(name, n)| format!("{name} {n}")).collect());
+        list(&mut out, "elements by depth", self.depths.iter().map(|(depth, n)| format!("{depth}: {n}")).collect());
+        list(&mut out, "programs with", self.delicate.iter().map(|(what, n)| format!("{what} {n}")).collect());
+        let seen = self.outcomes.iter().map(|(class, seen)| format!("{class} {}/{}", seen.covered, seen.total));
+        list(&mut out, "all outcomes seen", seen.collect());
+        for (code, reason) in &self.refused {
+            let _ = writeln!(out, "  refused {code} {}: first {}", reason.programs, reason.first);
+        }
+        out
+    }
+}
+
+fn sum<K: Ord + Clone>(mine: &mut BTreeMap<K, u64>, other: &BTreeMap<K, u64>) {
+    for (key, count) in other {
+        *mine.entry(key.clone()).or_default() += count;
+    }
+}
+
+/// The keyword of an element; coils by what they do.
+fn keyword(element: &Element) -> String {
+    if let Element::Coil { negated, set, reset, .. } = element {
+        let how = match (negated, set, reset) {
+            (true, ..) => "COIL negated",
+            (_, true, _) => "COIL set",
+            (_, _, true) => "COIL reset",
+            _ => "COIL",
+        };
+        return how.to_owned();
+    }
+    ladder::element_text(element).split_whitespace().next().unwrap_or_default().to_owned()
+}
+
+/// What of a program compilers get wrong easily.
+fn delicate(program: &Program) -> Vec<&'static str> {
+    let (mut coils, mut modules): (HashMap<&str, u32>, HashMap<&str, u32>) = Default::default();
+    let mut found = HashSet::new();
+    for (_, element, _) in program.elements() {
+        let is = |operand: &Operand, name: &str| matches!(operand, Operand::Var(var) if var == name);
+        match element {
+            Element::Coil { name, set: false, reset: false, .. } => *coils.entry(name).or_default() += 1,
+            Element::Timer { name, kind: TimerKind::Ton | TimerKind::Tof | TimerKind::Rto, .. }
+            | Element::Counter { name, kind: CounterKind::Ctu | CounterKind::Ctd | CounterKind::Ctc, .. } => {
+                *modules.entry(name).or_default() += 1;
+            }
+            Element::Math { dest, op1, op2, .. } if is(op1, dest) || is(op2, dest) => {
+                _ = found.insert("aliased operands")
+            }
+            Element::LookUpTable { dest, index, .. } | Element::PiecewiseLinear { dest, index, .. }
+                if is(index, dest) =>
+            {
+                found.insert("aliased tables");
+            }
+            _ => {}
+        }
+    }
+    if coils.values().any(|n| *n > 1) {
+        found.insert("double coils");
+    }
+    if modules.values().any(|n| *n > 1) {
+        found.insert("shared timers or counters");
+    }
+    if program.vars.as_ref().is_some_and(|vars| !vars.is_empty()) {
+        found.insert("integers of several widths");
+    }
+    found.into_iter().collect()
+}

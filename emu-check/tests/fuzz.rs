@@ -1,0 +1,177 @@
+//! Campaigns of random programs: a small one of fixed seed finds nothing, has everything in it often enough, and is the same in
+//! shards. EMU_FUZZ_PROGRAMS and EMU_FUZZ_SEED make another one, without the floors.
+
+use std::collections::BTreeMap;
+
+use emu_check::fuzz::{FAMILIES, Plan, Profile, Record, Shard, program, trial};
+use ladder_compile::target;
+
+/// A number from the environment.
+fn number(name: &str) -> Option<u64> {
+    std::env::var(name).ok()?.parse().ok()
+}
+
+fn plan() -> Plan {
+    let (seed, programs) = (number("EMU_FUZZ_SEED").unwrap_or(1), number("EMU_FUZZ_PROGRAMS").unwrap_or(150));
+    Plan { seed, programs, scans: 40, mcus: FAMILIES.map(str::to_owned).to_vec() }
+}
+
+fn run(plan: &Plan, index: u64, of: u64) -> Record {
+    let shard = Shard { index, of, done: 0 };
+    let mut record = Record::new(plan.clone(), shard);
+    for k in 0..shard.programs(plan.programs) {
+        assert!(!record.complete);
+        record.add(&trial(plan, shard.number(k)));
+    }
+    record
+}
+
+/// `chips (t: those that compute) | what | least`: floors of the campaign above.
+#[rustfmt::skip]
+const FLOORS: &str = "
+all | CONTACTS          | 150
+all | COIL              | 40
+all | COIL negated      | 10
+all | COIL set          | 10
+all | COIL reset        | 10
+all | OSR               | 5
+all | OSF               | 5
+all | TON               | 5
+all | TOF               | 5
+all | RTO               | 5
+all | CTU               | 5
+all | CTD               | 5
+all | CTC               | 5
+all | RES               | 8
+all | MASTER_RELAY      | 2
+all | SHORT             | 5
+all | OPEN              | 2
+all | COMMENT           | 2
+all | depth 0           | 100
+all | depth 1           | 50
+all | depth 2           | 30
+all | depth 3           | 15
+all | depth 4           | 5
+all | double coils      | 5
+t   | MOVE              | 20
+t   | ADD               | 10
+t   | SUB               | 10
+t   | MUL               | 10
+t   | DIV               | 10
+t   | EQU               | 8
+t   | NEQ               | 8
+t   | GRT               | 8
+t   | GEQ               | 8
+t   | LES               | 8
+t   | LEQ               | 8
+t   | SHIFT_REGISTER    | 10
+t   | LOOK_UP_TABLE     | 15
+t   | PIECEWISE_LINEAR  | 15
+t   | UART_SEND         | 10
+t   | UART_RECV         | 10
+t   | FORMATTED_STRING  | 10
+t   | aliased operands  | 10
+t   | aliased tables    | 5
+t   | shared timers or counters    | 10
+t   | integers of several widths   | 15
+p   | READ_ADC          | 15
+p   | SET_PWM           | 15
+p   | PERSIST           | 10
+";
+
+#[test]
+fn a_small_campaign_finds_nothing_and_has_everything() {
+    let plan = plan();
+    let shards: Vec<Record> = [3, 1, 2].map(|index| run(&plan, index, 3)).into_iter().collect();
+    assert!(!Record::merge(shards[..2].to_vec()).expect("two shards").complete);
+    let record = Record::merge(shards).expect("three shards");
+    println!("{}", record.text());
+    assert!(record.complete);
+    assert!(record.findings.is_empty(), "{}", record.text());
+    if number("EMU_FUZZ_PROGRAMS").or(number("EMU_FUZZ_SEED")).is_some() {
+        return;
+    }
+    for (tally, of) in record.tallies.iter().zip(["8051", "PIC", "AVR", "AP101"]) {
+        let refused: u64 = tally.refused.values().map(|reason| reason.programs).sum();
+        assert_eq!(tally.checked + tally.outside + refused, plan.programs, "{}", tally.mcu);
+        assert!(refused * 20 <= plan.programs, "{}: {refused} refused: {:?}", tally.mcu, tally.refused);
+        let mut seen: BTreeMap<String, u64> = tally.elements.clone();
+        seen.extend(tally.depths.iter().map(|(depth, n)| (format!("depth {depth}"), *n)));
+        seen.extend(tally.delicate.clone());
+        for floor in FLOORS.lines().filter(|line| !line.is_empty()) {
+            let [chips, what, least] = floor.split('|').map(str::trim).collect::<Vec<_>>()[..] else {
+                panic!("{floor}")
+            };
+            let counts = match chips {
+                "p" => ["PIC", "AVR"].contains(&of),
+                "t" => of != "AP101",
+                _ => true,
+            };
+            let found = seen.get(what).copied().unwrap_or(0);
+            let least: u64 = least.parse().expect("a number");
+            assert!(!counts || found >= least, "{}: {found} of {what}, least {least}", tally.mcu);
+        }
+        for (class, outcome) in &tally.outcomes {
+            // Forty scans of a program are few; an eighth of what can be seen is seen even so.
+            assert!(outcome.covered * 8 >= outcome.total, "{}: {class} {outcome:?}", tally.mcu);
+        }
+    }
+    // In one piece it is the same.
+    let small = Plan { programs: 8, scans: 10, ..plan };
+    let pieces = (1..=5).map(|index| run(&small, index, 5)).collect();
+    let mut whole = Record::merge(pieces).expect("five shards");
+    let one = run(&small, 1, 1);
+    whole.shards.clone_from(&one.shards);
+    assert_eq!(whole, one);
+}
+
+#[test]
+fn shards_share_all_programs() {
+    for (programs, of) in [(1, 1), (10, 3), (3, 10), (1_000, 7), (0, 4)] {
+        let mut all: Vec<u64> = Vec::new();
+        for index in 1..=of {
+            let shard = Shard { index, of, done: 0 };
+            all.extend((0..shard.programs(programs)).map(|k| shard.number(k)));
+        }
+        all.sort_unstable();
+        assert_eq!(all, (0..programs).collect::<Vec<_>>(), "{programs} in {of}");
+    }
+}
+
+#[test]
+fn records_that_do_not_belong_together() {
+    let plan = Plan { programs: 10, ..plan() };
+    let other = Plan { seed: 99, ..plan.clone() };
+    let record = |plan: &Plan, index, of, done| Record::new(plan.clone(), Shard { index, of, done });
+    #[rustfmt::skip]
+    let cases: [(&str, Vec<Record>); 6] = [
+        ("nothing to add",       vec![]),
+        ("different campaigns",  vec![record(&plan, 1, 2, 0), record(&other, 2, 2, 0)]),
+        ("is none of",           vec![record(&plan, 1, 2, 0), record(&plan, 2, 3, 0)]),
+        ("is none of",           vec![record(&plan, 0, 2, 0)]),
+        ("is none of",           vec![record(&plan, 1, 2, 6)]),
+        ("is there twice",       vec![record(&plan, 2, 3, 0), record(&plan, 1, 3, 0), record(&plan, 2, 3, 1)]),
+    ];
+    for (why, records) in cases {
+        let told = Record::merge(records).expect_err(why);
+        assert!(told.contains(why), "{told}");
+    }
+}
+
+/// A program is valid, and reading its text gives the same program.
+#[test]
+fn programs_are_valid_and_written_as_they_are() {
+    let mut profiles = BTreeMap::new();
+    for number in 0..600 {
+        let (drawn, profile) = program(5, number);
+        let text = ladder::write(&drawn);
+        let parsed = ladder::parse("fuzz.ld", &text).unwrap_or_else(|faults| panic!("{number}: {faults:?}\n{text}"));
+        assert_eq!(ladder::write(&parsed.program), text, "{number}");
+        let wrong: Vec<_> = ladder::check(&parsed.program).into_iter().filter(|told| told.is_error()).collect();
+        assert!(wrong.is_empty(), "{number}: {wrong:?}\n{text}");
+        *profiles.entry(profile).or_insert(0) += 1;
+    }
+    // A part is for all families.
+    assert!(profiles[&Profile::Bits] >= 60 && profiles.len() == 4, "{profiles:?}");
+    assert!(FAMILIES.iter().all(|mcu| Profile::Bits.fits(target(mcu).expect("a chip"))));
+}

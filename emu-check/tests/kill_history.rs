@@ -1,0 +1,53 @@
+//! Faults that other compilers have had: an image with the same fault is made by a sound compiler of another program, and a check
+//! with its defaults finds it. The same program's own image agrees.
+
+mod common;
+
+use emu_check::{Options, check, check_compiled};
+use ladder::Program;
+
+/// Rungs of a column of the table under a head.
+fn program(name: &str, column: &str) -> Program {
+    let (head, rungs) = match column.strip_prefix("#5") {
+        Some(rungs) => ("LDmicro0.2", rungs),
+        None => ("LDmicro0.1", column),
+    };
+    let rungs: String = rungs.split("||").map(rung).collect();
+    common::parse(
+        &format!("{name}.ld"),
+        &format!("{head}\nCYCLE=1250\nCRYSTAL=11059200\nBAUD=9600\nIO LIST\nEND\nPROGRAM\n{rungs}"),
+    )
+}
+
+fn rung(text: &str) -> String {
+    let lines: String = text.split(';').map(|line| format!("{}\n", line.trim())).collect();
+    format!("RUNG\n{lines}END\n")
+}
+
+/// Faults that a check with its defaults does not find: a dividend and a divisor that must meet.
+const GAPS: &[&str] = &["L7"];
+
+#[test]
+fn historic_faults_are_found() {
+    let (mut rows, mut wrong) = (0, Vec::new());
+    for row in include_str!("kill_history.txt").lines().filter(|row| !row.is_empty() && !row.starts_with('#')) {
+        // `||` separates rungs, ` | ` columns.
+        let columns: Vec<&str> = row.split(" | ").map(str::trim).collect();
+        let [id, what, chip, sound, faulty] = columns[..] else { panic!("five columns: {row}") };
+        let (sound, faulty) = (program(id, sound), program(id, faulty));
+        let options = Options { mcu: chip.to_owned(), ..Options::default() };
+        let told = |faults: Vec<diag::Diagnostic>| -> ! { panic!("{id}: {faults:?}") };
+        let own = check(&sound, &options, &mut |_, _| {}).unwrap_or_else(|faults| told(faults));
+        assert!(own.agreed, "{id}: {}", own.text());
+        let target = ladder_compile::Options { mcu: chip.to_owned(), ..Default::default() };
+        let image = ladder_compile::compile(&faulty, &target).unwrap_or_else(|faults| told(faults));
+        let report = check_compiled(&sound, &image, &options, &mut |_, _| {}).unwrap_or_else(|faults| told(faults));
+        // A gap that is closed must leave the list of gaps.
+        if report.agreed != GAPS.contains(&id) {
+            wrong.push(format!("{id}: {what}: {}\n", if report.agreed { "not found" } else { "found" }));
+        }
+        rows += 1;
+    }
+    assert!(wrong.is_empty(), "{}", wrong.concat());
+    assert!(rows >= 24, "{rows} rows");
+}

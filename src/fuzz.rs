@@ -1,0 +1,226 @@
+//! `emu fuzz`: random programs, compiled and checked on a chip of each family, in shards whose records are added again.
+
+use std::fs;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use emu_check::fuzz::{self, FAMILIES, Finding, Plan, Record, Shard, Trial};
+use emu_core::chip::Chip;
+use indicatif::{ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+
+use crate::codes::{self, RECORD, UNWRITABLE, about_file};
+use crate::fail::{Failure, exit};
+use crate::family;
+use crate::input;
+use crate::output;
+use crate::report::{Terminal, Texts};
+
+const EXAMPLES: &str = "\
+Examples:
+  emu fuzz --mcu all --programs 1000
+  emu fuzz --mcu all --programs 10000 --seed 7 --shard 3/16 --out part3.json --resume --save found
+  emu fuzz --merge part*.json --out whole.json
+  emu fuzz --mcu pic16f873 --programs 200 --scans 1000 --json
+
+Program n of a seed is the same in any shard and with any number of jobs, so a campaign can be spread over machines.
+
+Exit codes: 0 no difference; 1 chip and reference differ somewhere, and the smallest program that shows it is told; 3 a record
+cannot be used; 5 the records that were added are not yet the whole campaign.";
+
+/// Time after which a bar shows how far the campaign is.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Time between two records on the disk.
+const SAVING: Duration = Duration::from_secs(5);
+
+/// Programs of a job before results are collected.
+const BATCH: usize = 16;
+
+/// Flags of `emu fuzz`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct FuzzArgs {
+    /// The chips, separated by commas, or `all` for one of each family.
+    #[arg(long, value_name = "CHIP", value_parser = which, value_delimiter = ',', required_unless_present = "merge")]
+    mcu: Vec<Which>,
+    /// Number of programs, numbered from 0.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), required_unless_present = "merge")]
+    programs: Option<u64>,
+    /// Seed of the programs and of everything random in their checks. It is fixed unless given, so that runs can be repeated.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Scans of each check.
+    #[arg(long, value_name = "K", default_value_t = 250, value_parser = clap::value_parser!(u64).range(1..))]
+    scans: u64,
+    /// Programs at a time; by default as many as there are processors.
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    jobs: usize,
+    /// Only every N-th program, beginning with the I-th.
+    #[arg(long, value_name = "I/N", value_parser = shard, default_value = "1/1")]
+    shard: Shard,
+    /// Folder for the programs that show a difference, each with the command that replays it.
+    #[arg(long, value_name = "DIR")]
+    save: Option<String>,
+    /// File for the record, written now and then and at the end, always whole.
+    #[arg(long, value_name = "FILE.json")]
+    out: Option<String>,
+    /// Go on where the record of --out stands, if there is one.
+    #[arg(long, requires = "out")]
+    resume: bool,
+    /// Add the records of shards instead, and tell whether they are the whole campaign.
+    #[arg(long, value_name = "FILE.json", num_args = 1.., conflicts_with_all = ["mcu", "programs", "resume", "shard"])]
+    merge: Vec<String>,
+    /// The record as one JSON document.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Chips of the command line.
+#[derive(Debug, Clone, Copy)]
+enum Which {
+    All,
+    One(&'static Chip),
+}
+
+fn which(name: &str) -> Result<Which, String> {
+    if name.eq_ignore_ascii_case("all") {
+        return Ok(Which::All);
+    }
+    let chip = family::chip(name)?;
+    match ladder_compile::chip(chip.name) {
+        Some(chip) => Ok(Which::One(chip)),
+        None => Err(format!("there is no compiler for {}", chip.name)),
+    }
+}
+
+fn shard(text: &str) -> Result<Shard, String> {
+    let numbers = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
+    match numbers {
+        Some((index, of)) if (1..=of).contains(&index) => Ok(Shard { index, of, done: 0 }),
+        _ => Err("write I/N with I from 1 to N, such as 3/16".to_owned()),
+    }
+}
+
+/// Runs a campaign or a shard of one, or adds records.
+pub fn fuzz(args: &FuzzArgs, terminal: &Terminal) -> Result<u8, Failure> {
+    if !args.merge.is_empty() {
+        return merge(args);
+    }
+    let mut mcus: Vec<String> = Vec::new();
+    for which in &args.mcu {
+        let named = match which {
+            Which::All => FAMILIES.to_vec(),
+            Which::One(chip) => vec![chip.name],
+        };
+        mcus.extend(named.into_iter().map(str::to_owned).filter(|name| !mcus.contains(name)).collect::<Vec<_>>());
+    }
+    let plan = Plan { seed: args.seed, programs: args.programs.unwrap_or(1), scans: args.scans, mcus };
+    let mut record = Record::new(plan, args.shard);
+    if let (true, Some(out)) = (args.resume, &args.out)
+        && Path::new(out).exists()
+    {
+        record = resumed(out, record)?;
+    }
+    let Some(Shard { done, .. }) = record.shards.first().copied() else { return Ok(exit::OK) };
+    let mine = args.shard.programs(record.plan.programs);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.jobs).build();
+    let pool = pool.map_err(|error| Failure::Usage(format!("no threads for --jobs {}: {error}", args.jobs)))?;
+    let batch = pool.current_num_threads() * BATCH;
+    let (start, mut saved) = (Instant::now(), Instant::now());
+    let mut bar = None;
+    let numbers: Vec<u64> = (done..mine).map(|k| args.shard.number(k)).collect();
+    for numbers in numbers.chunks(batch) {
+        let plan = &record.plan;
+        let trials: Vec<Trial> = pool.install(|| numbers.par_iter().map(|&number| fuzz::trial(plan, number)).collect());
+        for trial in &trials {
+            record.add(trial);
+            trial.findings().iter().try_for_each(|finding| save(args, finding))?;
+        }
+        if let Some(out) = args.out.as_ref().filter(|_| saved.elapsed() >= SAVING) {
+            keep(out, &record)?;
+            saved = Instant::now();
+        }
+        if terminal.live && start.elapsed() >= PATIENCE {
+            let done = record.shards.first().map_or(0, |shard| shard.done);
+            bar.get_or_insert_with(|| progress_bar(mine)).set_position(done);
+        }
+    }
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    finish(args, &record)
+}
+
+/// Adds records.
+fn merge(args: &FuzzArgs) -> Result<u8, Failure> {
+    let records = args.merge.iter().map(|file| read(file)).collect::<Result<Vec<Record>, Failure>>()?;
+    let first = args.merge.first().map_or("-", String::as_str);
+    let sum = Record::merge(records).map_err(|why| refused(first, why, "give each shard of one campaign once"))?;
+    sum.findings.iter().try_for_each(|finding| save(args, finding))?;
+    let code = finish(args, &sum)?;
+    Ok(if code == exit::OK && !sum.complete { exit::LIMIT } else { code })
+}
+
+/// The result out.
+fn finish(args: &FuzzArgs, record: &Record) -> Result<u8, Failure> {
+    if let Some(out) = &args.out {
+        keep(out, record)?;
+    }
+    if args.json {
+        output::json(record)?;
+    } else {
+        output::print(record.text())?;
+    }
+    Ok(if record.findings.is_empty() { exit::OK } else { exit::FAILED })
+}
+
+/// Writes a program that shows something.
+fn save(args: &FuzzArgs, finding: &Finding) -> Result<(), Failure> {
+    let Some(folder) = &args.save else { return Ok(()) };
+    fs::create_dir_all(folder).map_err(|error| {
+        let cause = format!("the folder cannot be made: {}", codes::reason(&error));
+        Failure::Refused(vec![about_file(UNWRITABLE, folder, cause, "check the path")], Texts::default())
+    })?;
+    let file = Path::new(folder).join(&finding.file);
+    output::files(&[(&file.to_string_lossy(), finding.program.as_bytes())])
+}
+
+/// Writes the record, whole or not at all.
+fn keep(out: &str, record: &Record) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(record).map_err(|e| Failure::writing(out, &e.into()))?;
+    output::files(&[(out, (text + "\n").as_bytes())])
+}
+
+fn read(file: &str) -> Result<Record, Failure> {
+    let bytes = input::bytes(file)?;
+    let record: Record = serde_json::from_slice(&bytes).map_err(|error| {
+        refused(file, format!("is no record of a campaign: {error}"), "give a file of emu fuzz --out")
+    })?;
+    if record.schema != fuzz::FUZZ_SCHEMA {
+        let cause = format!("has the schema {}, known is {}", record.schema, fuzz::FUZZ_SCHEMA);
+        return Err(refused(file, cause, "take the emu that wrote it"));
+    }
+    Ok(record)
+}
+
+/// The record of a shard that was begun, where it is the one that `wanted` begins.
+fn resumed(file: &str, wanted: Record) -> Result<Record, Failure> {
+    let found = read(file)?;
+    let place = |record: &Record| record.shards.iter().map(|shard| (shard.index, shard.of)).collect::<Vec<_>>();
+    if found.plan != wanted.plan || place(&found) != place(&wanted) {
+        let cause = "is the record of another campaign or shard".to_owned();
+        return Err(refused(file, cause, "give the same flags as before, or another --out"));
+    }
+    Ok(found)
+}
+
+fn refused(file: &str, cause: String, hint: &str) -> Failure {
+    Failure::Refused(vec![about_file(RECORD, file, cause, hint)], Texts::default())
+}
+
+fn progress_bar(total: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} programs");
+    ProgressBar::new(total).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
