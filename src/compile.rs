@@ -27,11 +27,7 @@ Examples:
 pub struct CompileArgs {
     #[command(flatten)]
     program: Ladder,
-<<<<<<< HEAD
-    /// The chip, such as `atmega328p` (`emu chips` lists them). Not needed for C, sketches and byte code.
-=======
     /// The chip, such as `atmega328p` (`emu chips` lists them). Not needed for C, byte code and sketches.
->>>>>>> four
     #[arg(long, value_name = "CHIP", value_parser = family::chip)]
     mcu: Option<&'static Chip>,
     /// What to write.
@@ -75,8 +71,6 @@ enum Emit {
     Ir,
     /// ANSI C, one call a scan.
     C,
-    /// A sketch for the Arduino Uno.
-    Arduino,
     /// Byte code for a small interpreter.
     Bytecode,
     /// A sketch for Arduino boards with an ATmega328P.
@@ -93,7 +87,6 @@ impl Emit {
             Emit::Map => "json",
             Emit::Ir => "ir",
             Emit::C => "c",
-            Emit::Arduino => "ino",
             Emit::Bytecode => "inc",
             Emit::Arduino => "ino",
         }
@@ -101,11 +94,7 @@ impl Emit {
 
     /// No chip has to be named.
     fn is_source(self) -> bool {
-<<<<<<< HEAD
-        matches!(self, Emit::C | Emit::Arduino | Emit::Bytecode)
-=======
         matches!(self, Emit::C | Emit::Bytecode | Emit::Arduino)
->>>>>>> four
     }
 }
 
@@ -163,11 +152,7 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
         Emit::Lst => compiled.listing.clone(),
         Emit::Map => map.clone(),
         Emit::Ir => compiled.ir.clone(),
-<<<<<<< HEAD
-        Emit::Hex | Emit::C | Emit::Arduino | Emit::Bytecode => compiled.hex.clone(),
-=======
         Emit::Hex | Emit::C | Emit::Bytecode | Emit::Arduino => compiled.hex.clone(),
->>>>>>> four
     };
     let texts = [Some(&text), args.listing.as_ref().map(|_| &compiled.listing), args.map.as_ref().map(|_| &map)];
     let files: Vec<(&str, &[u8])> =
@@ -190,23 +175,6 @@ fn source(args: &CompileArgs, main: &str, terminal: &Terminal) -> Result<u8, Fai
     }
     let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
     let emitted = match args.emit {
-<<<<<<< HEAD
-        Emit::Bytecode => emit::bytecode::emit(&read.program).map(|source| (source.text, Vec::new())),
-        Emit::Arduino => {
-            let options = emit::arduino::Options { pins: args.target.pins.clone(), ..Default::default() };
-            emit::arduino::emit(&read.program, &options).map(|sketch| (sketch.source.text, sketch.notes))
-        }
-        _ => emit::c::emit(&read.program).map(|source| (source.text, Vec::new())),
-    };
-    match emitted {
-        Ok((text, notes)) => {
-            output::files(&[(main, text.as_bytes())])?;
-            report(terminal, &notes, &read.texts);
-            Ok(exit::OK)
-        }
-        Err(refusals) => Err(Failure::Refused(refusals, read.texts)),
-    }
-=======
         Emit::Bytecode => emit::bytecode::emit(&read.program).map(|source| (source, Vec::new())),
         Emit::Arduino => {
             let options =
@@ -222,7 +190,6 @@ fn source(args: &CompileArgs, main: &str, terminal: &Terminal) -> Result<u8, Fai
     output::files(&[(main, source.text.as_bytes())])?;
     report(terminal, &notes, &read.texts);
     Ok(exit::OK)
->>>>>>> four
 }
 
 /// What one buys a chip by, in two lines.
