@@ -71,7 +71,7 @@ t   | UART_SEND         | 10
 t   | UART_RECV         | 10
 t   | FORMATTED_STRING  | 10
 t   | aliased operands  | 10
-t   | aliased tables    | 5
+t   | aliased tables    | 3
 t   | shared timers or counters    | 10
 t   | integers of several widths   | 15
 p   | READ_ADC          | 15
