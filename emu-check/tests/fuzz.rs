@@ -75,7 +75,7 @@ t   | aliased tables    | 3
 t   | shared timers or counters    | 10
 t   | integers of several widths   | 15
 p   | READ_ADC          | 15
-p   | SET_PWM           | 15
+p   | SET_PWM           | 8
 p   | PERSIST           | 10
 ";
 

@@ -1,5 +1,5 @@
 //! The image as an assembly source, which assembles to the same bytes: with `emu asm`, and with the assembler that people of
-//! the family use (gpasm; as31 and sdas8051; avr-as).
+//! the family use (gpasm; as31, and sdas8051 in an absolute area; avr-as).
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -114,6 +114,8 @@ fn instruction(out: &mut String, chip: &Chip, dialect: &Dialect, line: &Line, la
         return;
     }
     let text = line.text.split(';').next().unwrap_or("").trim_end();
+    let plain = if chip.family == Family::Mcs51 { bits(chip, text) } else { text.to_owned() };
+    let text = plain.as_str();
     let text = match line.target.filter(|at| labels.contains(at)) {
         Some(at) => aimed(text, &label(at)),
         None => text.to_owned(),
@@ -122,12 +124,33 @@ fn instruction(out: &mut String, chip: &Chip, dialect: &Dialect, line: &Line, la
     _ = writeln!(out, "    {text:<width$}; {:04X}", chip.code_address(line.addr));
 }
 
+/// The instruction with its bits, such as `0x22.3` or `T2CON.7`, as numbers: not every assembler of the 8051 knows both.
+fn bits(chip: &Chip, text: &str) -> String {
+    let number = |word: &str| -> Option<String> {
+        let (byte, bit) = word.split_once('.')?;
+        let bit: u32 = bit.parse().ok().filter(|bit| *bit < 8)?;
+        let addr = match byte.strip_prefix("0x") {
+            Some(hex) => u32::from_str_radix(hex, 16).ok()?,
+            None => chip.reg(byte)?.into(),
+        };
+        let base = if addr < 0x80 { addr.checked_sub(0x20)? * 8 } else { addr };
+        Some(format!("0x{:02X}", base + bit))
+    };
+    let words = text.split_inclusive([' ', ',', '/']);
+    words
+        .map(|word| {
+            let end = word.trim_end_matches([' ', ',', '/']);
+            number(end).map_or_else(|| word.to_owned(), |n| n + &word[end.len()..])
+        })
+        .collect()
+}
+
 /// The instruction with its last operand, the target, replaced by a label.
 fn aimed(text: &str, label: &str) -> String {
     let before = text.rfind(',').or_else(|| text.find(char::is_whitespace));
     match before {
         Some(at) if text[at..].starts_with(',') => format!("{}, {label}", &text[..at]),
-        Some(at) => format!("{}  {label}", &text[..at]),
+        Some(at) => format!("{} {label}", &text[..at]),
         None => text.to_owned(),
     }
 }
