@@ -74,7 +74,12 @@ pub fn mutants(program: &Program, options: &Options) -> Vec<Mutant> {
     let Ok(built) = (job.target.build)(&job) else { return Vec::new() };
     let all = of_code(&prepared).into_iter().chain(of_image(program, &prepared, &built));
     all.zip(0..)
-        .map(|(candidate, id)| Mutant { id, kind: candidate.kind, element: candidate.element, what: (candidate.what)() })
+        .map(|(candidate, id)| Mutant {
+            id,
+            kind: candidate.kind,
+            element: candidate.element,
+            what: (candidate.what)(),
+        })
         .collect()
 }
 
