@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use diag::{Diagnostic, Pos, Severity};
-use emu_check::{Options, Outcome, Refused, Summary};
+use emu_check::{Entry, Options, Outcome, Refused, Summary};
 use emu_core::chip::Chip;
 use indicatif::{ProgressBar, ProgressStyle};
 use ladder::Dialect;
@@ -28,6 +28,8 @@ Examples:
   emu check examples/*.ld --mcu all
   emu check examples/traffic.ld --mcu atmega328p --scans 100000 --seed 7
   emu check examples/tank.ld --mcu atmega328p,pic16f877 --pin Ypump=PB5 --json
+  emu check welder.ld --image welder.hex --dialect ldmicro-2.3     an image that LDmicro made
+  emu check examples/*.ld --mcu all --junit out.xml --report out.html
 
 Exit codes: 0 chip and reference agree; 1 they differ: the report says where and how to see it again; 3 the program is
 refused (with --mcu all: by every chip). The same seed gives the same run for ever.";
@@ -48,7 +50,7 @@ pub struct CheckArgs {
     dialect: Option<Dialect>,
     /// The chips, separated by commas, or `all` that there is a compiler for: a chip that lacks what a program needs is then
     /// listed with the reason.
-    #[arg(long, value_name = "CHIP", value_parser = which, value_delimiter = ',', required_unless_present = "via")]
+    #[arg(long, value_name = "CHIP", value_parser = which, value_delimiter = ',', required_unless_present_any = ["via", "image"])]
     mcu: Vec<Which>,
     /// Check an emitted source instead of the image, compiled by compilers on the PATH: `native`, C by gcc on this computer;
     /// `c`, by avr-gcc or sdcc on the chip; `bytecode` on the chip; `arduino`, a sketch on the atmega328p. Without --mcu the
@@ -63,6 +65,19 @@ pub struct CheckArgs {
     scans: u64,
     #[command(flatten)]
     target: Target,
+    /// Check this HEX or ELF file, which another compiler made of the program, instead of an image of our own. The chip is that of
+    /// MICRO= unless --mcu names it.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["via", "junit", "report"])]
+    image: Option<String>,
+    /// Where the symbols of that image are: a map as `emu compile --map` writes it. They are compared as well, then.
+    #[arg(long, value_name = "FILE", requires = "image")]
+    map: Option<String>,
+    /// Write the outcomes as JUnit XML, a test case for each program and chip.
+    #[arg(long, value_name = "FILE", conflicts_with = "via")]
+    junit: Option<String>,
+    /// Write the outcomes as one HTML page: verdicts, figures, the programs drawn, their symbols over the scans.
+    #[arg(long, value_name = "FILE", conflicts_with = "via")]
+    report: Option<String>,
     /// One JSON document.
     #[arg(long)]
     pub json: bool,
@@ -84,6 +99,15 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
     if args.files.iter().filter(|file| *file == "-").count() > 1 {
         return Err(Failure::Usage("standard input (-) can be only one of the programs".to_owned()));
     }
+    let printed = args.json.then_some(("--json", "-"));
+    let outputs: Vec<(&str, &str)> = [("--junit", &args.junit), ("--report", &args.report)]
+        .into_iter()
+        .filter_map(|(flag, file)| Some((flag, file.as_deref()?)))
+        .collect();
+    output::owners(&outputs.iter().copied().chain(printed).collect::<Vec<_>>())?;
+    for file in &args.files {
+        output::spares(file, &outputs)?;
+    }
     let programs = args.files.iter().map(|file| input::program(file, args.dialect, true, terminal));
     let programs = programs.collect::<Result<Vec<Read>, Failure>>()?;
     let all = args.mcu.iter().any(|which| matches!(which, Which::All));
@@ -98,6 +122,9 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
                 chips.push(chip.name);
             }
         }
+    }
+    if let Some(image) = &args.image {
+        return foreign(args, image, &chips, &programs, terminal);
     }
     if let Some(via) = args.via {
         let chips = if chips.is_empty() {
@@ -129,19 +156,84 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
         })
         .collect();
     bar.finish();
+    let texts = [
+        args.junit.as_deref().map(|file| (file, emu_check::junit(&outcomes))),
+        args.report.as_deref().map(|file| (file, page(&pairs, &outcomes))),
+    ];
+    let files: Vec<(&str, &[u8])> = texts.iter().flatten().map(|(file, text)| (*file, text.as_bytes())).collect();
+    output::files(&files)?;
     match <[Outcome; 1]>::try_from(outcomes) {
         Ok([outcome]) => single(args, outcome, programs, terminal),
         Err(outcomes) => {
             if !clocks.is_empty() {
                 let clocks: Vec<String> = clocks.into_iter().collect();
-                let cause = format!("CRYSTAL= is above the highest clock of a chip, which was taken: {}", clocks.join(", "));
+                let cause =
+                    format!("CRYSTAL= is above the highest clock of a chip, which was taken: {}", clocks.join(", "));
                 let file = programs.first().map_or("-", |read| read.program.file.as_str());
-                let note = Diagnostic::new(Severity::Note, codes::SLOWED, file, Pos::default(), cause, "--clock sets another");
+                let note =
+                    Diagnostic::new(Severity::Note, codes::SLOWED, file, Pos::default(), cause, "--clock sets another");
                 report(terminal, &[note], &Texts::default());
             }
             many(args, all, outcomes)
         }
     }
+}
+
+/// The page of `--report`.
+fn page(pairs: &[(&Read, Options)], outcomes: &[Outcome]) -> String {
+    let entries: Vec<Entry<'_>> = pairs
+        .iter()
+        .zip(outcomes)
+        .map(|((read, options), outcome)| Entry { program: &read.program, options, outcome })
+        .collect();
+    emu_check::html(&entries)
+}
+
+/// An image that another compiler made.
+fn foreign(
+    args: &CheckArgs,
+    file: &str,
+    chips: &[&'static str],
+    programs: &[Read],
+    terminal: &Terminal,
+) -> Result<u8, Failure> {
+    let [read] = programs else {
+        return Err(Failure::Usage("--image is of one program; give one".to_owned()));
+    };
+    let micro = read.program.settings.micro.as_deref().and_then(ladder::chip_of);
+    let chip = match (chips, micro) {
+        ([chip], _) => *chip,
+        ([], Some(chip)) => chip,
+        ([], None) => {
+            return Err(Failure::Usage("the program names no known chip in MICRO=; give --mcu CHIP".to_owned()));
+        }
+        _ => return Err(Failure::Usage("--image is for one chip; give one with --mcu".to_owned())),
+    };
+    let row = family::chip(chip).map_err(Failure::Usage)?;
+    let image = input::image(file, row, terminal)?;
+    let map = args.map.as_deref().map(map).transpose()?;
+    let wanted = emu_check::Foreign { file, image: &image, map: map.as_ref() };
+    let bar = Bar::new(terminal, args.scans);
+    let mut told = 0;
+    let mut progress = |done: u64, _: u64| bar.add(done - std::mem::replace(&mut told, done));
+    let checked = emu_check::check_foreign(&read.program, &wanted, &options(args, chip), &mut progress);
+    bar.finish();
+    match checked {
+        Err(errors) => Err(Failure::Refused(errors, Texts::default())),
+        Ok(checked) => {
+            if args.json {
+                output::json(&checked)?;
+            } else {
+                output::print(checked.text())?;
+            }
+            Ok(if checked.agreed { exit::OK } else { exit::FAILED })
+        }
+    }
+}
+
+/// The map in a file.
+fn map(file: &str) -> Result<ladder_compile::Map, Failure> {
+    emu_check::read_map(file, &input::bytes(file)?).map_err(|fault| Failure::Refused(vec![fault], Texts::default()))
 }
 
 fn options(args: &CheckArgs, chip: &str) -> Options {

@@ -39,6 +39,7 @@ pub fn all() -> Vec<&'static Code> {
         ladder_compile::CODES,
         emu_check::via::CODES,
         emu_check::CODES,
+        emu_check::FOREIGN_CODES,
     ];
     let mut all: Vec<&Code> = tables.into_iter().flatten().collect();
     all.sort_by_key(|c| c.code);

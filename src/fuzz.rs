@@ -133,8 +133,7 @@ pub fn fuzz(args: &FuzzArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let numbers: Vec<u64> = (done..mine).map(|k| args.shard.number(k)).collect();
     for numbers in numbers.chunks(batch) {
         let plan = &record.plan;
-        let trials: Vec<Trial> =
-            pool.install(|| numbers.par_iter().map(|&number| fuzz::trial(plan, number)).collect());
+        let trials: Vec<Trial> = pool.install(|| numbers.par_iter().map(|&number| fuzz::trial(plan, number)).collect());
         for trial in &trials {
             record.add(trial);
             trial.findings().iter().try_for_each(|finding| save(args, finding))?;
@@ -196,8 +195,9 @@ fn keep(out: &str, record: &Record) -> Result<(), Failure> {
 
 fn read(file: &str) -> Result<Record, Failure> {
     let bytes = input::bytes(file)?;
-    let record: Record = serde_json::from_slice(&bytes)
-        .map_err(|error| refused(file, format!("is no record of a campaign: {error}"), "give a file of emu fuzz --out"))?;
+    let record: Record = serde_json::from_slice(&bytes).map_err(|error| {
+        refused(file, format!("is no record of a campaign: {error}"), "give a file of emu fuzz --out")
+    })?;
     if record.schema != fuzz::FUZZ_SCHEMA {
         let cause = format!("has the schema {}, known is {}", record.schema, fuzz::FUZZ_SCHEMA);
         return Err(refused(file, cause, "take the emu that wrote it"));

@@ -26,7 +26,7 @@ fn harness(name: &str) -> PathBuf {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     let built = BUILT.get_or_init(|| {
         let out = folder("peers");
-        run(&source("peers/build.sh"), &[&out.to_string_lossy()], &out);
+        run(&source("tests/peers/build.sh"), &[&out.to_string_lossy()], &out);
         out
     });
     built.join(name)

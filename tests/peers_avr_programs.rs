@@ -94,7 +94,7 @@ fn under_simavr(elf: &Path, cycles: u64, what: &str) -> Vec<(char, u8, u64)> {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     let built = BUILT.get_or_init(|| {
         let out = folder("peers-programs");
-        run(&source("peers/build.sh"), &[&out.to_string_lossy()], &out);
+        run(&source("tests/peers/build.sh"), &[&out.to_string_lossy()], &out);
         out
     });
     let words = what.split_whitespace().flat_map(|word| if word == "HELLO" { hello() } else { vec![word.to_owned()] });

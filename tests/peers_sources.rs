@@ -7,7 +7,6 @@
 #[path = "peers/sources/code.rs"]
 mod code;
 #[path = "../ladder-compile/tests/common/mod.rs"]
-#[allow(dead_code, reason = "made for the tests of the compiler")]
 mod common;
 #[path = "peers/sources/examples.rs"]
 mod examples;

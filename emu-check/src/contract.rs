@@ -26,7 +26,7 @@ pub(crate) struct Pace {
 impl Pace {
     /// The program's cycle at its clock, or at the one that is asked for, on a chip; nothing where that is no time.
     pub fn new(program: &Program, options: &Options, chip: &Chip) -> Option<Pace> {
-        let Facts { clocks, ticks, most_ticks, poll } = facts(chip);
+        let Facts { clocks, ticks, most_ticks, poll, poll_turns } = facts(chip);
         let clock_hz = options.clock_hz.unwrap_or(program.settings.crystal_hz);
         let num = u128::from(clock_hz) * u128::from(program.settings.cycle_us);
         let den = 1_000_000 * u128::from(clocks);
@@ -40,7 +40,8 @@ impl Pace {
         let (num, den) = (num / a, den / a);
         let fits = |tick: &u64| num.div_ceil(den * u128::from(*tick)) <= most_ticks;
         let tick = ticks.iter().copied().find(fits).or(ticks.last().copied()).unwrap_or(1);
-        Some(Pace { clock_hz, num, den, tick, poll, clocks })
+        let turns = num.div_ceil(den * u128::from(tick)) > 1 << 16;
+        Some(Pace { clock_hz, num, den, tick, poll: if turns { poll_turns } else { poll }, clocks })
     }
 
     /// Machine cycles of a scan, as a number or a fraction.

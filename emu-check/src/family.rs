@@ -24,27 +24,30 @@ pub(crate) struct Facts {
     /// The longest time in machine cycles from a match to the first instruction of its scan: one turn of a waiting loop that just
     /// missed the match, and the look that sees it.
     pub poll: u64,
+    /// The same where a period is longer than the timer counts, 65,536 ticks, so that the loop also counts its turns.
+    pub poll_turns: u64,
 }
 
 /// A look at TIFR by SBIS takes one cycle, or two when it skips, and the jump back two; a TIFR out of reach of SBIS takes LDS and
 /// SBRS, two cycles more. Prescalers of timer 1: DS40002061, table 16-5; they are the same on all chips of the family.
-const AVR: Facts = Facts { clocks: 1, ticks: &[1, 8, 64, 256, 1024], most_ticks: 1 << 16, poll: 5 };
+const AVR: Facts = Facts { clocks: 1, ticks: &[1, 8, 64, 256, 1024], most_ticks: 1 << 16, poll: 5, poll_turns: 5 };
 
-/// JNB takes two cycles, as does SJMP; a timer counts machine cycles, and software counts its periods where one is too short.
-const MCS51: Facts = Facts { clocks: 12, ticks: &[1], most_ticks: u128::MAX, poll: 6 };
+/// JNB takes two cycles, as does SJMP; a timer counts machine cycles, and software counts its periods where one is too short: loading
+/// the timer and counting down takes up to some 25 more.
+const MCS51: Facts = Facts { clocks: 12, ticks: &[1], most_ticks: u128::MAX, poll: 6, poll_turns: 32 };
 
 /// BTFSS takes one cycle, or two when it skips, GOTO two; the prescaler of timer 1 is 1 to 8 (DS33023, section 12.4).
-const PIC16: Facts = Facts { clocks: 4, ticks: &[1, 2, 4, 8], most_ticks: 1 << 16, poll: 6 };
+const PIC16: Facts = Facts { clocks: 4, ticks: &[1, 2, 4, 8], most_ticks: 1 << 16, poll: 6, poll_turns: 6 };
 
 /// The machine itself waits for the end of the period, and is exact.
-const AP101: Facts = Facts { clocks: 2, ticks: &[1], most_ticks: u128::MAX, poll: 2 };
+const AP101: Facts = Facts { clocks: 2, ticks: &[1], most_ticks: u128::MAX, poll: 2, poll_turns: 2 };
 
 /// The facts of a chip's family.
 pub(crate) fn facts(chip: &Chip) -> Facts {
     match chip.family {
         // SBIS reaches the I/O registers at data addresses 20h to 3Fh (DS40002061, 7.4).
         Family::Avr if chip.reg("TIFR1").or(chip.reg("TIFR")).is_some_and(|addr| addr >= 0x40) => {
-            Facts { poll: 7, ..AVR }
+            Facts { poll: 7, poll_turns: 7, ..AVR }
         }
         Family::Avr => AVR,
         Family::Mcs51 => MCS51,

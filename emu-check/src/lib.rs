@@ -19,6 +19,9 @@ mod foreign;
 pub mod fuzz;
 mod goals;
 mod hints;
+mod html;
+mod html_trace;
+mod junit;
 mod lines;
 mod locate;
 mod lockstep;
@@ -31,6 +34,7 @@ mod rig;
 mod run;
 mod shrink;
 mod stimulus;
+mod svg;
 mod table;
 mod tap;
 #[cfg(test)]
@@ -54,8 +58,10 @@ use lockstep::Bench;
 use places::Places;
 
 pub use codes::CODES;
-pub use foreign::{FOREIGN_CODES, Finding, Foreign, ForeignDifference, ForeignReport, Period, check_foreign};
 pub use coverage::{Class, ClassCoverage, Coverage, Missing};
+pub use foreign::{FOREIGN_CODES, Finding, Foreign, ForeignDifference, ForeignReport, Period, check_foreign, read_map};
+pub use html::{Entry, html};
+pub use junit::junit;
 pub use report::{Difference, Figures, Report, RungFigures, SCHEMA, What};
 pub use table::{Outcome, Refused, Summary, table};
 

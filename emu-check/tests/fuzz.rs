@@ -99,7 +99,9 @@ fn a_small_campaign_finds_nothing_and_has_everything() {
         seen.extend(tally.depths.iter().map(|(depth, n)| (format!("depth {depth}"), *n)));
         seen.extend(tally.delicate.clone());
         for floor in FLOORS.lines().filter(|line| !line.is_empty()) {
-            let [chips, what, least] = floor.split('|').map(str::trim).collect::<Vec<_>>()[..] else { panic!("{floor}") };
+            let [chips, what, least] = floor.split('|').map(str::trim).collect::<Vec<_>>()[..] else {
+                panic!("{floor}")
+            };
             let counts = match chips {
                 "p" => ["PIC", "AVR"].contains(&of),
                 "t" => of != "AP101",

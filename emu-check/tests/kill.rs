@@ -95,7 +95,9 @@ fn verdicts(cases: &[Case<'_>]) -> Vec<Verdict> {
     std::thread::scope(|scope| {
         for _ in 0..workers {
             scope.spawn(|| {
-                while let Some((at, case)) = Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|at| Some((at, cases.get(at)?))) {
+                while let Some((at, case)) =
+                    Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|at| Some((at, cases.get(at)?)))
+                {
                     let verdict = verdict(case);
                     found.lock().expect("a lock").push((at, verdict));
                 }
@@ -121,11 +123,14 @@ fn random(mcu: &str) -> Vec<(u64, Program)> {
 #[test]
 #[ignore = "takes minutes; it is what writes docs/kill.md"]
 fn kill_table() {
-    let examples: Vec<Program> = common::folder("../examples").iter().map(|path| {
-        let mut program = common::read(path);
-        program.file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        program
-    }).collect();
+    let examples: Vec<Program> = common::folder("../examples")
+        .iter()
+        .map(|path| {
+            let mut program = common::read(path);
+            program.file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+            program
+        })
+        .collect();
     let mut page = HEAD.to_owned();
     let (mut survivors, mut listed) = (String::new(), BTreeSet::new());
     let mut low = Vec::new();
@@ -136,7 +141,9 @@ fn kill_table() {
         let mut sorts: BTreeMap<String, [usize; 3]> = BTreeMap::new();
         for (case, verdict) in cases.iter().zip(&verdicts) {
             let name = format!("{:?}", case.mutant.kind);
-            [name, "all".to_owned()].into_iter().for_each(|name| sorts.entry(name).or_default()[*verdict as usize] += 1);
+            [name, "all".to_owned()]
+                .into_iter()
+                .for_each(|name| sorts.entry(name).or_default()[*verdict as usize] += 1);
             if *verdict == Verdict::Survives {
                 let Mutant { element, what, .. } = &case.mutant;
                 let place = element.map_or_else(String::new, |id| format!("{id}: "));
@@ -175,7 +182,10 @@ fn history() -> impl Iterator<Item = String> {
     let rows = include_str!("kill_history.txt").lines().filter(|row| !row.is_empty() && !row.starts_with('#'));
     rows.filter_map(|row| {
         let mut columns = row.split(" | ").map(str::trim);
-        Some(format!("| {} | {} | found, on {} |\n", columns.next()?, columns.next()?, columns.next()?))
+        let (id, what, chip) = (columns.next()?, columns.next()?, columns.next()?);
+        // As in kill_history.rs, which fails when this is no longer so.
+        let found = if id == "L7" { "a gap" } else { "found" };
+        Some(format!("| {id} | {what} | {found}, on {chip} |\n"))
     })
 }
 

@@ -71,6 +71,8 @@ struct Lower<'a> {
     /// Rung-in and rung-out of the groups, by nesting depth.
     groups: Vec<(Bit, Bit)>,
     master: Option<Bit>,
+    /// The duty and whether one was given in this scan, where several elements set it.
+    duty: Option<(Word, Bit)>,
     /// Zero in the first scan, one afterwards: for timers that cannot be preset before the rungs.
     scanned: Option<Bit>,
     /// The TOF elements that are preset before the rungs.
@@ -100,6 +102,7 @@ impl<'a> Lower<'a> {
             words: HashMap::new(),
             groups: Vec::new(),
             master: None,
+            duty: None,
             scanned: None,
             preset: Vec::new(),
             busy: None,
@@ -281,10 +284,7 @@ impl<'a> Lower<'a> {
             Element::LookUpTable { dest, index, values, .. } => self.look_up(dest, index, values),
             Element::PiecewiseLinear { dest, index, points } => self.piecewise(dest, index, points),
             Element::ReadAdc { name, .. } => self.read_adc(name),
-            Element::SetPwm { duty, .. } => {
-                let duty = self.value(duty);
-                self.push(when(vec![Op::SetPwm { duty }]));
-            }
+            Element::SetPwm { duty, .. } => self.set_pwm(duty),
             Element::UartSend { name, .. } => self.send(name),
             Element::UartRecv { name, .. } => {
                 let dst = self.word(name);

@@ -6,6 +6,9 @@ use common::bench::{Bench, Failed};
 use common::programs::{Wish, ops, random};
 use emu_core::rng::Rng;
 use emu_pic16::Pic16;
+use ladder_compile::ir::Ir;
+use ladder_compile::lower::lower;
+use ladder_compile::optimise::optimise;
 use ladder_compile::target::Refusal;
 
 /// Programs of a wish on a chip, from the seeds given; says how many the chip held.
@@ -95,4 +98,41 @@ fn every_chip() {
         assert_eq!(hold(target.chip.name, Wish::WORDS, 500..505, 10), 5, "{}", target.chip.name);
     }
     assert_eq!(ladder_compile::pic16::TARGETS.len(), 12);
+}
+
+/// Rungs in which code that is not always executed stands behind formulas that nobody has computed yet; see
+/// `Select::before_ways`.
+#[rustfmt::skip]
+const WAITING: &[(&str, &str)] = &[
+    ("what a branch left in the accumulator's own bit, and a counter",
+     "LEQ 0 Ta\nPARALLEL\nCTU Cb 127\nSERIES\nOSR\nCONTACTS Yb 0\nEND\nCTC Ca 128\nEND\nCOIL Ya 1 0 0"),
+    ("the same, and a counter of falling edges",
+     "PARALLEL\nSERIES\nCONTACTS Xb 0\nPARALLEL\nCONTACTS Ya 0\nOSF\nEND\nEND\nSERIES\nCONTACTS Rb 0\nCTU Ca 1024 0 \\\nEND\nEND\nCONTACTS Yb 0\nCOIL Ya 0 1 0"),
+    ("an edge after another, and a counter that starts over",
+     "OSR\nPARALLEL\nCONTACTS Ra 0\nOSR\nCTC Ca 32766\nEND\nMOVE Tb 3"),
+    ("a byte that came, and a counter",
+     "CONTACTS Ra 0\nPARALLEL\nCONTACTS Rd 0\nUART_RECV Aa\nSERIES\nCTC Cd 32766 0 \\\nCONTACTS Xb 0\nEND\nEND\nCOIL Rc 0 0 0"),
+    ("a counter, and one below it",
+     "PARALLEL\nCTU Ca 2\nSERIES\nCONTACTS Ye 1\nCTU Cb -255\nCONTACTS Xa 0\nEND\nEND\nCONTACTS Rc 0\nPARALLEL\nSERIES\nCONTACTS Xa 0\nCONTACTS Yc 0\nPARALLEL\nCONTACTS Ra 1\nOSF\nEND\nEND\nCTC Ca 7\nEND\nDIV nd 0 0"),
+    ("shift register behind an edge",
+     "PARALLEL\nSERIES\nOSR\nCONTACTS Xa 0\nEND\nSERIES\nOSF\nCONTACTS Xb 1\nEND\nSHIFT_REGISTER s 3\nEND\nCOIL Ya 0 0 0"),
+];
+
+/// A program of one rung, lowered as for any chip.
+fn lowered(rungs: &str) -> Ir {
+    let head = "LDmicro0.2\nCYCLE=10000\nCRYSTAL=4000000\nBAUD=2400\nIO LIST\nEND\nVAR LIST\nEND\nPROGRAM\n";
+    optimise(lower(&common::program(&format!("{head}RUNG\n{rungs}\nEND\n"))))
+}
+
+#[test]
+fn code_that_is_not_always_executed() {
+    let target = ladder_compile::target("pic16f873").expect("a target");
+    let bench = Bench { target, clock_hz: 4_000_000, cycle_us: 10_000, baud: Some(2400) };
+    for (what, rung) in WAITING {
+        for seed in 0..8 {
+            if let Err(how) = bench.run(&lowered(rung), seed, 60, Pic16::new) {
+                panic!("{what}, seed {seed}: {how:?}");
+            }
+        }
+    }
 }

@@ -80,7 +80,7 @@ fn machine(elf: &Path) -> Avr {
 #[ignore = "needs avr-gcc and simavr: .ci/peers installs them"]
 fn a_c_program_prints_the_same() {
     let dir = folder("uart");
-    let source = source("peers/hello.c");
+    let source = source("tests/peers/hello.c");
     let args = ["-mmcu=atmega328p", "-DF_CPU=16000000", "-Os", "-Wall", &source.to_string_lossy(), "-o", "hello.elf"];
     run(Path::new("avr-gcc"), &args, &dir);
     let theirs = run(&harness("simavr_uart"), &["hello.elf", &CYCLES.to_string()], &dir).stdout;

@@ -135,9 +135,9 @@ impl Board {
             }
             addr += bytes;
         }
-        let loose_duty = program.elements().any(
-            |(_, element, _)| matches!(element, Element::SetPwm { duty: Operand::Var(name), .. } if names(name)),
-        );
+        let loose_duty = program
+            .elements()
+            .any(|(_, element, _)| matches!(element, Element::SetPwm { duty: Operand::Var(name), .. } if names(name)));
         if loose_duty {
             left_out.push("the PWM output: its duty depends on the moment at which a byte is sent".to_owned());
         }

@@ -25,4 +25,6 @@ codes! {
         "From reset to the end of the first scan outputs are low. This one went high while the program set itself up, which a valve or a motor may notice.";
     FINDING_EARLY_BYTE "EC056" "a byte is sent that nothing asked for"
         "The image sends on the serial line though no element has had a true rung yet since power-up.";
+    NO_MAP "EC057" "a file is no map"
+        "The map of an image is JSON as `emu compile --map` writes it (docs/compile.md). With it the symbols inside a foreign image are compared as well; without it its pins are.";
 }

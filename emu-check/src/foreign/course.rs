@@ -8,10 +8,10 @@ use ladder_eval::Evaluator;
 
 use crate::family::{High, PullUp, Target, nature};
 use crate::goals::Seen;
+use crate::hints::Hints;
 use crate::report::What;
 use crate::stimulus::Step;
 use crate::wire::{Arrival, Frame, arrival};
-use crate::hints::Hints;
 
 use super::board::Board;
 use super::codes;
@@ -161,7 +161,8 @@ impl<'a, C: Target> Course<'a, C> {
         }
         let mut cpu = self.cpu.clone();
         for &pin in &self.board.inputs {
-            let pulled = nature(self.board.chip, pin).is_some_and(|n| matches!(n.pull_up, PullUp::Inputs | PullUp::Always));
+            let pulled =
+                nature(self.board.chip, pin).is_some_and(|n| matches!(n.pull_up, PullUp::Inputs | PullUp::Always));
             if !pulled {
                 continue;
             }
@@ -187,7 +188,9 @@ impl<'a, C: Target> Course<'a, C> {
                     break "the next scan begins at once, nothing waits for the timer".to_owned();
                 }
                 Stop::Trap { .. } => {}
-                Stop::Limit => break format!("no sign of it for several periods, the program is at {}", at(self.cpu.pc())),
+                Stop::Limit => {
+                    break format!("no sign of it for several periods, the program is at {}", at(self.cpu.pc()));
+                }
                 Stop::Halted => break format!("the chip has halted at {}", at(self.cpu.pc())),
                 Stop::Illegal { pc, word } => break format!("0x{word:04X} at {} is no instruction", at(pc)),
                 Stop::Fault { pc, fault } => break format!("{fault}, at {}", at(pc)),
@@ -251,7 +254,11 @@ impl<'a, C: Target> Course<'a, C> {
         let late = |since: u64| scan > since + 2 * self.board.lasts + 2;
         if let Some((since, frame)) = self.heard.front() {
             if !self.sent {
-                let says = format!("{} in clock {} since power-up, before anything asks for it", named(frame.byte), frame.start);
+                let says = format!(
+                    "{} in clock {} since power-up, before anything asks for it",
+                    named(frame.byte),
+                    frame.start
+                );
                 if !self.findings.iter().any(|finding| finding.code == codes::FINDING_EARLY_BYTE) {
                     self.findings.push(Finding { code: codes::FINDING_EARLY_BYTE, says });
                 }
@@ -281,7 +288,8 @@ impl<'a, C: Target> Course<'a, C> {
         }
         for kept in &self.board.kept {
             let value = self.eval.get(kept.symbol).to_le_bytes();
-            let cells: Vec<u8> = self.eval.eeprom().iter().skip(kept.addr as usize).take(kept.bytes as usize).copied().collect();
+            let cells: Vec<u8> =
+                self.eval.eeprom().iter().skip(kept.addr as usize).take(kept.bytes as usize).copied().collect();
             if !value.starts_with(&cells) {
                 continue;
             }

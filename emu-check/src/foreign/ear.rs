@@ -128,9 +128,15 @@ impl Pulses {
         let level = if self.high { "high" } else { "low" }.to_owned();
         let says = |wanted: &str, found: String| Some((wanted.to_owned(), found));
         match self.duty {
-            None | Some(0) if self.high || self.edges > 0 => says("the PWM output constantly low", format!("pulses, {level} now")),
-            Some(100) if !self.high || self.edges > 0 => says("the PWM output constantly high", format!("pulses, {level} now")),
-            Some(1..=99) if self.edges == 0 && now > self.from + 3 * self.period => says("PWM pulses", format!("none, the pin is {level}")),
+            None | Some(0) if self.high || self.edges > 0 => {
+                says("the PWM output constantly low", format!("pulses, {level} now"))
+            }
+            Some(100) if !self.high || self.edges > 0 => {
+                says("the PWM output constantly high", format!("pulses, {level} now"))
+            }
+            Some(1..=99) if self.edges == 0 && now > self.from + 3 * self.period => {
+                says("PWM pulses", format!("none, the pin is {level}"))
+            }
             _ => None,
         }
     }

@@ -102,6 +102,18 @@ pub fn check_foreign(
     })
 }
 
+/// The map in a file of that name.
+///
+/// # Errors
+/// It is none.
+pub fn read_map(file: &str, bytes: &[u8]) -> Result<Map, Diagnostic> {
+    serde_json::from_slice(bytes).map_err(|error| {
+        let hint = "give a map that `emu compile --map` wrote";
+        let cause = format!("is no map: {error}");
+        Diagnostic::new(Severity::Error, codes::NO_MAP, file, Pos::default(), cause, hint)
+    })
+}
+
 /// A check that is ready to run.
 struct Check<'a> {
     program: &'a Program,

@@ -146,7 +146,11 @@ impl ForeignReport {
                 let verdict = if self.findings.is_empty() { "agrees" } else { "agrees but for what follows" };
                 let (scans, runs) = (counted(self.scans, "scan"), counted(self.runs, "run"));
                 let compared = counted(self.compared, "value");
-                _ = writeln!(text, "{head} {verdict}: {scans} in {runs} from reset, {compared} compared, seed {}", self.seed);
+                _ = writeln!(
+                    text,
+                    "{head} {verdict}: {scans} in {runs} from reset, {compared} compared, seed {}",
+                    self.seed
+                );
             }
         }
         for Finding { code, says } in &self.findings {

@@ -204,10 +204,8 @@ fn finding(plan: &Plan, number: u64, drawn: &Program, options: &Options, kind: F
     let (program, scans) = smallest(drawn, options.scans, &mut shows);
     let command =
         |scans: u64| format!("emu check {file} --mcu {} --seed {} --scans {scans}", options.mcu, options.seed);
-    let program = super::smaller::noted(
-        &program,
-        &[&format!("Found by emu fuzz --seed {} as program {number}.", plan.seed), &command(scans)],
-    );
+    let found = format!("found by emu fuzz --seed {} as program {number}", plan.seed);
+    let program = noted(&program, &[&found, &command(scans)]);
     let last = Options { scans, ..options.clone() };
     let what = match attempt(&program, &last) {
         Outcome::Checked(_, report) => report.text(),

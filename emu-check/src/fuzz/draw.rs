@@ -13,7 +13,8 @@ pub fn program(seed: u64, number: u64) -> (Program, Profile) {
     let mut rng = Rng::new(own_seed(seed, number));
     let style = Style::draw(&mut rng);
     let profile = style.profile;
-    let mut draw = Draw { rng, style, modules: Vec::new(), constants: Vec::new() };
+    let left = style.elements;
+    let mut draw = Draw { rng, style, modules: Vec::new(), constants: Vec::new(), left };
     let mut rungs: Vec<Rung> = (0..draw.style.rungs).map(|_| draw.rung()).collect();
     draw.finish(&mut rungs);
     (whole(&mut draw, rungs), profile)
@@ -34,6 +35,8 @@ pub(super) struct Draw {
     pub modules: Vec<String>,
     /// Constants drawn so far: their neighbours are worth a try.
     pub constants: Vec<i64>,
+    /// Elements until no more groups are begun, so that nesting does not grow without bounds.
+    left: u64,
 }
 
 impl Draw {
@@ -70,7 +73,7 @@ impl Draw {
     }
 
     fn nests(&mut self, depth: u32) -> bool {
-        depth < self.style.depth && self.rng.one_in(self.style.group)
+        self.left > 0 && depth < self.style.depth && self.rng.one_in(self.style.group)
     }
 
     fn parallel(&mut self, depth: u32, rail: bool) -> Node {
@@ -85,6 +88,7 @@ impl Draw {
     }
 
     fn leaf(&mut self, last: bool) -> Node {
+        self.left = self.left.saturating_sub(1);
         let sort = self.style.sort(&mut self.rng, last);
         Node::Leaf(element(self, sort), Pos::default())
     }

@@ -196,7 +196,8 @@ mod tests {
             let mut shows = |p: &Program| (ladder::parse("x.ld", &ladder::write(p)).is_ok() && adds(p)).then_some(7);
             let (small, scans) = smallest(&drawn, 250, &mut shows);
             let text = ladder::write(&noted(&small, &["one", "two"]));
-            let rungs = text.split("PROGRAM\n").nth(1).unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
+            let rungs =
+                text.split("PROGRAM\n").nth(1).unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
             let left = rungs.strip_prefix("RUNG COMMENT fuzz: one END RUNG COMMENT fuzz: two END RUNG SUB ");
             let operands = left.map(|left| left.split(' ').skip(1).collect::<Vec<_>>());
             assert_eq!(operands.as_deref(), Some(&["0", "0", "END"][..]), "program {number}: {text}");

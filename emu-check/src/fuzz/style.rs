@@ -113,6 +113,8 @@ pub(super) struct Style {
     pub baud: Option<u64>,
     pub hertz: u64,
     pub rungs: u64,
+    /// Elements after which no more groups are begun.
+    pub elements: u64,
     /// Most elements and groups of a series.
     pub longest: u64,
     /// Deepest nesting of groups.
@@ -139,8 +141,12 @@ pub(super) struct Style {
 
 impl Style {
     pub fn draw(rng: &mut Rng) -> Style {
-        let profile = [Profile::Bits, Profile::Words, Profile::Serial, Profile::Whole, Profile::Whole, Profile::Words]
-            [rng.below(6) as usize];
+        let profile = match rng.below(12) {
+            0..4 => Profile::Bits,
+            4..7 => Profile::Words,
+            7..9 => Profile::Serial,
+            _ => Profile::Whole,
+        };
         let dialect = if rng.one_in(3) { Dialect::Ldmicro5 } else { Dialect::Ldmicro23 };
         let (clock_hz, mut cycle_us, rate) = PACES[rng.below(PACES.len() as u64) as usize];
         let (mut clock_hz, baud) = (clock_hz, (profile >= Profile::Serial).then_some(rate));
@@ -159,7 +165,8 @@ impl Style {
             cycle_us,
             baud: baud.map(|rate| if large { 9_600 } else { rate }),
             hertz: hertz(clock_hz, rng),
-            rungs: if large { 25 + rng.below(20) } else { 1 + rng.below(8) },
+            rungs: if large { 40 + rng.below(30) } else { 1 + rng.below(8) },
+            elements: if large { 400 } else { 10 + rng.below(80) },
             longest: 1 + rng.below(4),
             depth: 1 + rng.below(4) as u32,
             group: [3, 5, 8][rng.below(3) as usize],

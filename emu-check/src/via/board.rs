@@ -201,8 +201,8 @@ impl<'a> Running<'a> {
         };
         running.idle(true);
         // `due` is cleared with all of RAM, then set from the time that `setup` asks for last; then the first wait begins.
-        let reached = running.to_due().and_then(|_| running.to_wait());
-        let reached = reached.and_then(|()| running.to_due()).and_then(|_| running.to_wait());
+        let reached = running.reach_due().and_then(|_| running.reach_wait());
+        let reached = reached.and_then(|()| running.reach_due()).and_then(|_| running.reach_wait());
         reached.map_err(|stop| {
             error(codes::STOPPED, format!("`setup` does not end: {stop}"), "report this with the program")
         })?;
@@ -224,7 +224,7 @@ impl<'a> Running<'a> {
     }
 
     /// Runs until `due` has been written: the start of a scan.
-    fn to_due(&mut self) -> Result<u64, String> {
+    fn reach_due(&mut self) -> Result<u64, String> {
         match self.cpu.run(self.limit(), &mut self.watch) {
             Stop::Probe => Ok(self.cpu.cycle()),
             stop => Err(format!("{stop:?} at 0x{:04X}", 2 * self.cpu.pc())),
@@ -232,7 +232,7 @@ impl<'a> Running<'a> {
     }
 
     /// Runs until the sketch asks for the time, which it does between scans only.
-    fn to_wait(&mut self) -> Result<(), String> {
+    fn reach_wait(&mut self) -> Result<(), String> {
         self.cpu.trap(self.micros, true);
         let stop = self.cpu.run(self.limit(), &mut self.watch);
         self.cpu.trap(self.micros, false);
@@ -276,8 +276,8 @@ impl<'a> Running<'a> {
                 }
             }
         }
-        let at = self.to_due()?;
-        self.to_wait()?;
+        let at = self.reach_due()?;
+        self.reach_wait()?;
         Ok(at)
     }
 

@@ -41,7 +41,11 @@ impl Lower<'_> {
         let program = self.program;
         let settings = &program.settings;
         let cycle = settings.cycle_us.max(1);
+        let mut duties = Vec::new();
         for (_, element, _) in program.elements() {
+            if let Element::SetPwm { duty, .. } = element {
+                duties.push(self.value(duty));
+            }
             match element {
                 Element::UartSend { .. } | Element::FormattedString { .. } => self.ir.uart.send = true,
                 Element::UartRecv { .. } => self.ir.uart.receive = true,
@@ -50,6 +54,20 @@ impl Lower<'_> {
                 }
                 _ => {}
             }
+        }
+        if duties.len() > 1 {
+            // The output must not follow each of them within one scan: the last one that acts sets it when the rungs are done.
+            let width = |duty: &Value| match duty {
+                Value::Cell(word) => self.ir.bytes(*word),
+                Value::Const(constant) => bytes_of(*constant),
+            };
+            let bytes = duties.iter().map(width).max().unwrap_or(2);
+            let word = self.cell("duty".to_owned(), WordRole::Temporary, bytes, 0);
+            let given = self.new_bit("duty given".to_owned(), BitRole::Temporary);
+            self.ir.begin.push(Op::Put { bit: given, value: false });
+            let set = Op::SetPwm { duty: Value::Cell(word) };
+            self.ir.end.push(Op::If { cond: Cond::Bit(given), then: vec![set], otherwise: Vec::new() });
+            self.duty = Some((word, given));
         }
         if self.ir.uart.send {
             // The checks have refused a program without a rate, and one without a cycle.
@@ -76,6 +94,14 @@ impl Lower<'_> {
             });
             self.writing = Some((word, scans));
         }
+    }
+
+    pub(super) fn set_pwm(&mut self, duty: &ladder::Operand) {
+        let duty = self.value(duty);
+        self.push(when(match self.duty {
+            Some((dst, given)) => vec![Op::Move { dst, src: duty }, Op::Put { bit: given, value: true }],
+            None => vec![Op::SetPwm { duty }],
+        }));
     }
 
     pub(super) fn read_adc(&mut self, name: &str) {

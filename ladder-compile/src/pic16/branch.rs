@@ -7,7 +7,7 @@ use super::logic::Then;
 use super::out::Item;
 use super::select::Select;
 use super::uses::{self, Touched};
-use crate::ir::{Bit, Cond, Op};
+use crate::ir::{Cond, Op};
 
 impl Select<'_, '_> {
     /// One of two lists.
@@ -25,18 +25,7 @@ impl Select<'_, '_> {
         touched.list(then);
         touched.list(otherwise);
         let changes = touched.acc;
-        if self.outermost {
-            // A temporary that a branch reads must be in its cell.
-            let due: Vec<Bit> = self.pending.keys().copied().filter(|&bit| touched.uses(bit)).collect();
-            for bit in due {
-                if let Some((e, _)) = self.pending.remove(&bit) {
-                    self.assign(self.layout.bit(bit), &e);
-                }
-            }
-        }
-        // A branch may use the accumulator's own bit for itself.
-        let kept = self.kept();
-        self.compute(|_, e| e.reads_bit(kept));
+        self.before_ways(&touched);
         let e = match cond {
             Cond::Acc => {
                 let again = needed && !changes && (!self.acc.is_simple() || self.reads(&self.acc, &touched));

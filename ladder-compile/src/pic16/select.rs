@@ -4,7 +4,7 @@
 //! bit, a branch into jumps. Temporaries that are read once are formulas too. Before a cell is written, formulas that read
 //! it and are still needed are computed: the accumulator into FSR<0>, a temporary into its cell.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use emu_pic16::periph::map::Sfr;
 
@@ -181,6 +181,21 @@ impl<'a, 'c> Select<'a, 'c> {
         }
     }
 
+    /// Before code that is not always executed: computes the temporaries that it reads, and those whose formulas read the
+    /// accumulator's own bit, which it may use for itself. What is computed in one way only is missing in the other.
+    pub(super) fn before_ways(&mut self, touched: &Touched) {
+        if self.outermost {
+            let used = self.pending.keys().copied().filter(|&bit| touched.uses(bit)).collect::<BTreeSet<Bit>>();
+            for bit in used {
+                if let Some((e, _)) = self.pending.remove(&bit) {
+                    self.assign(self.layout.bit(bit), &e);
+                }
+            }
+        }
+        let kept = self.kept();
+        self.compute(|_, e| e.reads_bit(kept));
+    }
+
     /// Computes the accumulator into its bit.
     pub(super) fn keep(&mut self) {
         let at = self.kept();
@@ -250,6 +265,7 @@ impl<'a, 'c> Select<'a, 'c> {
             let e = self.take().opposite_if(!rising);
             let mut touched = Touched::bit(memory);
             touched.list(then);
+            self.before_ways(&touched);
             self.before(&touched, false);
             let (end, low) = (self.out.label(), self.out.label());
             let seen = Expr::Lit(m);

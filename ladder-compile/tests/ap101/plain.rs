@@ -4,7 +4,7 @@ use emu_ap101::chips::{CLEAR, POWER};
 use emu_core::rng::Rng;
 use emu_core::{Cpu, Level, Stop, Time};
 use ladder_compile::target::Mark;
-use ladder_compile::{Options, compile, intermediate};
+use ladder_compile::{Options, compile};
 
 use crate::rig::{Pair, build, code, program};
 use crate::table::{self, Column};

@@ -74,7 +74,7 @@ fn cell(value: &str, wanted: &str) -> String {
 fn every_cycle_fact_is_as_the_data_sheet_says() {
     let dir = folder("avrfacts");
     let sources = ["facts.c", "serial.c", "timers.c", "core.S", "parts.S", "boot.S"];
-    let sources = sources.map(|name| source(&format!("peers/avrfacts/{name}")));
+    let sources = sources.map(|name| source(&format!("tests/peers/avrfacts/{name}")));
     let mut args = vec!["-mmcu=atmega328p", "-DF_CPU=16000000", "-Os", "-Wall", "-Wextra", BOOT, "-o", "facts.elf"];
     args.extend(sources.iter().map(|path| path.to_str().expect("a path")));
     run(Path::new("avr-gcc"), &args, &dir);

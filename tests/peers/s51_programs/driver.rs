@@ -38,7 +38,7 @@ fn chip() -> &'static Chip {
 /// Compiles `NAME.c` for a memory model, with one macro defined, to a HEX file in a folder of its own.
 pub fn build(name: &str, model: &str, way: &str) -> String {
     let dir = folder(&format!("s51_programs/{name}-{model}-{way}"));
-    let (c, include) = (source(&format!("peers/s51_programs/{name}.c")), source("peers/s51_programs"));
+    let (c, include) = (source(&format!("tests/peers/s51_programs/{name}.c")), source("tests/peers/s51_programs"));
     let args = [
         "-mmcs51",
         &format!("--model-{model}"),

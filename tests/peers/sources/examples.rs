@@ -5,12 +5,11 @@ use std::process::{Command, Stdio};
 
 use ladder_compile::emit::{bytecode, c};
 
-use crate::tools::{folder, run};
+use crate::tools::{folder, run, source};
 
 /// The welder in a folder of its own: the arc comes after a second of the trigger, the motor stays on for a second.
 fn welder(name: &str, file: &str, text: impl Fn(&ladder::Program) -> String) -> std::path::PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let ld = std::fs::read_to_string(root.join("examples/welder.ld")).unwrap_or_else(|e| panic!("{e}"));
+    let ld = std::fs::read_to_string(source("examples/welder.ld")).unwrap_or_else(|e| panic!("{e}"));
     let program = ladder::parse("welder.ld", &ld).unwrap_or_else(|e| panic!("{e:?}")).program;
     let dir = folder(name);
     std::fs::write(dir.join(file), text(&program)).unwrap_or_else(|e| panic!("{e}"));
@@ -18,7 +17,7 @@ fn welder(name: &str, file: &str, text: impl Fn(&ladder::Program) -> String) -> 
 }
 
 fn example(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name).display().to_string()
+    source("examples").join(name).display().to_string()
 }
 
 const STRICT: [&str; 5] = ["-std=c89", "-pedantic", "-Wall", "-Wextra", "-Werror"];
