@@ -219,6 +219,10 @@ impl<'a> Body<'a> {
         if let (Value::Const(a), Value::Const(b)) = (a, b) {
             return literal(wrapped(folded(op, a, b), width));
         }
+        // SDCC 4.2 gets the difference of a long and itself wrong on the 8051.
+        if op == Math::Sub && a == b {
+            return literal(0);
+        }
         let sign = match op {
             Math::Add => '+',
             Math::Sub => '-',
