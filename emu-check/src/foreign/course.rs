@@ -283,7 +283,7 @@ impl<'a, C: Target> Course<'a, C> {
 
     /// Cells of variables that the language has written whole, once that has had its time.
     fn cells(&mut self) -> Result<(), Wrong> {
-        if self.eval.eeprom_busy() > 1 {
+        if self.eval.eeprom_busy() > 0 {
             return Ok(());
         }
         for kept in &self.board.kept {

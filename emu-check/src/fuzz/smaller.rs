@@ -5,7 +5,7 @@ use diag::Pos;
 use ladder::{Element, Node, Operand, Program, Rung};
 
 /// Most checks for one program.
-const TRIES: u32 = 600;
+const TRIES: u32 = 2_000;
 
 /// The smallest program found, and how many scans show the fault. `shows` tells in which scan a program shows it, if it does; the
 /// program given does after `scans`.
@@ -17,13 +17,20 @@ pub(super) fn smallest(
     // Its comments are there from the beginning, so that they cannot change anything at the end.
     let mut best = noted(program, &["", ""]);
     let mut scans = shows(&best).unwrap_or(scans);
-    let (mut n, mut tries) = (0, 0);
+    let (mut n, mut tries, mut better) = (0, 0, false);
     while tries < TRIES {
-        let Some(candidate) = candidate(&best, n) else { break };
+        let Some(candidate) = candidate(&best, n) else {
+            // One change makes way for another: once more from the beginning, until nothing helps.
+            if !std::mem::take(&mut better) {
+                break;
+            }
+            n = 0;
+            continue;
+        };
         tries += 1;
         match candidate.and_then(|candidate| shows(&candidate).map(|at| (candidate, at))) {
             // What has this number now is another change.
-            Some((candidate, at)) => (best, scans) = (candidate, at),
+            Some((candidate, at)) => (best, scans, better) = (candidate, at, true),
             None => n += 1,
         }
     }

@@ -260,8 +260,9 @@ impl<'a> Running<'a> {
             self.pin(name).into_iter().for_each(|pin| _ = self.cpu.drive_volts(now, pin, millivolts));
         }
         if let (Some(byte), Some(pin), Some(baud)) = (turn.byte, self.cpu.chip().pin("PD0"), program.settings.baud) {
-            let frame = u16::from(byte) << 1 | 0x200;
-            for bit in 0..10 {
+            // The line rests for a bit first: a receiver that has just been switched on must see it high.
+            let frame = u16::from(byte) << 2 | 0x401;
+            for bit in 0..11 {
                 let at = self.cpu.cycle() + 16 + CLOCK_HZ * bit / baud.max(1);
                 self.cpu.drive(Time::at(at), pin, Level::of(frame >> bit & 1 == 1));
             }

@@ -104,7 +104,7 @@ pub fn from_ir(program: &Program, ir: &Ir, pins: &[Pin], debounce_ms: u32) -> So
         words: member(&objects.words, "value"),
         tables: objects.tables.clone(),
     };
-    let scan = Body::new(ir, &names).scan(&plan.texts());
+    let scan = Body::new(ir, &names).scan(&plan.texts()).whole();
     let each = |role, call: &str| -> String {
         let of = plan.bits(role).filter_map(|(bit, _)| objects.bits.get(bit.0 as usize));
         of.map(|name| format!("    {name}.{call}();\n")).collect()
@@ -251,9 +251,10 @@ static void PlcSetupPwm()
 {
     digitalWrite(9, LOW);
     pinMode(9, OUTPUT);
-    ICR1 = (unsigned int)(PWM_TOP > 65535UL ? 65535UL : PWM_TOP);
+    /* ICR1 can be written only where the mode makes it the top. */
     TCCR1A = _BV(WGM11);
     TCCR1B = _BV(WGM13) | _BV(WGM12) | PWM_SELECT;
+    ICR1 = (unsigned int)(PWM_TOP > 65535UL ? 65535UL : PWM_TOP);
 }
 static void PlcSetPwm(unsigned char percent)
 {

@@ -13,6 +13,24 @@ pub(super) struct Spelling {
     pub tables: Vec<String>,
 }
 
+/// A scan as statements, one level deep, that read and write `rung`.
+pub(super) struct Scan {
+    pub begin: String,
+    pub rungs: Vec<String>,
+    pub end: String,
+}
+
+impl Scan {
+    /// All of it in one piece.
+    pub fn whole(&self) -> String {
+        let mut text = self.begin.clone();
+        for (number, rung) in (1..).zip(&self.rungs) {
+            text += &format!("\n    /* Rung {number} */\n{rung}");
+        }
+        text + if self.end.is_empty() { "" } else { "\n" } + &self.end
+    }
+}
+
 /// Writes a scan.
 pub(super) struct Body<'a> {
     ir: &'a Ir,
@@ -27,12 +45,12 @@ impl<'a> Body<'a> {
     }
 
     /// The whole scan between the latching of inputs and the writing of outputs, one level deep.
-    pub fn scan(mut self, texts: &[(ElementId, String)]) -> String {
+    pub fn scan(mut self, texts: &[(ElementId, String)]) -> Scan {
         self.ops(&self.ir.begin);
+        let begin = std::mem::take(&mut self.text);
+        let mut rungs = Vec::new();
         let mut texts = texts.iter().peekable();
         for (number, rung) in (0..).zip(&self.ir.rungs) {
-            self.line("");
-            self.line(&format!("/* Rung {} */", number + 1));
             let mut steps = rung.steps.iter().peekable();
             // What stands before the first element, such as the rung's start, belongs to the first element.
             while let Some((id, text)) = texts.next_if(|(id, _)| id.rung == number) {
@@ -42,12 +60,10 @@ impl<'a> Body<'a> {
                 }
             }
             steps.for_each(|step| self.op(&step.op));
-        }
-        if !self.ir.end.is_empty() {
-            self.line("");
+            rungs.push(std::mem::take(&mut self.text));
         }
         self.ops(&self.ir.end);
-        self.text
+        Scan { begin, rungs, end: self.text }
     }
 
     fn line(&mut self, text: &str) {
@@ -202,6 +218,10 @@ impl<'a> Body<'a> {
         // Compilers warn of constants that wrap.
         if let (Value::Const(a), Value::Const(b)) = (a, b) {
             return literal(wrapped(folded(op, a, b), width));
+        }
+        // SDCC 4.2 gets the difference of a long and itself wrong on the 8051.
+        if op == Math::Sub && a == b {
+            return literal(0);
         }
         let sign = match op {
             Math::Add => '+',

@@ -27,16 +27,28 @@ pub fn from_ir(program: &Program, ir: &Ir) -> Source {
     for ((bit, name), n) in plan.bits(BitRole::Input).zip(0..) {
         let _ = writeln!(scan, "    {} = PlcReadInput({n}); /* {} */", names.bits[bit.0 as usize], comment(name));
     }
-    scan += &Body::new(ir, &names).scan(&plan.texts());
-    scan.push('\n');
+    let parts = Body::new(ir, &names).scan(&plan.texts());
+    scan += &parts.begin;
+    let mut rungs = String::new();
+    // A function for each rung: some compilers take very long for one that holds them all.
+    for (number, rung) in (1..).zip(&parts.rungs) {
+        let _ = write!(
+            rungs,
+            "\n/* Rung {number} */\nstatic unsigned char PlcRung{number}(unsigned char rung)\n{{\n{rung}    return rung;\n}}\n"
+        );
+        let _ = writeln!(scan, "    rung = PlcRung{number}(rung);");
+    }
+    scan += &parts.end;
     scan += &outputs(&plan, &names);
+    let body = format!("{}{}{}", parts.begin, parts.rungs.concat(), parts.end);
 
     let mut text = head(&plan);
     text += helpers::TYPES;
     text += &hooks(&plan);
-    text += &tables::tables(ir, &names, &scan);
-    text += &helpers::helpers(&scan);
+    text += &tables::tables(ir, &names, &body);
+    text += &helpers::helpers(&body);
     text += &cells(ir, &names);
+    text += &rungs;
     let _ =
         write!(text, "\n/* Once, before the first scan: everything is as after power-up. */\nvoid PlcInit(void)\n{{\n");
     names.bits.iter().for_each(|name| text += &format!("    {name} = 0;\n"));
