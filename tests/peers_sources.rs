@@ -8,6 +8,8 @@
 mod code;
 #[path = "../ladder-compile/tests/common/mod.rs"]
 mod common;
+#[path = "peers/sources/debounce.rs"]
+mod debounce;
 #[path = "peers/sources/examples.rs"]
 mod examples;
 #[path = "peers/sources/programs.rs"]

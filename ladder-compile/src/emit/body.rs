@@ -219,8 +219,9 @@ impl<'a> Body<'a> {
         if let (Value::Const(a), Value::Const(b)) = (a, b) {
             return literal(wrapped(folded(op, a, b), width));
         }
-        // SDCC 4.2 gets the difference of a long and itself wrong on the 8051.
-        if op == Math::Sub && a == b {
+        // SDCC 4.2 makes an int of a long that it finds to be zero, and passes two of its four bytes.
+        let zero = Value::Const(0);
+        if (op == Math::Sub && a == b) || (op == Math::Mul && (a == zero || b == zero)) {
             return literal(0);
         }
         let sign = match op {

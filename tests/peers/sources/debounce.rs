@@ -1,0 +1,48 @@
+//! A sketch's inputs count when they have been steady for as long as was asked for.
+
+use emu_avr::{Avr, chips::ATMEGA328P};
+use emu_core::image::{ElfMachine, load};
+use emu_core::{Cpu, Level, RamInit, Stop, Time};
+use ladder_compile::emit::arduino::{Options, emit};
+
+use crate::tools::{folder, run, source};
+
+/// `milliseconds | level of the input before each scan | output after it`, scans of 10 ms.
+const CASES: &str = "
+0  | 1 0 1 1 0 0 | 1 0 1 1 0 0
+30 | 1 0 1 1 1 1 0 1 0 0 0 0 1 1 1 0 1 1 1 1 | 0 0 0 0 0 1 1 1 1 1 1 0 0 0 0 0 0 0 0 1
+11 | 1 1 0 1 1 1 0 0 1 0 0 0 | 0 0 0 0 0 1 1 1 1 1 1 0
+";
+
+/// Clocks of a scan.
+const SCAN: u64 = 160_000;
+
+#[test]
+#[ignore = "needs avr-g++ and the core of the Arduino: .ci/peers installs them"]
+fn inputs_are_debounced() {
+    let text =
+        "LDmicro0.1\nCYCLE=10000\nCRYSTAL=16000000\nIO LIST\nEND\nPROGRAM\nRUNG\nCONTACTS Xa 0\nCOIL Ya 0 0 0\nEND\n";
+    let program = ladder::parse("follow.ld", text).unwrap_or_else(|e| panic!("{e:?}")).program;
+    let dir = folder("sources/debounce");
+    for case in CASES.lines().filter(|line| !line.is_empty()) {
+        let fields: Vec<&str> = case.split('|').map(str::trim).collect();
+        let debounce_ms = fields[0].parse().unwrap_or_else(|e| panic!("{case}: {e}"));
+        let pins = vec![("Xa".to_owned(), "PD2".to_owned()), ("Ya".to_owned(), "PB0".to_owned())];
+        let sketch = emit(&program, &Options { pins, debounce_ms }).unwrap_or_else(|e| panic!("{e:?}"));
+        std::fs::write(dir.join("follow.ino"), &sketch.source.text).unwrap_or_else(|e| panic!("{e}"));
+        run(&source("tests/peers/arduino.sh"), &["follow.ino", "./follow.elf"], &dir);
+        let bytes = std::fs::read(dir.join("follow.elf")).unwrap_or_else(|e| panic!("{e}"));
+        let loaded = load("follow.elf", &bytes, ATMEGA328P.hex, ATMEGA328P.elf, ElfMachine::AVR);
+        let mut cpu = Avr::new(&ATMEGA328P, &loaded.unwrap_or_else(|e| panic!("{e:?}")).image, RamInit::Random(1));
+        cpu.set_clock_hz(16_000_000);
+        let pin = |name| ATMEGA328P.pin(name).expect("a pin");
+        let mut found = Vec::new();
+        // Scan k begins soon after k cycles; its outputs, and the next inputs, are looked at in the middle of the wait behind it.
+        for (scan, level) in (1..).zip(fields[1].split(' ')) {
+            cpu.drive(Time::at(cpu.cycle()), pin("PD2"), Level::of(level == "1"));
+            assert_eq!(cpu.run(scan * SCAN + SCAN / 2, &mut ()), Stop::Limit, "{case}");
+            found.push(if cpu.level(pin("PB0")) == Level::High { "1" } else { "0" });
+        }
+        assert_eq!(found.join(" "), fields[2], "{case}");
+    }
+}
