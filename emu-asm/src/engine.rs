@@ -18,7 +18,7 @@ use crate::nearest::nearest;
 use crate::output::Output;
 use crate::reader::{Cond, Frame, Macro};
 use crate::statement::code_end;
-use crate::symbols::{Defined, Kind, Symbols};
+use crate::symbols::{Kind, Symbols};
 use crate::table::Table;
 use crate::text::{Line, trim};
 
@@ -72,8 +72,6 @@ pub(crate) struct Asm<'a> {
     pub chips: BTreeSet<String>,
     /// The program gave one of them behind that.
     pub late: bool,
-    /// A name was given another value than in the pass before.
-    pub moved: bool,
     pub line: Option<Line>,
     pub frames: Vec<Frame>,
     pub conds: Vec<Cond>,
@@ -131,7 +129,6 @@ impl<'a> Asm<'a> {
             forward: false,
             chips: BTreeSet::new(),
             late: false,
-            moved: false,
             line: None,
             frames: Vec::new(),
             conds: Vec::new(),
@@ -226,7 +223,7 @@ impl<'a> Asm<'a> {
         self.undefined.clear();
         self.chips.clear();
         self.late = false;
-        (self.forward, self.moved, self.ended, self.odd, self.astray) = Default::default();
+        (self.forward, self.ended, self.odd, self.astray) = Default::default();
         (self.calls, self.stretch, self.radix, self.more) = (0, 0, self.d.radix, 0);
         self.line = None;
         self.frames.clear();
@@ -325,11 +322,6 @@ impl<'a> Asm<'a> {
         self.faults.iter().any(|(fault, _)| fault.code == "ASM017")
     }
 
-    /// An error was told in this pass.
-    pub fn failed(&self) -> bool {
-        self.faults.iter().any(|(fault, _)| fault.severity == Severity::Error)
-    }
-
     /// The value of `text[range]`; complaints are told.
     pub fn value(&mut self, text: &str, range: Range<usize>) -> Option<Value> {
         let d = self.d;
@@ -356,18 +348,10 @@ impl<'a> Asm<'a> {
         let place = self.line.as_ref().map_or((0, 0), |line| (line.file, line.number));
         // From the next pass on the program's own goes before the chip's.
         self.late |= self.chips.contains(self.as_read(name).as_ref());
-        match self.symbols.define(name, value, kind, self.pass, place) {
-            Defined::Same => {}
-            Defined::Moved => self.moved = true,
-            Defined::Twice(file, line) => {
-                let cause = format!("`{name}` is already given at {}:{line}", self.texts.name(file));
-                self.tell(Fault::new(
-                    "ASM007",
-                    at,
-                    cause,
-                    "choose another name, or give it with set instead of equ in both places",
-                ));
-            }
+        if let Err((file, line)) = self.symbols.define(name, value, kind, self.pass, place) {
+            let cause = format!("`{name}` is already given at {}:{line}", self.texts.name(file));
+            let hint = "choose another name, or give it with set instead of equ in both places";
+            self.tell(Fault::new("ASM007", at, cause, hint));
         }
     }
 

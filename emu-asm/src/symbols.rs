@@ -52,17 +52,6 @@ pub(crate) struct Symbol {
     early: bool,
 }
 
-/// How a definition went.
-#[derive(Debug, PartialEq, Eq)]
-pub(crate) enum Defined {
-    /// As it was.
-    Same,
-    /// New, or with another value than in the pass before.
-    Moved,
-    /// It was given already in this pass, in this file and line.
-    Twice(u32, u32),
-}
-
 /// All names.
 #[derive(Debug, Default)]
 pub(crate) struct Symbols {
@@ -103,16 +92,24 @@ impl Symbols {
     }
 
     /// Gives a name its value.
-    pub fn define(&mut self, name: &str, value: Value, kind: Kind, pass: u32, place: (u32, u32)) -> Defined {
+    ///
+    /// # Errors
+    /// The file and line that gave it another value in this pass already.
+    pub fn define(
+        &mut self,
+        name: &str,
+        value: Value,
+        kind: Kind,
+        pass: u32,
+        place: (u32, u32),
+    ) -> Result<(), (u32, u32)> {
         match self.names.get_mut(name) {
             Some(old) => {
                 let twice = old.pass == pass && !(old.kind.again() && kind.again());
                 if twice && (old.value != value || old.kind != kind) {
-                    return Defined::Twice(old.place.0, old.place.1);
+                    return Err(old.place);
                 }
-                let moved = (old.value != value || old.kind != kind) && !kind.again();
                 (old.value, old.kind, old.pass, old.place) = (value, kind, pass, place);
-                if moved { Defined::Moved } else { Defined::Same }
             }
             None => {
                 let shared: Rc<str> = name.into();
@@ -122,9 +119,9 @@ impl Symbols {
                 }
                 let before = Value { unknown: true, ..Value::default() };
                 self.names.insert(shared, Symbol { value, kind, pass, place, before, early: false });
-                Defined::Moved
             }
         }
+        Ok(())
     }
 
     /// Ends a pass: the names that were read before they were given and have moved meanwhile, and those that are gone.

@@ -38,7 +38,7 @@ pub(super) fn runs_over(asm: &mut Asm<'_>, orgs: &[(usize, bool)]) -> bool {
 pub(super) fn tell(asm: &mut Asm<'_>, state: &State) {
     let ends = asm.out.list.iter().filter(|listed| listed.unit == 2 && !listed.bytes.is_empty());
     let end = ends.map(|listed| listed.addr + listed.bytes.len() as i64 / 2).max().unwrap_or(0);
-    if end > WORDS || asm.failed() {
+    if end > WORDS || asm.errors() > 0 {
         return;
     }
     let mut found: Vec<(Line, Fault)> = Vec::new();
