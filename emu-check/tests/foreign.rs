@@ -75,41 +75,136 @@ fn assembled(mcu: &str, source: &str) -> Image {
     emu_asm::image(ladder_compile::chip(mcu).expect("a chip"), source).unwrap_or_else(|why| panic!("{why}"))
 }
 
-/// `image | codes of findings and of the difference`. 1 ms at 1 MHz are 1,000 clocks.
+/// The same for a PIC16 of 4 MHz: `top` is CCPR1, timer 1 begins anew at each match.
+fn manner_of_pic(top: u32, setup: &str, scan: &str) -> String {
+    format!(
+        "bsf 0x03, 5\nmovlw 0x06\nmovwf 0x1f\nbcf 0x03, 5\n{setup}\nmovlw 0x{hi:x}\nmovwf 0x16\nmovlw 0x{lo:x}\nmovwf 0x15\n\
+         movlw 0x0b\nmovwf 0x17\nclrf 0x0f\nclrf 0x0e\nclrf 0x20\nmovlw 0x01\nmovwf 0x10\n\
+         wait:\nclrwdt\nbtfss 0x0c, 2\ngoto wait\nbcf 0x0c, 2\n{scan}\ngoto wait\n",
+        hi = top >> 8,
+        lo = top & 0xff
+    )
+}
+
+/// The same for an 8052 of 12 MHz: timer 2 counts `count` machine cycles and loads itself anew.
+fn manner_of_8052(count: u32, setup: &str, scan: &str) -> String {
+    let from = 0x1_0000 - count;
+    format!(
+        "{setup}\nmov 0xcb, #{hi}\nmov 0xca, #{lo}\nmov 0xcd, #{hi}\nmov 0xcc, #{lo}\nmov 0x20, #0\nsetb 0xca\n\
+         wait:\njnb 0xcf, wait\nclr 0xcf\n{scan}\nsjmp wait\n",
+        hi = from >> 8,
+        lo = from & 0xff
+    )
+}
+
+/// Pull-ups of port B on, RB5 an output.
+const PIC_SETUP: &str = "bcf 0x06, 5\nbsf 0x03, 5\nbcf 0x06, 5\nbcf 0x01, 7\nbcf 0x03, 5";
+const PIC_SCAN: &str = "btfsc 0x06, 2\nbsf 0x06, 5\nbtfss 0x06, 2\nbcf 0x06, 5";
+const MCS51_SCAN: &str = "mov c, 0x92\nmov 0x95, c";
+
+/// Rungs under a head with a cycle of 1 ms at `hz`.
+fn own_head(file: &str, hz: u32, rungs: &str) -> Program {
+    let head = format!("LDmicro0.1\nCYCLE=1000\nCRYSTAL={hz}\nBAUD=2400\nIO LIST\nEND\nPROGRAM");
+    common::parse(file, &format!("{head}\n{rungs}\n"))
+}
+
+/// What the image of `source` comes to: codes of findings and of the difference.
+fn codes(program: &Program, mcu: &str, source: &str, pins: [(&str, &str); 2]) -> (Vec<&'static str>, ForeignReport) {
+    let image = assembled(mcu, source);
+    let pins = pins.map(|(name, pin)| (name.to_owned(), pin.to_owned())).to_vec();
+    let options = Options { mcu: mcu.to_owned(), scans: 600, pins, ..Options::default() };
+    let foreign = Foreign { file: "theirs.hex", image: &image, map: None };
+    let report = check_foreign(program, &foreign, &options, &mut |_, _| {})
+        .unwrap_or_else(|faults| panic!("{mcu}: {faults:?}\n{source}"));
+    let mut codes: Vec<&str> = report.findings.iter().map(|finding| finding.code).collect();
+    codes.extend(report.difference.iter().map(|difference| difference.code));
+    (codes, report)
+}
+
+/// `image | codes`. The period is 1 ms: 1,000 machine cycles on each chip at its clock here.
 #[test]
 fn images_of_others_are_judged() {
-    let program = common::rungs("lift.ld", LIFT);
-    let late = "in r11, 0x09\nsbrc r10, 2\nsbi 0x05, 5\nsbrs r10, 2\ncbi 0x05, 5\nmov r10, r11";
-    let cases: [(&str, String, &[&str]); 7] = [
-        ("as it should be", manner(999, GOOD_SETUP, GOOD_SCAN), &[]),
-        ("a tick short", manner(998, GOOD_SETUP, GOOD_SCAN), &["EC053"]),
-        ("a tick long", manner(1000, GOOD_SETUP, GOOD_SCAN), &["EC053"]),
-        ("no pull-up", manner(999, "sbi 0x04, 5", GOOD_SCAN), &["EC054"]),
-        ("a glitch", manner(999, "sbi 0x0b, 2\nsbi 0x05, 5\nsbi 0x04, 5\nnop\ncbi 0x05, 5", GOOD_SCAN), &["EC055"]),
+    let avr_late = "in r11, 0x09\nsbrc r10, 2\nsbi 0x05, 5\nsbrs r10, 2\ncbi 0x05, 5\nmov r10, r11";
+    let avr_inverted = GOOD_SCAN.replace("sbic", "nop\nsbis").replacen("sbis 0x09, 2\ncbi", "sbic 0x09, 2\ncbi", 1);
+    let pic_late = "btfsc 0x20, 2\nbsf 0x06, 5\nbtfss 0x20, 2\nbcf 0x06, 5\nmovf 0x06, 0\nmovwf 0x20";
+    let pic_glitch = format!("bsf 0x06, 5\n{}\nnop\nbcf 0x06, 5", PIC_SETUP.trim_start_matches("bcf 0x06, 5\n"));
+    let pic_inverted = "btfss 0x06, 2\nbsf 0x06, 5\nbtfsc 0x06, 2\nbcf 0x06, 5";
+    let mcs51_late = "mov c, 0x00\nmov 0x95, c\nmov c, 0x92\nmov 0x00, c";
+    let (avr, pic, mcs51) = ("atmega328p", "pic16f873", "at89s52");
+    let cases: [(&str, &str, String, &[&str]); 18] = [
+        ("as it should be", avr, manner(999, GOOD_SETUP, GOOD_SCAN), &[]),
+        ("a tick short", avr, manner(998, GOOD_SETUP, GOOD_SCAN), &["EC053"]),
+        ("a tick long", avr, manner(1000, GOOD_SETUP, GOOD_SCAN), &["EC053"]),
+        ("no pull-up", avr, manner(999, "sbi 0x04, 5", GOOD_SCAN), &["EC054"]),
         (
-            "inverted",
-            manner(
-                999,
-                GOOD_SETUP,
-                &GOOD_SCAN.replace("sbic", "nop\nsbis").replacen("sbis 0x09, 2\ncbi", "sbic 0x09, 2\ncbi", 1),
-            ),
-            &["EC011"],
+            "a glitch",
+            avr,
+            manner(999, "sbi 0x0b, 2\nsbi 0x05, 5\nsbi 0x04, 5\nnop\ncbi 0x05, 5", GOOD_SCAN),
+            &["EC055"],
         ),
-        ("a scan late", manner(999, GOOD_SETUP, late), &["EC011"]),
+        ("inverted", avr, manner(999, GOOD_SETUP, &avr_inverted), &["EC011"]),
+        ("a scan late", avr, manner(999, GOOD_SETUP, avr_late), &["EC011"]),
+        ("as it should be", pic, manner_of_pic(999, PIC_SETUP, PIC_SCAN), &[]),
+        ("a tick short", pic, manner_of_pic(998, PIC_SETUP, PIC_SCAN), &["EC053"]),
+        ("a tick long", pic, manner_of_pic(1000, PIC_SETUP, PIC_SCAN), &["EC053"]),
+        ("a glitch", pic, manner_of_pic(999, &pic_glitch, PIC_SCAN), &["EC055"]),
+        ("inverted", pic, manner_of_pic(999, PIC_SETUP, pic_inverted), &["EC011"]),
+        ("a scan late", pic, manner_of_pic(999, PIC_SETUP, pic_late), &["EC011"]),
+        ("as it should be", mcs51, manner_of_8052(1000, "clr 0x95", MCS51_SCAN), &[]),
+        ("a tick short", mcs51, manner_of_8052(999, "clr 0x95", MCS51_SCAN), &["EC053"]),
+        ("a tick long", mcs51, manner_of_8052(1001, "clr 0x95", MCS51_SCAN), &["EC053"]),
+        ("inverted", mcs51, manner_of_8052(1000, "clr 0x95", "mov c, 0x92\ncpl c\nmov 0x95, c"), &["EC011"]),
+        ("a scan late", mcs51, manner_of_8052(1000, "clr 0x95", mcs51_late), &["EC011"]),
     ];
-    for (what, source, wanted) in cases {
-        let image = assembled("atmega328p", &source);
-        let pins = vec![("Xa".to_owned(), "PD2".to_owned()), ("Ya".to_owned(), "PB5".to_owned())];
-        let options = Options { scans: 600, pins, ..Options::default() };
-        let foreign = Foreign { file: "theirs.hex", image: &image, map: None };
-        let report =
-            check_foreign(&program, &foreign, &options, &mut |_, _| {}).unwrap_or_else(|e| panic!("{what}: {e:?}"));
-        let mut codes: Vec<&str> = report.findings.iter().map(|finding| finding.code).collect();
-        codes.extend(report.difference.iter().map(|difference| difference.code));
-        assert_eq!(codes, wanted, "{what}: {}", report.text());
+    for (what, mcu, source, wanted) in cases {
+        let (hz, pins) = match mcu {
+            "pic16f873" => (4_000_000, [("Xa", "RB2"), ("Ya", "RB5")]),
+            "at89s52" => (12_000_000, [("Xa", "P1.2"), ("Ya", "P1.5")]),
+            _ => (1_000_000, [("Xa", "PD2"), ("Ya", "PB5")]),
+        };
+        let (codes, report) = codes(&own_head("lift.ld", hz, LIFT), mcu, &source, pins);
+        assert_eq!(codes, wanted, "{what} on {mcu}: {}", report.text());
         if let Some(period) = report.period.filter(|_| what == "a tick short") {
-            assert!((period.mean_clocks - 999.0).abs() < 0.06, "{period:?}");
+            assert!((period.mean_clocks * 1000.0 / f64::from(hz) - 0.999).abs() < 0.0001, "{mcu}: {period:?}");
         }
+    }
+}
+
+/// Habits of LDmicro 2.3 that the language does not have (facts/ladder.md, L1 and L3): a look-up that goes on with the value it has just written, and a string
+/// at power-up.
+#[test]
+fn known_faults_of_others_are_found() {
+    let table = "RUNG\n MOVE n 3\nEND\nRUNG\n CONTACTS Xa 0\n MOVE n 0\nEND\n\
+        RUNG\n LOOK_UP_TABLE n n 4 0 1 2 3 9\nEND\nRUNG\n EQU n 1\n COIL Ya 0 0 0\nEND";
+    // r16 is n; each line asks for one index, so a value that was written may be taken for the index of a later one.
+    let chained = |skip: &str| {
+        let line =
+            |index: u32, value: u32| format!("cpi r16, {index}\nbrne l{index}\nldi r16, {value}\n{skip}l{index}:\n");
+        let lines = [(0, 1), (1, 2), (2, 3), (3, 9)].map(|(index, value)| line(index, value)).concat();
+        format!(
+            "ldi r16, 3\nsbic 0x09, 2\nldi r16, 0\n{lines}over:\ncpi r16, 1\nbreq on\ncbi 0x05, 5\nrjmp wait\non:\nsbi 0x05, 5"
+        )
+    };
+    let sends = "RUNG\n MOVE c 65\nEND\nRUNG\n CONTACTS Xa 0\n OSR\n UART_SEND c\nEND\nRUNG\n CONTACTS Xa 0\n COIL Ya 0 0 0\nEND";
+    // 1 MHz / 8 / (51 + 1) bits per second with U2X0: 2,404.
+    let uart = "ldi r16, 51\nsts 0xc4, r16\nldi r16, 2\nsts 0xc0, r16\nldi r16, 8\nsts 0xc1, r16";
+    let edge = |early: &str| {
+        let setup = format!("{GOOD_SETUP}\n{uart}\nclr r12\nldi r17, 65\n{early}");
+        // r11 is Xa now, r10 what it was in the scan before; r12 tells that a byte was sent, TXC0 that it is out.
+        let scan = "in r11, 0x09\nsbrs r11, 2\nrjmp no\nsbrc r10, 2\nrjmp no\nlds r18, 0xc0\nsbrs r12, 0\nrjmp send\n\
+            sbrs r18, 6\nrjmp no\nsend:\nldi r18, 0x42\nsts 0xc0, r18\nsts 0xc6, r17\nmov r12, r17\nno:\nmov r10, r11";
+        manner(999, &setup, &format!("{GOOD_SCAN}\n{scan}"))
+    };
+    let cases: [(&str, &str, String, &[&str]); 4] = [
+        ("a look-up", table, manner(999, GOOD_SETUP, &chained("rjmp over\n")), &[]),
+        ("a chained look-up", table, manner(999, GOOD_SETUP, &chained("")), &["EC011"]),
+        ("a byte", sends, edge(""), &[]),
+        ("a byte at power-up", sends, edge("sts 0xc6, r17"), &["EC056", "EC017"]),
+    ];
+    for (what, rungs, source, wanted) in cases {
+        let (codes, report) =
+            codes(&own_head("habit.ld", 1_000_000, rungs), "atmega328p", &source, [("Xa", "PD2"), ("Ya", "PB5")]);
+        assert_eq!(codes, wanted, "{what}: {}", report.text());
     }
 }
 
