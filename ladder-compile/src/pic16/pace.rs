@@ -113,7 +113,7 @@ pub fn pace(clock_hz: u64, cycle_us: u64, free: Free) -> Result<Pace, (u64, u64)
     }
     let us = |cycles: u128| (cycles * 4_000_000 / u128::from(clock_hz.max(1))) as u64;
     let (ticks, rest) = (num / den, num % den);
-    if ticks < extend::FEWEST || ticks >= extend::MOST || den > 1 << 31 {
+    if !(extend::FEWEST..extend::MOST).contains(&ticks) || den > 1 << 31 {
         return Err((us(if free.ccp1 { 2 } else { extend::FEWEST }) + 1, us(extend::MOST)));
     }
     let (rest, whole) = (rest as u32, den as u32);
