@@ -10,7 +10,7 @@ use serde_json::json;
 
 use crate::args::Ladder;
 use crate::fail::{Failure, exit};
-use crate::report::{Terminal, report};
+use crate::report::{Terminal, Texts, report};
 use crate::{family, input, output};
 
 const EXAMPLES: &str = "\
@@ -27,7 +27,7 @@ Examples:
 pub struct CompileArgs {
     #[command(flatten)]
     program: Ladder,
-    /// The chip, such as `atmega328p` (`emu chips` lists them). Not needed for C, byte code and sketches.
+    /// The chip, such as `atmega328p` (`emu chips` lists them). Not for C and byte code, not needed for sketches.
     #[arg(long, value_name = "CHIP", value_parser = family::chip)]
     mcu: Option<&'static Chip>,
     /// What to write.
@@ -172,6 +172,20 @@ fn source(args: &CompileArgs, main: &str, terminal: &Terminal) -> Result<u8, Fai
     if args.listing.is_some() || args.map.is_some() || args.json {
         let why = "--listing, --map and --json tell about an image, and a source is none";
         return Err(Failure::Usage(why.to_owned()));
+    }
+    // What would change nothing is not taken in silence.
+    let sketch = args.emit == Emit::Arduino;
+    let idle = [
+        ("--mcu", args.mcu.is_some() && !sketch, "C and byte code are for any chip"),
+        ("--pin", !args.target.pins.is_empty() && !sketch, "C and byte code have no pins"),
+        ("--clock", args.target.clock.is_some(), "a source takes its cycle from the program, and has no oscillator"),
+        ("-O0", args.optimise == 0, "sources have one form only"),
+    ];
+    if let Some((flag, _, why)) = idle.iter().find(|(_, given, _)| *given) {
+        return Err(Failure::Usage(format!("{why}; leave {flag} out, or write an image with --emit hex")));
+    }
+    if let Some(refusal) = args.mcu.and_then(|chip| emit::arduino::refuse_chip(&args.program.file, chip)) {
+        return Err(Failure::Refused(vec![refusal], Texts::default()));
     }
     let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
     let emitted = match args.emit {

@@ -26,7 +26,7 @@ pub(crate) struct Pace {
 impl Pace {
     /// The program's cycle at its clock, or at the one that is asked for, on a chip; nothing where that is no time.
     pub fn new(program: &Program, options: &Options, chip: &Chip) -> Option<Pace> {
-        let Facts { clocks, ticks, most_ticks, poll, poll_turns } = facts(chip);
+        let Facts { clocks, ticks, most_ticks, poll, poll_turns } = facts(chip, frequency(program).is_some());
         let clock_hz = options.clock_hz.unwrap_or(program.settings.crystal_hz);
         let num = u128::from(clock_hz) * u128::from(program.settings.cycle_us);
         let den = 1_000_000 * u128::from(clocks);

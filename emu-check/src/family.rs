@@ -36,14 +36,18 @@ const AVR: Facts = Facts { clocks: 1, ticks: &[1, 8, 64, 256, 1024], most_ticks:
 /// the timer and counting down takes up to some 25 more.
 const MCS51: Facts = Facts { clocks: 12, ticks: &[1], most_ticks: u128::MAX, poll: 6, poll_turns: 32 };
 
-/// BTFSS takes one cycle, or two when it skips, GOTO two; the prescaler of timer 1 is 1 to 8 (DS33023, section 12.4).
-const PIC16: Facts = Facts { clocks: 4, ticks: &[1, 2, 4, 8], most_ticks: 1 << 16, poll: 6, poll_turns: 6 };
+/// BTFSS takes one cycle, or two when it skips, GOTO two; the prescaler of timer 1 is 1 to 8 (DS33023, section 12.4). Where a period
+/// is longer, software counts overflows: clearing the flag and two counts that skip take 5 more.
+const PIC16: Facts = Facts { clocks: 4, ticks: &[1, 2, 4, 8], most_ticks: 1 << 16, poll: 6, poll_turns: 11 };
+
+/// A chip whose only CCP module makes pulses: timer 1 is left, whose prescaler does not survive that its value is changed.
+const PIC16_PULSES: Facts = Facts { ticks: &[1], most_ticks: u128::MAX, ..PIC16 };
 
 /// The machine itself waits for the end of the period, and is exact.
 const AP101: Facts = Facts { clocks: 2, ticks: &[1], most_ticks: u128::MAX, poll: 2, poll_turns: 2 };
 
-/// The facts of a chip's family.
-pub(crate) fn facts(chip: &Chip) -> Facts {
+/// The facts of a chip's family, for a program that has a PWM output if `pulses`.
+pub(crate) fn facts(chip: &Chip, pulses: bool) -> Facts {
     match chip.family {
         // SBIS reaches the I/O registers at data addresses 20h to 3Fh (DS40002061, 7.4).
         Family::Avr if chip.reg("TIFR1").or(chip.reg("TIFR")).is_some_and(|addr| addr >= 0x40) => {
@@ -51,6 +55,7 @@ pub(crate) fn facts(chip: &Chip) -> Facts {
         }
         Family::Avr => AVR,
         Family::Mcs51 => MCS51,
+        Family::Pic16 if pulses && chip.reg("CCP2CON").is_none() => PIC16_PULSES,
         Family::Pic16 => PIC16,
         Family::Ap101 => AP101,
     }

@@ -35,6 +35,8 @@ pub(crate) struct Rig<'a, C> {
     /// Periods since then.
     scans: u64,
     stack: Option<u32>,
+    /// Whether the chip stops at each rung.
+    timed: bool,
     /// Where the rungs of this scan began, with the cycle; nothing unless that is asked for.
     marks: Vec<(usize, u64)>,
 }
@@ -59,6 +61,7 @@ impl<'a, C: Target> Rig<'a, C> {
             started: None,
             scans: 0,
             stack: None,
+            timed: false,
             marks: Vec::new(),
         };
         if places.paces_itself() {
@@ -75,6 +78,7 @@ impl<'a, C: Target> Rig<'a, C> {
 
     /// Stops at each rung from now on, to see how long it takes.
     pub fn time_rungs(&mut self) {
+        self.timed = true;
         self.places.rungs.iter().for_each(|&(pc, _)| self.cpu.trap(pc, true));
     }
 
@@ -210,7 +214,8 @@ impl<'a, C: Target> Rig<'a, C> {
     /// Notes that a rung begins here, if one does.
     fn mark(&mut self, pc: u32) -> bool {
         let found = self.places.rungs.iter().find(|(start, _)| *start == pc);
-        self.marks.extend(found.map(|&(_, rung)| (rung, self.cpu.cycle())));
+        // Without the others, the rungs where a point lies as well would seem to last until the next point.
+        self.marks.extend(found.filter(|_| self.timed).map(|&(_, rung)| (rung, self.cpu.cycle())));
         found.is_some()
     }
 

@@ -94,3 +94,18 @@ fn codes_are_in_order_and_explained() {
     assert!(CODES.is_sorted_by_key(|row| row.code));
     assert!(CODES.iter().all(|row| row.code.starts_with("EC") && row.explain.len() > 60));
 }
+
+/// Without a stop at every rung nothing is known of their times, so nothing is told.
+#[test]
+fn rungs_that_were_not_timed_have_no_time() {
+    let text = "RUNG\n CONTACTS Xa 0\n COIL Yb 0 0 0\nEND\nRUNG\n CONTACTS Xb 0\n OSR\n ADD n n 1\nEND";
+    for mcu in ["atmega328p", "at89s52", "pic16f873", "pic16f877"] {
+        for rungs in [true, false] {
+            let options = Options { mcu: mcu.to_owned(), scans: 30, rungs, ..Options::default() };
+            let report = common::report(&common::rungs("timed.ld", text), &options);
+            let timed = report.figures.rungs.iter().filter(|rung| rung.cycles_max.is_some()).count();
+            assert_eq!(timed, if rungs { 2 } else { 0 }, "{mcu}, timed {rungs}");
+            assert_eq!(report.text().contains("longest rung"), rungs, "{mcu}");
+        }
+    }
+}

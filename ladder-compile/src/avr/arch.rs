@@ -33,8 +33,9 @@ impl Avr {
         if isa::lacks(self.chip.flash, Kind::Jmp) { self.chip.flash / 2 - 1 } else { 0x3F_FFFF }
     }
 
+    /// Code that is too large is refused by its size when it is finished, so until then addresses wrap.
     fn site(&self, pc: u32, len: u32) -> Site {
-        Site { pc, len, next_len: 1, pc_mask: self.mask() }
+        Site { pc: pc & self.mask(), len, next_len: 1, pc_mask: self.mask() }
     }
 
     /// RJMP and RCALL reach from `at` to `to`: 2,047 words on and 2,048 back, and all the way round on small chips.
@@ -60,7 +61,7 @@ impl Arch for Avr {
     }
 
     fn form(&self, jump: Jump, level: u8, at: u32, to: u32) -> Option<Vec<Step<Kind>>> {
-        let step = |kind, to: u32| Step { kind, operands: vec![to as i32], target: Some(to) };
+        let step = |kind, to: u32| Step { kind, operands: vec![(to & self.mask()) as i32], target: Some(to) };
         match (jump, level) {
             (Jump::If(kind), 0) => {
                 let away = i64::from(to) - i64::from(at) - 1;

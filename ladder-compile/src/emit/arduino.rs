@@ -5,7 +5,8 @@
 use std::fmt::Write;
 
 use diag::{Diagnostic, Pos, Severity};
-use emu_avr::chips::ATMEGA328P;
+use emu_avr::chips::{ATMEGA328, ATMEGA328P};
+use emu_core::chip::Chip;
 use ladder::{Program, SymbolKind};
 
 use super::body::{Body, Spelling, literal};
@@ -79,6 +80,19 @@ pub fn emit(program: &Program, options: &Options) -> Result<Sketch, Vec<Diagnost
         return Err(notes);
     }
     Ok(Sketch { source: from_ir(program, &ir, &pins, options.debounce_ms), pins, notes })
+}
+
+/// Why there is no sketch for `chip`, where it is none that the boards have: the ATmega328P, or the 328, which differs from it in
+/// nothing that a program sees. `file` is the program's.
+#[must_use]
+pub fn refuse_chip(file: &str, chip: &Chip) -> Option<Diagnostic> {
+    if [ATMEGA328P.name, ATMEGA328.name].contains(&chip.name) {
+        return None;
+    }
+    let cause =
+        format!("a sketch is for Arduino boards with an ATmega328P, and none of them has the chip {}", chip.name);
+    let hint = "leave --mcu out, or write an image for the chip with --emit hex";
+    Some(Diagnostic::new(Severity::Error, codes::UNKNOWN_CHIP, file, Pos::default(), cause, hint))
 }
 
 /// The number of a pin on the board.

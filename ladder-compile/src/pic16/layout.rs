@@ -44,6 +44,8 @@ pub struct Needs {
     pub scratch: u16,
     /// The count-down of the pacing timer.
     pub fraction: u8,
+    /// What lengthens the pacing timer.
+    pub extension: u8,
     /// A bit that says that a byte has been received.
     pub received: bool,
 }
@@ -61,6 +63,8 @@ pub struct Layout {
     pub scratch: u16,
     /// The count-down of the pacing timer.
     pub fraction: u16,
+    /// What lengthens the pacing timer, reached from bank 0.
+    pub extension: u16,
     /// A byte has been received.
     pub received: (u16, u8),
     /// Bytes in use.
@@ -152,6 +156,8 @@ pub fn layout(ir: &Ir, pins: &[Pin], chip: &Silicon, needs: Needs) -> Result<Lay
             port.output = free.take(1, 0);
         }
     }
+    // Before all that can be long, so that bank 0 has room.
+    let extension = if needs.extension > 0 { free.take(needs.extension.into(), 0) } else { 0 };
     let mut bits = Vec::with_capacity(ir.bits.len());
     let mut next = (0, 8);
     let mut one = |free: &mut Free| {
@@ -179,7 +185,7 @@ pub fn layout(ir: &Ir, pins: &[Pin], chip: &Silicon, needs: Needs) -> Result<Lay
     if free.missing > 0 {
         return Err(free.used.len() as u64 + free.missing);
     }
-    Ok(Layout { ports, bits, words, scratch, fraction, received, used: free.used })
+    Ok(Layout { ports, bits, words, scratch, fraction, extension, received, used: free.used })
 }
 
 fn ports(pins: &[Pin], chip: &Silicon) -> Vec<Port> {

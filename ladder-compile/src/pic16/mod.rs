@@ -6,6 +6,7 @@ pub mod chip;
 mod compare;
 pub mod config;
 pub mod expr;
+pub mod extend;
 pub mod layout;
 mod logic;
 pub mod out;
@@ -30,7 +31,7 @@ use arch::{Jump, PAGE, Pic};
 use chip::Silicon;
 use layout::{Layout, Needs};
 use out::Out;
-use pace::Pace;
+use pace::{Free, Pace};
 use periph::Devices;
 use select::{Routine, Select};
 
@@ -48,10 +49,15 @@ pub fn build(job: &Job<'_>) -> Result<Built, Refusal> {
     }
     let part = emu_pic16::chips::part(name).ok_or_else(|| Refusal::Internal(format!("{name} has no row")))?;
     let chip = Silicon::new(part);
-    let pace = pace::pace(job.clock_hz, job.cycle_us, job.ir.pwm_hz.is_none())
+    let pace = pace::pace(job.clock_hz, job.cycle_us, Free::beside(job.ir.pwm_hz.is_some(), &chip))
         .map_err(|(shortest, longest)| Refusal::Period { shortest, longest })?;
     let devices = periph::devices(job, &chip)?;
-    let needs = Needs { scratch: scratch(job.ir, &chip), fraction: pace.bytes(), received: job.ir.uart.receive };
+    let needs = Needs {
+        scratch: scratch(job.ir, &chip),
+        fraction: pace.bytes(),
+        extension: pace.extension(),
+        received: job.ir.uart.receive,
+    };
     let layout = layout::layout(job.ir, job.pins, &chip, needs)
         .map_err(|needed| Refusal::Ram { needed, available: u64::from(job.target.chip.ram_len) })?;
     let code = match image(job, &chip, &layout, &devices, &pace, false)? {
@@ -71,6 +77,18 @@ pub fn build(job: &Job<'_>) -> Result<Built, Refusal> {
     }
     // The jump back to the loop that waits, which may change the page.
     let back = u64::from(arch::words(Jump::Goto, at(Mark::ScanEnd), at(Mark::Poll))) + 1;
+    let worst = worst::longest(&code, at(Mark::ScanStart), at(Mark::ScanEnd)) + back;
+    if pace.extension() > 0 && worst + pace.poll() > extend::LONGEST_SCAN {
+        return Err(Refusal::Lacks {
+            cause: format!(
+                "a scan takes up to {} machine cycles, but the timer overflows every 65536, several times in a cycle of {} us",
+                worst + pace.poll(),
+                job.cycle_us
+            ),
+            hint: "divide the program, or choose a shorter cycle".to_owned(),
+            element: None,
+        });
+    }
     let mut segments = vec![(0, code.words.iter().flat_map(|word| word.to_le_bytes()).collect())];
     segments.extend(config::words(part, job.clock_hz));
     Ok(Built {
@@ -88,9 +106,8 @@ pub fn build(job: &Job<'_>) -> Result<Built, Refusal> {
         period: pace.period,
         shortest: pace.shortest(),
         tick: pace.prescale,
-        // One turn that just missed the match, and the look that sees it.
-        poll: 5,
-        worst: worst::longest(&code, at(Mark::ScanStart), at(Mark::ScanEnd)) + back,
+        poll: pace.poll(),
+        worst,
         rungs: spans().map(|(&start, &end)| worst::longest(&code, start, end)).collect(),
         ram_bytes: layout.used.len() as u32,
         fuses: config::lines(part, job.clock_hz),
@@ -159,9 +176,12 @@ fn image(
     let flag = chip.bit(pace.flag());
     out.only_if(flag, false);
     out.back(poll, 1);
+    extend::count(&mut out, flag, pace.extension(), layout.extension, poll);
     out.mark(Mark::ScanStart);
     out.mark(Mark::Part("scan: take the match, latch the inputs"));
-    out.put(flag, false);
+    if pace.extension() == 0 {
+        out.put(flag, false);
+    }
     for port in layout.ports.iter().filter(|port| port.inputs != 0) {
         out.f(Kind::MovfW, port.port);
         out.f(Kind::Movwf, port.input);

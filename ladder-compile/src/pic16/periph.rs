@@ -29,7 +29,27 @@ pub struct Pwm {
     pub period: u8,
     /// Prescaler of timer 2: 1, 4 or 16.
     pub prescale: u16,
+    /// The module that makes the pulse.
+    pub module: Module,
 }
+
+/// A CCP module: its registers, and bits of its control register.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Module {
+    /// Whole counts of the pulse.
+    pub duty: Sfr,
+    /// Mode, and the lowest two bits of the pulse.
+    pub control: Sfr,
+    /// What makes it PWM.
+    pub mode: [&'static str; 2],
+    /// The lowest two bits of the pulse.
+    pub quarters: [&'static str; 2],
+}
+
+const CCP1: Module =
+    Module { duty: Sfr::CCPR1L, control: Sfr::CCP1CON, mode: ["CCP1M3", "CCP1M2"], quarters: ["CCP1X", "CCP1Y"] };
+const CCP2: Module =
+    Module { duty: Sfr::CCPR2L, control: Sfr::CCP2CON, mode: ["CCP2M3", "CCP2M2"], quarters: ["CCP2X", "CCP2Y"] };
 
 /// The converter.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -93,7 +113,9 @@ pub fn devices(job: &Job<'_>, chip: &Silicon) -> Result<Devices, Refusal> {
         devices.adc = Some(adc);
     }
     if let (Some(hertz), Some(pin)) = (job.ir.pwm_hz, target.pwm) {
-        let pwm = pwm(job.clock_hz, hertz.into())?;
+        // CCP1 paces the scan where there are two.
+        let module = if chip.has_bit("CCP2M3") { CCP2 } else { CCP1 };
+        let pwm = pwm(job.clock_hz, hertz.into(), module)?;
         let count = u32::from(pwm.period) + 1;
         devices.specials.push(Special::Pwm {
             pin: pin.to_owned(),
@@ -122,7 +144,7 @@ fn uart(clock_hz: u64, baud: u64) -> Result<Uart, Refusal> {
     Ok(Uart { divisor: (divisor - 1) as u8, high: scale == 16, bit: scale * divisor / 4 })
 }
 
-fn pwm(clock_hz: u64, hertz: u64) -> Result<Pwm, Refusal> {
+fn pwm(clock_hz: u64, hertz: u64, module: Module) -> Result<Pwm, Refusal> {
     let hertz = hertz.max(1);
     // With 256 counts a duty of 100 % could not be told from one of a step less, so there are at most 255.
     let fit = |prescale: u64| {
@@ -140,7 +162,7 @@ fn pwm(clock_hz: u64, hertz: u64) -> Result<Pwm, Refusal> {
         let whole = 4 * prescale * count;
         return Err(Refusal::Pwm { nearest: (clock_hz + whole / 2) / whole });
     }
-    Ok(Pwm { period: (count - 1) as u8, prescale: prescale as u16 })
+    Ok(Pwm { period: (count - 1) as u8, prescale: prescale as u16, module })
 }
 
 fn adc(job: &Job<'_>, chip: &Silicon, specials: &mut Vec<Special>) -> Result<Adc, Refusal> {
@@ -221,8 +243,8 @@ impl Devices {
         }
         if let Some(pwm) = self.pwm {
             // The pulse is 0 until a duty is set; 11xx is PWM.
-            out.set(chip.reg(Sfr::CCPR2L), 0);
-            out.set(chip.reg(Sfr::CCP2CON), chip.mask(&["CCP2M3", "CCP2M2"]));
+            out.set(chip.reg(pwm.module.duty), 0);
+            out.set(chip.reg(pwm.module.control), chip.mask(&pwm.module.mode));
             let prescale = match pwm.prescale {
                 1 => 0,
                 4 => chip.mask(&["T2CKPS0"]),
@@ -231,6 +253,12 @@ impl Devices {
             out.set(chip.reg(Sfr::T2CON), chip.mask(&["TMR2ON"]) | prescale);
         }
     }
+}
+
+/// Address of the register of the pulse.
+#[must_use]
+pub fn duty_register(chip: &Silicon, devices: &Devices) -> u16 {
+    devices.pwm.map_or(0, |pwm| chip.reg(pwm.module.duty))
 }
 
 /// Comparators off, so that their pins are digital, on chips where a reset leaves them on.
@@ -322,7 +350,7 @@ impl Select<'_, '_> {
                 self.out.place(end);
             }
         }
-        let near = self.out.common(&[low, self.out.chip.reg(Sfr::CCPR2L)]);
+        let near = self.out.common(&[low, duty_register(self.out.chip, self.devices)]);
         self.out.call(routine, near, Some(near));
     }
 

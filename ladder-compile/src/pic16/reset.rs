@@ -60,7 +60,7 @@ pub fn reset(out: &mut Out<'_>, job: &Job<'_>, layout: &Layout, devices: &Device
     pace.prepare(out);
     devices.start(out, job.ir.uart);
     out.mark(Mark::Part("pacing timer"));
-    pace.start(out, layout.fraction);
+    pace.start(out, layout.fraction, layout.extension);
 }
 
 /// Clears the bytes, which lie in one bank.

@@ -14,7 +14,7 @@ use emu_pic16::periph::map::Sfr;
 
 use super::chip::ANY;
 use super::out::{C, Lab, Out, STATUS, Z};
-use super::periph::Devices;
+use super::periph::{self, Devices};
 use super::select::Routine;
 use crate::ir::Ir;
 use crate::target::Mark;
@@ -102,7 +102,7 @@ pub fn emit(
             out.bare(Kind::Return);
         }
         Routine::Duty => {
-            let banks = out.common(&[scratch, out.chip.reg(Sfr::CCPR2L)]);
+            let banks = out.common(&[scratch, periph::duty_register(out.chip, devices)]);
             out.mark(Mark::Part("duty"));
             out.enter(banks);
             out.place(label);
@@ -296,13 +296,13 @@ fn duty(out: &mut Out<'_>, devices: &Devices, scratch: u16) {
     out.f(Kind::DecfszF, count);
     out.back(again, 6);
     out.place(done);
-    // Bits 7 and 6 of the middle byte are the two lowest of the pulse, bits 5 and 4 of CCP2CON.
+    // Bits 7 and 6 of the middle byte are the two lowest of the pulse, bits 5 and 4 of the control register.
     out.f(Kind::RrfF, mid);
     out.f(Kind::RrfW, mid);
-    out.lit(Kind::Andlw, chip.mask(&["CCP2X", "CCP2Y"]));
-    out.lit(Kind::Iorlw, chip.mask(&["CCP2M3", "CCP2M2"]));
-    out.f(Kind::Movwf, chip.reg(Sfr::CCP2CON));
+    out.lit(Kind::Andlw, chip.mask(&pwm.module.quarters));
+    out.lit(Kind::Iorlw, chip.mask(&pwm.module.mode));
+    out.f(Kind::Movwf, chip.reg(pwm.module.control));
     out.f(Kind::MovfW, high);
-    out.f(Kind::Movwf, chip.reg(Sfr::CCPR2L));
+    out.f(Kind::Movwf, chip.reg(pwm.module.duty));
     out.bare(Kind::Return);
 }

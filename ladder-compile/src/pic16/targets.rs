@@ -57,7 +57,7 @@ const fn target40(name: &str) -> Target {
 }
 
 const fn target18(name: &str) -> Target {
-    Target { pins: PINS_18, uart: Some(("RB2", "RB1")), pwm: None, adc: &[], ..target(name) }
+    Target { pins: PINS_18, uart: Some(("RB2", "RB1")), pwm: Some("RB3"), adc: &[], ..target(name) }
 }
 
 /// The chips.
@@ -72,6 +72,6 @@ pub const TARGETS: &[Target] = &[
     target40("pic16f877a"),
     target18("pic16f628"),
     target18("pic16f628a"),
-    Target { uart: Some(("RB5", "RB2")), adc: ADC_88, ..target18("pic16f88") },
-    Target { uart: None, adc: ADC_819, ..target18("pic16f819") },
+    Target { uart: Some(("RB5", "RB2")), pwm: Some("RB0"), adc: ADC_88, ..target18("pic16f88") },
+    Target { uart: None, pwm: Some("RB2"), adc: ADC_819, ..target18("pic16f819") },
 ];
