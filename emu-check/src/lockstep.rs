@@ -195,7 +195,7 @@ impl<'a, C: Target> Pair<'a, C> {
 
     /// What the chip does with its pins when nothing outside drives them.
     fn wiring(&self) -> Result<u64, Mismatch> {
-        wiring::probe(self.rig.cpu.clone(), self.places)
+        wiring::probe(&self.rig.cpu, self.places)
             .map_err(|(expected, found)| Mismatch::words(What::Pin, self.rig.cpu.cycle(), expected, found))
     }
 
