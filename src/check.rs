@@ -184,7 +184,7 @@ fn page(pairs: &[(&Read, Options)], outcomes: &[Outcome]) -> String {
     let entries: Vec<Entry<'_>> = pairs
         .iter()
         .zip(outcomes)
-        .map(|((read, options), outcome)| Entry { program: &read.program, options, outcome })
+        .map(|((read, options), outcome)| Entry { program: &read.program, options, compiled: None, outcome })
         .collect();
     emu_check::html(&entries)
 }

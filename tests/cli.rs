@@ -46,9 +46,17 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn emu(folder: &Path, args: &[String], input: &[u8]) -> Output {
+    run(folder, args, input, false)
+}
+
+/// With `peers` it finds the compilers of others; else it sees none, so that every machine says the same.
+fn run(folder: &Path, args: &[String], input: &[u8], peers: bool) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_emu"));
     for name in ["NO_COLOR", "CLICOLOR_FORCE", "COLUMNS"] {
         command.env_remove(name);
+    }
+    if !peers {
+        command.env("PATH", "");
     }
     let piped =
         command.args(args).current_dir(folder).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -60,13 +68,23 @@ fn emu(folder: &Path, args: &[String], input: &[u8]) -> Output {
 
 #[test]
 fn transcripts() {
+    replayed("tests/cli", false);
+}
+
+#[test]
+#[ignore = "needs gcc, avr-gcc and sdcc"]
+fn transcripts_with_peers() {
+    replayed("tests/cli/peers", true);
+}
+
+fn replayed(texts: &str, peers: bool) {
     let bless = std::env::var_os("EMU_BLESS").is_some();
     let mut wrong = Vec::new();
-    for file in text_files("tests/cli", "txt") {
+    for file in text_files(texts, "txt") {
         let name = file.file_stem().expect("a name").to_string_lossy().into_owned();
         let folder = folder(&name);
         let wanted = fs::read_to_string(&file).expect("a transcript");
-        let found = cli::transcript::replay(&wanted, &mut |args, input| emu(&folder, args, input), &folder);
+        let found = cli::transcript::replay(&wanted, &mut |args, input| run(&folder, args, input, peers), &folder);
         if found.differs.is_empty() {
             continue;
         }

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 #[path = "peers/asm/corpus.rs"]
 mod corpus;
+#[path = "peers/asm/emitted.rs"]
+mod emitted;
 #[path = "peers/asm/faults.rs"]
 mod faults;
 #[path = "peers/asm/judges.rs"]

@@ -6,19 +6,18 @@
 
 #[path = "peers/sources/code.rs"]
 mod code;
-#[path = "../ladder-compile/tests/common/mod.rs"]
-mod common;
 #[path = "peers/sources/debounce.rs"]
 mod debounce;
 #[path = "peers/sources/examples.rs"]
 mod examples;
+#[path = "../ladder-compile/tests/compile/common/ir/mod.rs"]
+mod ir;
 #[path = "peers/sources/programs.rs"]
 mod programs;
 #[path = "peers/sources/random.rs"]
 mod random;
-#[path = "ladder/mod.rs"]
-#[allow(dead_code, reason = "only the programs of the traces are wanted here")]
-mod table;
+#[path = "ladder/text.rs"]
+mod text;
 #[path = "peers/tools.rs"]
 mod tools;
 

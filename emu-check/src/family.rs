@@ -9,8 +9,10 @@ use emu_avr::Avr;
 use emu_core::chip::{Chip, Family};
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
-use emu_core::pins::PinId;
+use emu_core::pins::{Pin, PinId};
+use emu_core::rng::Rng;
 use emu_pic16::Pic16;
+use emu_pic16::chips::{Part, Place, part};
 
 /// Time on the chips of a family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -132,11 +134,17 @@ pub(crate) fn named(name: &str) -> Option<&'static Chip> {
 pub(crate) trait Target: Cpu {
     /// How deep the stack is, in a number that moves with it; nothing where there is none.
     fn depth(&self) -> Option<u32>;
+    /// Who drives a pin, now; nothing where the machine has no such thing as a pin that is not driven.
+    fn pin(&self, pin: PinId) -> Option<Pin>;
 }
 
 impl Target for Avr {
     fn depth(&self) -> Option<u32> {
         self.reg("sp")
+    }
+
+    fn pin(&self, pin: PinId) -> Option<Pin> {
+        self.soc().pins().get(usize::from(pin)).copied()
     }
 }
 
@@ -144,16 +152,28 @@ impl Target for Mcs51 {
     fn depth(&self) -> Option<u32> {
         self.reg("sp")
     }
+
+    fn pin(&self, pin: PinId) -> Option<Pin> {
+        self.soc().pins().get(usize::from(pin)).copied()
+    }
 }
 
 impl Target for Pic16 {
     fn depth(&self) -> Option<u32> {
         Some(self.stack().1 as u32)
     }
+
+    fn pin(&self, pin: PinId) -> Option<Pin> {
+        self.soc().pins().get(usize::from(pin)).copied()
+    }
 }
 
 impl Target for Ap101 {
     fn depth(&self) -> Option<u32> {
+        None
+    }
+
+    fn pin(&self, _: PinId) -> Option<Pin> {
         None
     }
 }
@@ -166,19 +186,85 @@ pub(crate) trait Job {
 }
 
 /// Does `job` with machines of `chip` that have `image` in their memories and an oscillator of `hz`.
+///
+/// A program is decoded once: the machines are copies of one that differ in what RAM holds.
 pub(crate) fn on_machines<J: Job>(chip: &'static Chip, image: &Image, hz: u64, job: J) -> J::Out {
     match chip.family {
-        Family::Avr => job.on(|seed| {
-            let mut avr = Avr::new(chip, image, RamInit::Random(seed));
-            avr.set_clock_hz(hz);
-            avr
-        }),
+        Family::Avr => {
+            let mut fresh = Avr::new(chip, image, RamInit::Zero);
+            fresh.set_clock_hz(hz);
+            let (first, len) = (u32::from(chip.ram_start), u32::from(chip.ram_len));
+            let ram: Vec<(u32, usize)> = (0..32).chain(first..first + len).zip(0..).collect();
+            job.on(move |seed| filled(&fresh, &ram, seed))
+        }
+        // Outside of the chip may be 64 KiB of RAM; to fill that byte by byte would take longer than to make a machine.
         Family::Mcs51 => job.on(|seed| Mcs51::new(chip, image, RamInit::Random(seed))),
         Family::Pic16 => {
             let options = emu_pic16::Options { hz, start_up: false, ..emu_pic16::Options::default() };
-            job.on(|seed| Pic16::with(chip, image, RamInit::Random(seed), options))
+            let fresh = Pic16::with(chip, image, RamInit::Zero, options);
+            let places = (0..).zip(part(chip.name).map(Part::places).into_iter().flatten());
+            let ram: Vec<(u32, usize)> = places
+                .filter_map(|(addr, place)| match place {
+                    Place::Ram(kept) => Some((addr, kept.into())),
+                    Place::Sfr(_) | Place::None => None,
+                })
+                .collect();
+            job.on(move |seed| filled(&fresh, &ram, seed))
         }
         // A cold start clears M, so nothing of it is random.
         Family::Ap101 => job.on(|_| Ap101::new(image)),
+    }
+}
+
+/// A copy of `fresh` with random bytes in data memory: at each address of `ram` the one of that number.
+fn filled<C: Cpu>(fresh: &C, ram: &[(u32, usize)], seed: u64) -> C {
+    let mut cpu = fresh.clone();
+    let mut bytes = vec![0; ram.iter().map(|(_, n)| n + 1).max().unwrap_or(0)];
+    Rng::new(seed).fill(&mut bytes);
+    for &(addr, n) in ram {
+        cpu.poke("data", addr, bytes.get(n).copied().unwrap_or(0));
+    }
+    cpu
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What can be read of a machine.
+    fn state<C: Cpu>(cpu: &C) -> Vec<Option<u32>> {
+        let bytes = ["data", "eeprom"].into_iter().flat_map(|space| (0..0x1000).map(move |addr| (space, addr)));
+        let bytes = bytes.map(|(space, addr)| cpu.peek(space, addr).map(u32::from));
+        bytes.chain(cpu.chip().cpu_regs.iter().map(|reg| cpu.reg(reg))).chain([Some(cpu.cycle() as u32)]).collect()
+    }
+
+    /// Machines from power-up, against those that the emulator itself makes.
+    struct Fresh(&'static Chip, u64);
+
+    impl Job for Fresh {
+        type Out = ();
+
+        fn on<C: Target, F: Fn(u64) -> C>(self, power_up: F) {
+            let Fresh(chip, hz) = self;
+            let (image, start_up) = (Image::default(), false);
+            for seed in [1, 7, u64::MAX] {
+                let wanted = match chip.family {
+                    Family::Avr => state(&Avr::new(chip, &image, RamInit::Random(seed))),
+                    _ => {
+                        let options = emu_pic16::Options { hz, start_up, ..emu_pic16::Options::default() };
+                        state(&Pic16::with(chip, &image, RamInit::Random(seed), options))
+                    }
+                };
+                assert_eq!(state(&power_up(seed)), wanted, "{} with seed {seed}", chip.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_copy_with_its_own_ram_is_as_from_power_up() {
+        for mcu in ["atmega328p", "atmega8", "atmega128", "pic16f873", "pic16f877a", "pic16f628", "pic16f84a"] {
+            let chip = named(mcu).expect(mcu);
+            on_machines(chip, &Image::default(), chip.default_hz, Fresh(chip, chip.default_hz));
+        }
     }
 }

@@ -2,14 +2,15 @@
 
 use std::fmt::Write;
 
-use ladder::Program;
+use ladder::{ElementId, Program};
+use ladder_compile::Compiled;
 
 use crate::Options;
 use crate::html_trace::trace;
 use crate::junit::escaped;
-use crate::report::{Report, counted};
+use crate::report::{Difference, Report, What, counted, grouped};
 use crate::svg::waveform;
-use crate::table::Outcome;
+use crate::table::{HEADS, Outcome, row, verdicts};
 
 /// A check and what came of it.
 #[derive(Debug, Clone, Copy)]
@@ -18,6 +19,8 @@ pub struct Entry<'a> {
     pub program: &'a Program,
     /// How it was checked.
     pub options: &'a Options,
+    /// The image that was checked, where it is not the one that the compiler makes with these options.
+    pub compiled: Option<&'a Compiled>,
     /// What came of it.
     pub outcome: &'a Outcome,
 }
@@ -28,18 +31,10 @@ const DRAWN: usize = 8;
 /// Scans of a drawing where nothing differs.
 const SCANS: u64 = 2_000;
 
-/// Colours by the reader's choice of dark or light, names and drawings that do not widen the page.
-const STYLE: &str = ":root{color-scheme:light dark;--back:#fff;--text:#1b1f24;--dim:#59636e;--line:#d1d9e0;--good:#1a7f37;--bad:#cf222e;--wash:#ffd8d3;--expected:#0969da}
-@media (prefers-color-scheme:dark){:root{--back:#0d1117;--text:#e6edf3;--dim:#9198a1;--line:#3d444d;--good:#3fb950;--bad:#ff7b72;--wash:#5c1f22;--expected:#58a6ff}}
-body{background:var(--back);color:var(--text);font:15px/1.5 system-ui,sans-serif;max-width:76rem;margin:2rem auto;padding:0 1rem}
-h1,h2{overflow-wrap:anywhere}h2{border-top:1px solid var(--line);padding-top:1.5rem;margin-top:2.5rem}
-.agrees{color:var(--good)}.differs{color:var(--bad)}.refused,.dim{color:var(--dim)}
-table{border-collapse:collapse;display:block;overflow-x:auto}td,th{border:1px solid var(--line);padding:.25rem .6rem;text-align:left;vertical-align:top}td.n{text-align:right;font-variant-numeric:tabular-nums}
-pre,code{font:13px/1.35 ui-monospace,'DejaVu Sans Mono',monospace}pre{overflow-x:auto;border:1px solid var(--line);padding:.7rem}code{overflow-wrap:anywhere}
-.both{display:flex;border:1px solid var(--line)}.both>div{overflow-x:auto}.both>div:first-child{flex:none;max-width:45%}
-svg{display:block}svg text{font:12px ui-monospace,'DejaVu Sans Mono',monospace;fill:var(--text)}svg .axis{fill:var(--dim);text-anchor:middle}svg .mark{fill:var(--bad);text-anchor:end;font-weight:bold}
-svg path{fill:none;stroke-width:1.5}svg .grid{stroke:var(--line);stroke-width:1}svg .reset{stroke:var(--dim);stroke-dasharray:3 3;stroke-width:1}
-svg .expected{stroke:var(--expected)}svg .found{stroke:var(--text);stroke-dasharray:4 3}svg .bad{fill:var(--wash)}";
+/// Scans that are drawn at least before a difference, if there are so many.
+const CONTEXT: usize = 40;
+
+const STYLE: &str = include_str!("report.css");
 
 /// One page of all checks; every tag is closed, so that it is well-formed XML, too.
 #[must_use]
@@ -50,121 +45,204 @@ pub fn html(entries: &[Entry<'_>]) -> String {
         [one] => format!("{} on {}", one.program.file, one.options.mcu),
         _ => format!("{}, {differ} differ", counted(entries.len() as u64, "check")),
     };
-    let title = escaped(&title);
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width\"/>\n\
-         <title>emu check: {title}</title>\n<style>\n{STYLE}\n</style>\n</head>\n<body>\n<h1>{title}</h1>\n"
+         <title>emu check: {0}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n",
+        escaped(&title)
     );
     if entries.len() > 1 {
-        _ = writeln!(page, "<pre>{}</pre>", escaped(&crate::table(&outcomes)));
+        _ = writeln!(page, "<h1>{}</h1>", escaped(&title));
+        page += &overview(entries);
+        _ = writeln!(page, "<p>{}</p>", escaped(&verdicts(&outcomes)));
     }
     let mut drawn = 0;
-    for entry in entries {
+    for (n, entry) in entries.iter().enumerate() {
+        page += &head(entry, n, entries.len() > 1);
         match entry.outcome {
             Outcome::Refused(refused) => {
-                let why = refused
-                    .errors
-                    .iter()
-                    .map(|e| format!("<li>{} [{}]</li>", escaped(&e.cause), e.code))
-                    .collect::<String>();
-                page += &head(entry, "refused", "refused");
-                _ = writeln!(page, "<ul>{why}</ul>");
+                let why = |e: &diag::Diagnostic| format!("<li>{} [{}]</li>", escaped(&e.cause), e.code);
+                _ = writeln!(page, "<ul>{}</ul>", refused.errors.iter().map(why).collect::<String>());
             }
             Outcome::Checked(report) => {
                 drawn += usize::from(report.agreed);
                 page += &checked(entry, report, !report.agreed || drawn <= DRAWN);
+                // One drawing of a program is enough for all its chips.
+                let before = entries.iter().take(n).position(|other| {
+                    std::ptr::eq(other.program, entry.program) && matches!(other.outcome, Outcome::Checked(_))
+                });
+                page += &match before {
+                    Some(first) => format!("<p><a href=\"#program-{}\">The program</a></p>\n", first + 1),
+                    None => format!(
+                        "<h3 id=\"program-{}\">Program</h3>\n<pre>{}</pre>\n",
+                        n + 1,
+                        escaped(&ladder::draw(entry.program))
+                    ),
+                };
             }
         }
     }
     page + "</body>\n</html>\n"
 }
 
-fn head(entry: &Entry<'_>, class: &str, verdict: &str) -> String {
+/// Class of an outcome in the style, and its verdict.
+fn verdict(outcome: &Outcome) -> (&'static str, &'static str) {
+    match outcome {
+        Outcome::Refused(_) => ("refused", "refused"),
+        Outcome::Checked(report) if report.agreed => ("agrees", "agrees"),
+        Outcome::Checked(_) => ("differs", "DIFFERS"),
+    }
+}
+
+/// A line for each check, with the way to its section.
+fn overview(entries: &[Entry<'_>]) -> String {
+    let head = |(n, head): (usize, &&str)| format!("<th{}>{head}</th>", if n > 2 { " class=\"n\"" } else { "" });
+    let heads: String = HEADS.iter().enumerate().map(head).collect();
+    let mut text = format!("<table>\n<tr>{heads}</tr>\n");
+    for (n, entry) in entries.iter().enumerate() {
+        let (class, verdict) = verdict(entry.outcome);
+        let (program, mcu) = (escaped(&entry.program.file), escaped(&entry.options.mcu));
+        let figures: String = match entry.outcome {
+            Outcome::Checked(report) => {
+                row(report).iter().skip(3).map(|cell| format!("<td class=\"n\">{}</td>", escaped(cell))).collect()
+            }
+            Outcome::Refused(refused) => {
+                let why = refused.errors.first().map_or("", |error| error.cause.as_str());
+                format!("<td class=\"dim\" colspan=\"{}\">{}</td>", HEADS.len() - 3, escaped(why))
+            }
+        };
+        _ = writeln!(
+            text,
+            "<tr><td>{program}</td><td>{mcu}</td><td><a class=\"{class}\" href=\"#check-{}\">{verdict}</a></td>{figures}</tr>",
+            n + 1
+        );
+    }
+    text + "</table>\n<p class=\"dim\">Code and RAM in bytes; times of a scan outside of its wait in clocks of the oscillator; the worst rung by its number.</p>\n"
+}
+
+fn head(entry: &Entry<'_>, n: usize, many: bool) -> String {
     let (program, mcu) = (escaped(&entry.program.file), escaped(&entry.options.mcu));
-    format!("<h2>{program} on {mcu}: <span class=\"{class}\">{verdict}</span></h2>\n")
+    let (class, verdict) = verdict(entry.outcome);
+    let level = if many { "h2" } else { "h1" };
+    format!("<{level} id=\"check-{}\">{program} on {mcu}: <span class=\"{class}\">{verdict}</span></{level}>\n", n + 1)
+}
+
+/// A line of a table with a name before it; both are HTML already.
+fn line(name: &str, value: &str) -> String {
+    format!("<tr><th>{name}</th><td>{value}</td></tr>\n")
 }
 
 fn checked(entry: &Entry<'_>, report: &Report, draws: bool) -> String {
-    let mut text = if report.agreed { head(entry, "agrees", "agrees") } else { head(entry, "differs", "DIFFERS") };
-    let line = |name: &str, value: &str| format!("<tr><th>{name}</th><td>{value}</td></tr>\n");
-    if let Some(difference) = &report.difference {
-        text += "<table>\n";
-        let what = difference.symbol.clone().unwrap_or_else(|| format!("{:?}", difference.what).to_lowercase());
-        text += &line("what", &format!("{} [{}]", escaped(&what), difference.code));
-        text += &line("expected", &escaped(&difference.expected));
-        text += &line("found", &escaped(&difference.found));
-        if let (Some(rung), Some(element), Some(of)) = (difference.rung, difference.element, &difference.element_text) {
-            text += &line("element", &format!("rung {rung}, element {element} <code>{}</code>", escaped(of)));
+    let mut text = match &report.difference {
+        Some(difference) => differs(entry.program, difference),
+        None => {
+            let replay = crate::run::replay(entry.program, entry.options, report.scans);
+            format!("<p>Again: <code>{}</code></p>\n", escaped(&replay))
         }
-        let (scan, run, of_run) = (difference.scan, difference.run, difference.scan_of_run);
-        text += &line("when", &format!("scan {scan}: cycle {} of run {run}, in its scan {of_run}", difference.cycle));
-        text += &line("replay", &format!("<code>{}</code>", escaped(&difference.replay)));
-        if !difference.smallest.is_empty() {
-            text += &line("smallest stimulus", &format!("<pre>{}</pre>", escaped(&difference.smallest.join("\n"))));
-        }
-        text += "</table>\n";
-    } else {
-        let replay = crate::run::replay(entry.program, entry.options, report.scans);
-        _ = writeln!(text, "<p>Again: <code>{}</code></p>", escaped(&replay));
-    }
-    let figures = &report.figures;
-    let clocks = |cycles: u64| counted(cycles.saturating_mul(figures.clocks_per_cycle), "clock");
-    text += "<h3>Figures</h3>\n<table>\n";
-    for (name, value) in [
-        ("scans", format!("{} in {} from reset", counted(report.scans, "scan"), counted(report.runs, "run"))),
-        ("compared", counted(report.compared, "value")),
-        ("code", counted(figures.code_bytes.into(), "byte")),
-        ("RAM", counted(figures.ram_bytes.into(), "byte")),
-        ("period", format!("{} machine cycles of {}", figures.period_cycles, clocks(1))),
-        (
-            "longest scan",
-            format!("{}, {} by the compiler", clocks(figures.scan_cycles_max), clocks(figures.scan_cycles_bound)),
-        ),
-        ("mean scan", format!("{:.1} clocks", figures.scan_cycles_mean * figures.clocks_per_cycle as f64)),
-        ("slack", clocks(figures.slack_cycles)),
-    ] {
-        text += &line(name, &escaped(&value));
-    }
-    text += "</table>\n<h3>Coverage</h3>\n<table>\n<tr><th>class</th><th>seen</th><th>can</th><th>cannot</th></tr>\n";
+    };
+    text += &figures(report);
+    text += "<h3>Coverage</h3>\n<table>\n<tr><th>class</th><th class=\"n\">seen</th><th class=\"n\">of</th><th class=\"n\">impossible</th></tr>\n";
     for row in &report.coverage.classes {
-        let class =
-            serde_json::to_value(row.class).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default();
-        let (covered, total, cannot) = (row.covered, row.total, row.impossible);
-        _ = writeln!(
-            text,
-            "<tr><td>{}</td><td class=\"n\">{covered}</td><td class=\"n\">{total}</td><td class=\"n\">{cannot}</td></tr>",
-            escaped(&class)
-        );
+        let class = serde_json::to_value(row.class).ok();
+        let class = class.as_ref().and_then(serde_json::Value::as_str).unwrap_or_default();
+        let cells = [row.covered, row.total, row.impossible].map(|cell| format!("<td class=\"n\">{cell}</td>"));
+        _ = writeln!(text, "<tr><td>{}</td>{}</tr>", escaped(class), cells.concat());
     }
     text += "</table>\n";
     if !report.coverage.missing.is_empty() {
-        _ = writeln!(
-            text,
-            "<details><summary>not seen</summary><pre>{}</pre></details>",
-            escaped(&report.coverage.missed())
-        );
+        let missed = escaped(&report.coverage.missed());
+        _ = writeln!(text, "<details><summary>not seen</summary><pre>{missed}</pre></details>");
     }
     if draws {
         text += &symbols(entry, report);
     }
-    _ = writeln!(text, "<h3>Program</h3>\n<pre>{}</pre>", escaped(&ladder::draw(entry.program)));
     text
+}
+
+/// All that is known of a difference.
+fn differs(program: &Program, difference: &Difference) -> String {
+    let (mut text, mut drawing) = ("<table>\n".to_owned(), String::new());
+    let what = difference.symbol.clone().unwrap_or_else(|| format!("{:?}", difference.what).to_lowercase());
+    text += &line("what", &format!("{} [{}]", escaped(&what), difference.code));
+    text += &line("expected", &escaped(&difference.expected));
+    text += &line("found", &escaped(&difference.found));
+    if difference.differing.len() > 1 {
+        text += &line("all", &escaped(&difference.differing.join("; ")));
+    }
+    if let (Some(rung), Some(element), Some(of)) = (difference.rung, difference.element, &difference.element_text) {
+        text += &line("element", &format!("rung {rung}, element {element} <code>{}</code>", escaped(of)));
+        let id = ElementId { rung: rung.saturating_sub(1), index: element.saturating_sub(1) };
+        drawing = format!("<pre>{}</pre>\n", marked(program, id));
+    }
+    let (scan, run, of_run) = (difference.scan, difference.run, difference.scan_of_run);
+    text += &match difference.what {
+        What::Map => line("when", "before anything has run"),
+        _ => line("when", &format!("scan {scan}: cycle {} of run {run}, in its scan {of_run}", difference.cycle)),
+    };
+    text += &line("replay", &format!("<code>{}</code>", escaped(&difference.replay)));
+    if !difference.smallest.is_empty() {
+        text += &line("smallest stimulus", &format!("<pre>{}</pre>", escaped(&difference.smallest.join("\n"))));
+    }
+    text + "</table>\n" + &drawing
+}
+
+/// A rung with one of its elements marked.
+fn marked(program: &Program, id: ElementId) -> String {
+    let drawing = ladder::draw_rung(program, id.rung as usize);
+    let cell = drawing.cells.iter().find(|cell| cell.id == id);
+    let lines = drawing.lines.iter().enumerate().map(|(n, line)| match cell.filter(|cell| cell.line == n) {
+        Some(cell) => {
+            let part = |from: usize, most: usize| escaped(&line.chars().skip(from).take(most).collect::<String>());
+            let end = cell.column.saturating_add(cell.width);
+            let (before, symbol, after) = (part(0, cell.column), part(cell.column, cell.width), part(end, usize::MAX));
+            format!("{before}<mark>{symbol}</mark>{}", after.trim_end())
+        }
+        None => escaped(line.trim_end()),
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+fn figures(report: &Report) -> String {
+    let figures = &report.figures;
+    let clocks = |cycles: u64| counted(cycles.saturating_mul(figures.clocks_per_cycle), "clock");
+    let period = figures.period_cycles.parse().map_or_else(|_| figures.period_cycles.clone(), grouped);
+    let longest = (clocks(figures.scan_cycles_max), clocks(figures.scan_cycles_bound));
+    let rows = [
+        ("scans", format!("{} in {} from reset", counted(report.scans, "scan"), counted(report.runs, "run"))),
+        ("compared", counted(report.compared, "value")),
+        ("code", counted(figures.code_bytes.into(), "byte")),
+        ("RAM", counted(figures.ram_bytes.into(), "byte")),
+        ("period", format!("{period} machine cycles of {}", clocks(1))),
+        ("longest scan", format!("{}, at most {} by the compiler", longest.0, longest.1)),
+        ("mean scan", format!("{:.1} clocks", figures.scan_cycles_mean * figures.clocks_per_cycle as f64)),
+        ("slack", clocks(figures.slack_cycles)),
+    ];
+    let rows: String = rows.iter().map(|(name, value)| line(name, &escaped(value))).collect();
+    format!("<h3>Figures</h3>\n<table>\n{rows}</table>\n")
 }
 
 /// The drawing of symbols over scans.
 fn symbols(entry: &Entry<'_>, report: &Report) -> String {
+    let nothing_ran = report.difference.as_ref().is_some_and(|difference| difference.what == What::Map);
     let scans = if report.agreed { report.scans.min(SCANS) } else { report.scans };
-    let Some(mut trace) = trace(entry.program, entry.options, scans) else { return String::new() };
+    let Some(mut trace) = trace(entry, scans).filter(|_| !nothing_ran) else { return String::new() };
     let reset = trace.rows.iter().rposition(|row| row.reset).unwrap_or(0);
     if !report.agreed {
-        // The run that differs is what counts.
-        trace.rows.drain(..reset);
+        // The run that differs is what counts; a short one is easier to read with the end of the one before.
+        trace.rows.drain(..reset.min(trace.rows.len().saturating_sub(CONTEXT)));
+        trace.differs = true;
     }
     let (Some(first), Some(last)) = (trace.rows.front(), trace.rows.back()) else { return String::new() };
     let (from, to) = (first.scan, last.scan);
     let (names, wave) = waveform(&trace);
+    let (end, marks) = match report.agreed {
+        true => ("", ""),
+        false => (
+            " class=\"end\"",
+            " The upright red line is the scan of the first difference; what differs in it is shaded.",
+        ),
+    };
     format!(
-        "<h3>Symbols, scan {from} to {to}</h3>\n<p class=\"dim\">Solid: reference. Dashed: chip. A shaded scan differs; an upright \
-         dashed line is a reset. Names and lines tell more where the pointer rests.</p>\n<div class=\"both\"><div>{names}</div><div>{wave}</div></div>\n"
+        "<h3>Symbols, scan {from} to {to}</h3>\n<p class=\"dim\">Solid: reference. Dashed: chip. An upright dashed line is a reset.{marks} \
+         Names and lines tell more where the pointer rests.</p>\n<div class=\"both\"><div class=\"names\">{names}</div><div{end}>{wave}</div></div>\n"
     )
 }

@@ -11,6 +11,7 @@ use crate::contract::Pace;
 use crate::family::{Job, Target, on_machines};
 use crate::goals::Goals;
 use crate::hints::Hints;
+use crate::html::Entry;
 use crate::lockstep::{Bench, Pair};
 use crate::places::Places;
 use crate::stimulus::Stimulus;
@@ -35,17 +36,27 @@ pub(crate) struct Trace {
     /// Name, and whether it is a bit.
     pub symbols: Vec<(String, bool)>,
     pub rows: VecDeque<Row>,
+    /// The last row is that of a difference.
+    pub differs: bool,
 }
 
-/// The first `scans` scans of the check of `program` with these options; nothing where that is refused.
-pub(crate) fn trace(program: &Program, options: &Options, scans: u64) -> Option<Trace> {
+/// The first `scans` scans of a check; nothing where it was refused.
+pub(crate) fn trace(entry: &Entry<'_>, scans: u64) -> Option<Trace> {
+    let &Entry { program, options, compiled, .. } = entry;
     let target = ladder_compile::Options {
         mcu: options.mcu.clone(),
         pins: options.pins.clone(),
         clock_hz: options.clock_hz,
         ..Default::default()
     };
-    let compiled = ladder_compile::compile(program, &target).ok()?;
+    let own;
+    let compiled = match compiled {
+        Some(compiled) => compiled,
+        None => {
+            own = ladder_compile::compile(program, &target).ok()?;
+            &own
+        }
+    };
     let eval = Evaluator::new(program).ok()?;
     let chip = ladder_compile::chip(&options.mcu)?;
     let pace = Pace::new(program, options, chip)?;
@@ -76,7 +87,7 @@ impl Job for Recording<'_> {
         let mut goals = Goals::new(program, &eval);
         let mut stimulus = Stimulus::new(options.seed, Wishes::new(program, &eval));
         let symbols = eval.symbols().iter().map(|symbol| (symbol.name.clone(), symbol.kind.is_bit())).collect();
-        let mut trace = Trace { symbols, rows: VecDeque::new() };
+        let mut trace = Trace { symbols, rows: VecDeque::new(), differs: false };
         let mut pair: Option<Pair<'_, C>> = None;
         for scan in 1..=scans {
             let begun = stimulus.begin(&hints);

@@ -141,7 +141,7 @@ impl<'a, C: Target> Pair<'a, C> {
         if self.first {
             self.first = false;
             let all = self.hints.bits.iter().chain(&self.hints.integers).copied();
-            compared += self.symbols(What::Reset, all)? + self.wiring()?;
+            compared += self.symbols(What::Reset, all)? + self.wiring(true)?;
         }
         step.apply(self.hints, &mut self.eval);
         for &(symbol, value) in &step.writes {
@@ -152,6 +152,7 @@ impl<'a, C: Target> Pair<'a, C> {
 
     /// One whole scan on both sides.
     pub fn scan(&mut self, step: &Step) -> Result<Agreed, Mismatch> {
+        let first = self.first;
         let mut compared = self.begin(step)?;
         let start = self.rig.cpu.cycle();
         let seen = Seen::scan(&mut self.eval);
@@ -162,7 +163,7 @@ impl<'a, C: Target> Pair<'a, C> {
             self.flip(step);
         }
         self.rig.reach_end().map_err(lost)?;
-        compared += self.symbols(What::Symbol, 0..self.eval.symbols().len())? + self.pins()? + self.wiring()?;
+        compared += self.symbols(What::Symbol, 0..self.eval.symbols().len())? + self.pins()? + self.wiring(first)?;
         compared += self.lines.sent(&mut self.rig)?;
         let end = self.rig.cpu.cycle();
         let cycles = end - start + *self.tail.get_or_insert_with(|| self.rig.tail());
@@ -193,9 +194,10 @@ impl<'a, C: Target> Pair<'a, C> {
         if differing.is_empty() { Ok(compared) } else { Err(Mismatch::values(what, self.rig.cpu.cycle(), differing)) }
     }
 
-    /// What the chip does with its pins when nothing outside drives them.
-    fn wiring(&self) -> Result<u64, Mismatch> {
-        wiring::probe(self.rig.cpu.clone(), self.places)
+    /// What the chip does with its pins when nothing outside drives them. What answers an edge is switched on by the code
+    /// before the first scan, or in it, so the whole machine is driven around that one.
+    fn wiring(&self, whole: bool) -> Result<u64, Mismatch> {
+        wiring::probe(&self.rig.cpu, self.places, whole)
             .map_err(|(expected, found)| Mismatch::words(What::Pin, self.rig.cpu.cycle(), expected, found))
     }
 

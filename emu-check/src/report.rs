@@ -244,6 +244,11 @@ impl Difference {
 
 /// `1 scan`, `2,000 scans`.
 pub(crate) fn counted(n: u64, what: &str) -> String {
+    format!("{} {what}{}", grouped(n), if n == 1 { "" } else { "s" })
+}
+
+/// `2,000`.
+pub(crate) fn grouped(n: u64) -> String {
     let digits = n.to_string();
     let mut number = String::new();
     for (i, digit) in digits.chars().enumerate() {
@@ -252,5 +257,5 @@ pub(crate) fn counted(n: u64, what: &str) -> String {
         }
         number.push(digit);
     }
-    format!("{number} {what}{}", if n == 1 { "" } else { "s" })
+    number
 }

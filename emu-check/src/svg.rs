@@ -13,83 +13,129 @@ const SIGNAL: usize = 16;
 /// Least width of a drawing, most width of a scan, in pixels.
 const WIDTH: usize = 900;
 const MOST: usize = 24;
+/// Width of a character, about, and what is free at the right end for the last number of the axis.
+const CHAR: usize = 8;
+const END: usize = 24;
+/// Characters of a name that are shown; all of them where the pointer rests.
+const NAME: usize = 24;
 
 /// The column of names, and the drawing that may be wider than the page: both as SVG, row by row at the same height.
 pub(crate) fn waveform(trace: &Trace) -> (String, String) {
     let rows = trace.rows.len().max(1);
     let step = (WIDTH / rows).clamp(2, MOST);
-    let (width, height) = (rows * step + 2, trace.symbols.len() * ROW + AXIS);
-    let longest = trace.symbols.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0).min(NAME);
-    let names_width = longest * 8 + 16;
+    let drawn = rows * step;
+    let height = trace.symbols.len() * ROW + AXIS;
+    let signals: Vec<Signal<'_>> = (0..trace.symbols.len()).map(|symbol| Signal::new(trace, symbol)).collect();
+    let widest = |length: fn(&Signal<'_>) -> usize| signals.iter().map(length).max().unwrap_or(0);
+    let names_width = (widest(|s| s.shown().chars().count()) + 2) * CHAR + widest(|s| s.range().chars().count()) * 6;
+    let mark = widest(|s| s.mark().map_or(0, |mark| mark.chars().count()));
+    let width = drawn + if mark > 0 { (mark + 2) * CHAR } else { END };
     let mut names = open("names", names_width, height);
     let mut svg = open("wave", width, height);
-    for (n, row) in trace.rows.iter().enumerate() {
-        let x = n * step;
-        if row.expected != row.found {
-            _ = writeln!(svg, "<rect class=\"bad\" x=\"{x}\" y=\"0\" width=\"{step}\" height=\"{height}\"/>");
+    grid(&mut svg, trace, step, height);
+    for (n, signal) in signals.iter().enumerate() {
+        let top = AXIS + n * ROW;
+        let (name, shown, range) = (escaped(signal.name), escaped(&signal.shown()), signal.range());
+        let at = top + SIGNAL;
+        _ = writeln!(names, "<text class=\"name\" x=\"4\" y=\"{at}\"><title>{name} {range}</title>{shown}</text>");
+        if !range.is_empty() {
+            _ = writeln!(names, "<text class=\"range\" x=\"{}\" y=\"{at}\">{range}</text>", names_width - 6);
         }
-        if row.reset {
-            let title = format!("reset before scan {}", row.scan);
-            _ = writeln!(svg, "<path class=\"reset\" d=\"M{x} 0V{height}\"><title>{title}</title></path>");
+        if signal.mark().is_some() {
+            let x = drawn - step;
+            _ = writeln!(svg, "<rect class=\"bad\" x=\"{x}\" y=\"{top}\" width=\"{step}\" height=\"{ROW}\"/>");
+        }
+        _ = writeln!(svg, "<path class=\"grid\" d=\"M0 {}H{drawn}\"/>", at + 2);
+        for (class, values) in [("expected", &signal.expected), ("found", &signal.found)] {
+            let path = signal.path(values, step, top);
+            _ = writeln!(svg, "<path class=\"{class}\" d=\"{path}\"><title>{name}</title></path>");
+        }
+        if let Some(mark) = signal.mark() {
+            _ = writeln!(svg, "<text class=\"mark\" x=\"{}\" y=\"{}\">{mark}</text>", drawn + CHAR, at - 2);
         }
     }
-    let every = (1..).map(|n| [1, 2, 5][(n - 1) % 3] * 10usize.pow((n as u32 - 1) / 3)).find(|n| n * step >= 60);
-    let every = every.unwrap_or(1).max(1);
-    for (n, row) in trace.rows.iter().enumerate().filter(|(_, row)| row.scan % every as u64 == 0) {
-        _ = writeln!(svg, "<text class=\"axis\" x=\"{}\" y=\"14\">{}</text>", n * step + step / 2, row.scan);
-    }
-    for (symbol, (name, bit)) in trace.symbols.iter().enumerate() {
-        let top = AXIS + symbol * ROW;
-        let value = |of: &[i32]| of.get(symbol).copied().unwrap_or(0);
-        let all = trace.rows.iter().flat_map(|row| [value(&row.expected), value(&row.found)]);
-        let (least, most) = all.fold((0, 1), |(least, most): (i32, i32), v| (least.min(v), most.max(v)));
-        let span = (i64::from(most) - i64::from(least)).max(1);
-        let y = |v: i32| top + SIGNAL + 2 - ((i64::from(v) - i64::from(least)) * SIGNAL as i64 / span) as usize;
-        let shown: String = match name.chars().count() > NAME {
-            true => name.chars().take(NAME - 1).chain(['…']).collect(),
-            false => name.clone(),
-        };
-        let range = if *bit { String::new() } else { format!(" {least} to {most}") };
+    if trace.differs {
+        // On top of all, for it is what the reader looks for.
         _ = writeln!(
-            names,
-            "<text class=\"name\" x=\"4\" y=\"{}\"><title>{}{range}</title>{}</text>",
-            top + SIGNAL,
-            escaped(name),
-            escaped(&shown)
+            svg,
+            "<path class=\"first\" d=\"M{drawn} {AXIS}V{height}\"><title>first difference</title></path>"
         );
-        _ = writeln!(svg, "<path class=\"grid\" d=\"M0 {0}H{width}\"/>", top + SIGNAL + 2);
-        for (class, found) in [("expected", false), ("found", true)] {
-            let mut path = String::new();
-            let mut last = None;
-            for (n, row) in trace.rows.iter().enumerate() {
-                let level = y(value(if found { &row.found } else { &row.expected }));
-                if last != Some(level) {
-                    let x = n * step;
-                    _ = if last.is_none() { write!(path, "M{x} {level}") } else { write!(path, "H{x}V{level}") };
-                    last = Some(level);
-                }
-            }
-            _ = writeln!(
-                svg,
-                "<path class=\"{class}\" d=\"{path}H{}\"><title>{}</title></path>",
-                rows * step,
-                escaped(name)
-            );
-        }
-        // Where both part, the values.
-        let differs = trace.rows.iter().enumerate().find(|(_, row)| value(&row.expected) != value(&row.found));
-        if let Some((n, row)) = differs {
-            let (expected, found) = (value(&row.expected), value(&row.found));
-            let x = (n * step).saturating_sub(4);
-            let line = format!("{expected} expected, {found} found");
-            _ = writeln!(svg, "<text class=\"mark\" x=\"{x}\" y=\"{}\">{line}</text>", top + SIGNAL - 2);
-        }
     }
     (names + "</svg>", svg + "</svg>")
 }
 
-/// Characters of a name that are shown; all of them where the pointer rests.
-const NAME: usize = 24;
+/// A symbol over all rows.
+struct Signal<'a> {
+    name: &'a str,
+    bit: bool,
+    expected: Vec<i32>,
+    found: Vec<i32>,
+    /// All values lie between these two, as does 0.
+    least: i32,
+    most: i32,
+}
+
+impl<'a> Signal<'a> {
+    fn new(trace: &'a Trace, symbol: usize) -> Signal<'a> {
+        let (name, bit) = trace.symbols.get(symbol).map_or(("", true), |(name, bit)| (name.as_str(), *bit));
+        let value = |of: &[i32]| of.get(symbol).copied().unwrap_or(0);
+        let expected: Vec<i32> = trace.rows.iter().map(|row| value(&row.expected)).collect();
+        let found: Vec<i32> = trace.rows.iter().map(|row| value(&row.found)).collect();
+        let all = || expected.iter().chain(&found).copied();
+        let (least, most) = (all().min().unwrap_or(0).min(0), all().max().unwrap_or(1).max(1));
+        Signal { name, bit, least, most, expected, found }
+    }
+
+    fn shown(&self) -> String {
+        match self.name.chars().count() > NAME {
+            true => self.name.chars().take(NAME - 1).chain(['…']).collect(),
+            false => self.name.to_owned(),
+        }
+    }
+
+    /// What an integer is scaled to.
+    fn range(&self) -> String {
+        if self.bit { String::new() } else { format!("{}..{}", self.least, self.most) }
+    }
+
+    /// The values in the last row, where they differ.
+    fn mark(&self) -> Option<String> {
+        let (expected, found) = self.expected.last().zip(self.found.last())?;
+        (expected != found).then(|| format!("{expected} expected, {found} found"))
+    }
+
+    fn path(&self, values: &[i32], step: usize, top: usize) -> String {
+        let span = (i64::from(self.most) - i64::from(self.least)).max(1);
+        let y = |v: i32| top + SIGNAL + 2 - ((i64::from(v) - i64::from(self.least)) * SIGNAL as i64 / span) as usize;
+        let (mut path, mut last) = (String::new(), None);
+        for (n, &value) in values.iter().enumerate() {
+            let level = y(value);
+            if last != Some(level) {
+                let x = n * step;
+                _ = if last.is_none() { write!(path, "M{x} {level}") } else { write!(path, "H{x}V{level}") };
+                last = Some(level);
+            }
+        }
+        path + &format!("H{}", values.len() * step)
+    }
+}
+
+/// Numbers of scans, and the resets.
+fn grid(svg: &mut String, trace: &Trace, step: usize, height: usize) {
+    let every = (0..).map(|n| [1, 2, 5][n % 3] * 10usize.pow(n as u32 / 3)).find(|every| every * step >= 60);
+    let every = every.unwrap_or(1).max(1);
+    for (n, row) in trace.rows.iter().enumerate() {
+        let x = n * step;
+        if row.reset {
+            let title = format!("reset before scan {}", row.scan);
+            _ = writeln!(svg, "<path class=\"reset\" d=\"M{x} {AXIS}V{height}\"><title>{title}</title></path>");
+        }
+        // A number that would stand over the left edge is left out.
+        if row.scan.is_multiple_of(every as u64) && x + step / 2 >= CHAR {
+            _ = writeln!(svg, "<text class=\"axis\" x=\"{}\" y=\"14\">{}</text>", x + step / 2, row.scan);
+        }
+    }
+}
 
 fn open(class: &str, width: usize, height: usize) -> String {
     format!(

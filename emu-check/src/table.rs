@@ -56,7 +56,7 @@ impl Summary {
 }
 
 /// Heads of the columns; the first two and the verdict stand left, numbers right.
-const HEADS: [&str; 12] =
+pub(crate) const HEADS: [&str; 12] =
     ["program", "chip", "verdict", "scans", "code", "RAM", "period", "worst", "bound", "mean", "slack", "worst rung"];
 
 /// A line for each outcome: sizes in bytes; times of a scan outside of its wait in clocks of the oscillator. Reasons of refusals follow.
@@ -91,17 +91,23 @@ pub fn table(outcomes: &[Outcome]) -> String {
         let line = cells.collect::<Vec<_>>().join("  ");
         _ = writeln!(text, "{}", line.trim_end());
     }
-    let checked = outcomes.iter().filter(|outcome| matches!(outcome, Outcome::Checked(_))).count();
-    let differ = outcomes.iter().filter(|o| matches!(o, Outcome::Checked(report) if !report.agreed)).count();
-    let all = counted(checked as u64, "check");
-    _ = writeln!(text, "{all}: {} agree, {differ} differ; {} refused", checked - differ, outcomes.len() - checked);
+    _ = writeln!(text, "{}", verdicts(outcomes));
     if !reasons.is_empty() {
         _ = writeln!(text, "refused:\n{}", reasons.trim_end());
     }
     text
 }
 
-fn row(report: &Report) -> Vec<String> {
+/// How many agree, differ and were refused, in a line.
+pub(crate) fn verdicts(outcomes: &[Outcome]) -> String {
+    let checked = outcomes.iter().filter(|outcome| matches!(outcome, Outcome::Checked(_))).count();
+    let differ = outcomes.iter().filter(|o| matches!(o, Outcome::Checked(report) if !report.agreed)).count();
+    let all = counted(checked as u64, "check");
+    format!("{all}: {} agree, {differ} differ; {} refused", checked - differ, outcomes.len() - checked)
+}
+
+/// The cells of a report, one for each of [`HEADS`].
+pub(crate) fn row(report: &Report) -> Vec<String> {
     let figures = &report.figures;
     let clocks = |cycles: u64| cycles.saturating_mul(figures.clocks_per_cycle).to_string();
     let rung = figures.rungs.iter().filter_map(|rung| Some((rung.cycles_max?, rung.rung))).max_by_key(|rung| rung.0);

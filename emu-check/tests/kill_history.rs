@@ -1,6 +1,7 @@
 //! Faults that other compilers have had: an image with the same fault is made by a sound compiler of another program, and a check
 //! with its defaults finds it. The same program's own image agrees.
 
+#[path = "common/parse.rs"]
 mod common;
 
 use emu_check::{Options, check, check_compiled};

@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 
 use emu_core::cpu::{Bus, NEVER, Reset, Wake};
 use emu_core::outside::Log;
-use emu_core::pins::{Event, Level, PinId, Time};
+use emu_core::pins::{Event, Level, Pin, PinId, Time};
 
 use crate::chips::{self, Part};
 use crate::cpu::Options;
@@ -197,6 +197,12 @@ impl Soc {
     #[must_use]
     pub fn level(&self, pin: PinId) -> Level {
         self.ports.pin(pin).level()
+    }
+
+    /// All pins.
+    #[must_use]
+    pub fn pins(&self) -> &[Pin] {
+        self.ports.pins()
     }
 
     /// Takes the oldest logged event.

@@ -24,17 +24,9 @@
 //! cell(0)      given and wanted: a cell of the EEPROM
 //! ```
 
-/// The tables.
-pub const FILES: &[(&str, &str)] = &[
-    ("bits.txt", include_str!("bits.txt")),
-    ("timers.txt", include_str!("timers.txt")),
-    ("counters.txt", include_str!("counters.txt")),
-    ("integers.txt", include_str!("integers.txt")),
-    ("tables.txt", include_str!("tables.txt")),
-    ("devices.txt", include_str!("devices.txt")),
-    ("strings.txt", include_str!("strings.txt")),
-    ("ldmicro5.txt", include_str!("ldmicro5.txt")),
-];
+mod text;
+
+use text::texts;
 
 /// What a column is about.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -95,48 +87,24 @@ pub struct Row {
 
 /// All cases of all tables.
 pub fn cases() -> Vec<Case> {
-    let mut cases: Vec<Case> = Vec::new();
-    for (file, text) in FILES {
-        let (mut rungs, mut name) = (String::new(), String::new());
-        for (i, line) in text.lines().enumerate() {
-            let place = format!("{file}:{}: {}", i + 1, line.trim());
-            if line.trim().is_empty() || line.starts_with('#') {
-                continue;
-            }
-            if let Some(title) = line.strip_prefix("case ") {
-                (name, rungs) = (format!("{file}: {title}"), String::new());
-            } else if let Some(columns) = line.strip_prefix("scan ") {
-                let names = |text: &str| text.split_whitespace().map(Column::new).collect();
-                let (given, wanted) = columns.split_once('|').unwrap_or_else(|| panic!("{place}: no bar"));
-                let program = program(&rungs);
-                let (name, rows) = (std::mem::take(&mut name), Vec::new());
-                cases.push(Case { name, program, given: names(given), wanted: names(wanted), rows });
-            } else if name.is_empty() {
-                let case = cases.last_mut().unwrap_or_else(|| panic!("{place}: outside of a case"));
-                let row = row(&place, line);
-                assert_eq!(
-                    (row.given.len(), row.wanted.len()),
-                    (case.given.len(), case.wanted.len()),
-                    "{place}: columns"
-                );
-                case.rows.push(row);
-            } else {
-                rungs += line;
-                rungs.push('\n');
-            }
-        }
-    }
+    let cases: Vec<Case> = texts().into_iter().map(case).collect();
     assert!(cases.iter().all(|c| !c.rows.is_empty()) && cases.iter().map(|c| c.rows.len()).sum::<usize>() > 500);
     cases
 }
 
-/// A whole program from what stands in a case.
-fn program(text: &str) -> String {
-    let (head, rungs) = text.split_at(text.find("RUNG\n").expect("a rung"));
-    let (header, head) = head.strip_prefix("LDmicro0.2\n").map_or(("LDmicro0.1", head), |rest| ("LDmicro0.2", rest));
-    let usual = |name: &str, line: &'static str| if head.contains(name) { "" } else { line };
-    let (cycle, baud) = (usual("CYCLE=", "CYCLE=10000\n"), usual("BAUD=", "BAUD=1000\n"));
-    format!("{header}\n{cycle}{baud}CRYSTAL=4000000\n{head}IO LIST\nEND\nPROGRAM\n{rungs}\n")
+fn case((name, program, lines): (String, String, Vec<(String, String)>)) -> Case {
+    let mut lines = lines.iter();
+    let (place, columns) = lines.next().unwrap_or_else(|| panic!("{name}: no line `scan`"));
+    let names = |text: &str| text.split_whitespace().map(Column::new).collect::<Vec<_>>();
+    let (given, wanted) = columns.split_once('|').unwrap_or_else(|| panic!("{place}: no bar"));
+    let (given, wanted) = (names(given), names(wanted));
+    let rows = lines.map(|(place, line)| {
+        let row = row(place, line);
+        assert_eq!((row.given.len(), row.wanted.len()), (given.len(), wanted.len()), "{place}: columns");
+        row
+    });
+    let rows = rows.collect();
+    Case { name, program, given, wanted, rows }
 }
 
 fn row(place: &str, line: &str) -> Row {

@@ -257,6 +257,12 @@ impl Ports {
         self.bits(port, |pin| pin != NO_PIN && self.is_analog(pin))
     }
 
+    /// All pins.
+    #[must_use]
+    pub fn pins(&self) -> &[Pin] {
+        &self.pins
+    }
+
     /// A pin; one that nothing drives where there is none.
     #[must_use]
     pub fn pin(&self, pin: PinId) -> Pin {

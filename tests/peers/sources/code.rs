@@ -6,9 +6,8 @@ use emu_core::rng::Rng;
 use ladder_compile::emit::{Source, bytecode, c};
 use ladder_compile::ir::{BitRole, Ir, WordRole};
 
-use crate::common::bench::boundary;
-use crate::common::interp::Machine;
-use crate::common::programs::{Wish, ops, random};
+use crate::ir::interp::{Machine, boundary};
+use crate::ir::programs::{Wish, ops, random};
 
 const ALL: u32 = ops::INTEGERS | ops::LOGIC | ops::ADC | ops::PWM | ops::SEND | ops::RECEIVE | ops::EEPROM;
 

@@ -9,7 +9,7 @@ use ladder::Program;
 
 use crate::random::Generator;
 use crate::seed;
-use crate::table;
+use crate::text::texts;
 
 fn parse(file: &str, text: &str) -> Program {
     match ladder::parse(file, text) {
@@ -36,7 +36,7 @@ fn written() -> Vec<Program> {
 }
 
 fn tables() -> Vec<Program> {
-    table::cases().iter().map(|case| parse(&case.name, &case.program)).collect()
+    texts().iter().map(|(name, program, _)| parse(name, program)).collect()
 }
 
 fn random(count: u64) -> Vec<Program> {

@@ -1,0 +1,121 @@
+//! Real programs, where the corpus is present: folder `EMU_CORPUS`, else `../shared/ld` beside the workspace. Checks agree,
+//! and the chip alone gives the columns of the traces by LDmicro 2.3.
+
+use crate::common;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use emu_avr::Avr;
+use emu_check::Options;
+use emu_core::cpu::{Cpu, RamInit, Stop};
+use emu_core::image::load_hex;
+use emu_core::pins::{Level, Time};
+use ladder_compile::{Compiled, Place, compile};
+
+/// The programs that a check must agree on.
+const AGREE: &[&str] = &[
+    "reg-contacts",
+    "reg-timers-counters",
+    "reg-integers",
+    "sample-blink",
+    "sample-traffic",
+    "sample-coil_s_r_n",
+    "sample-ctc_osr",
+    "sample-7seg-display",
+    "sample-MasterRelay-Test",
+];
+
+/// The programs that the corpus has traces of.
+const TRACED: &[&str] = &[
+    "reg-contacts",
+    "reg-integers",
+    "reg-timers-counters",
+    "sample-blink",
+    "sample-coil_s_r_n",
+    "sample-ctc_osr",
+    "sample-traffic",
+];
+
+/// Scans of each trace.
+const SCANS: u64 = 800;
+
+fn corpus() -> Option<PathBuf> {
+    let beside = || common::beside("../../shared/ld");
+    let folder = std::env::var_os("EMU_CORPUS").map_or_else(beside, PathBuf::from);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    println!("skipped: no corpus at {}; EMU_CORPUS names its folder", folder.display());
+    None
+}
+
+#[test]
+fn checks_agree() {
+    let Some(folder) = corpus() else { return };
+    for name in AGREE {
+        let program = common::read(&folder.join(format!("{name}.ld")));
+        let report = common::report(&program, &Options::default());
+        println!("{}", report.text());
+        assert!(report.agreed && report.coverage.full, "{}", report.text());
+    }
+}
+
+#[test]
+fn the_chip_gives_the_columns_of_the_traces() {
+    let Some(folder) = corpus() else { return };
+    TRACED.iter().for_each(|name| trace(&folder, name));
+}
+
+fn trace(folder: &Path, name: &str) {
+    let program = common::read(&folder.join(format!("{name}.ld")));
+    let options = ladder_compile::Options { mcu: "atmega328p".to_owned(), ..Default::default() };
+    let compiled = compile(&program, &options).unwrap_or_else(|faults| panic!("{name}: {faults:?}"));
+    let chip = emu_avr::chips::chip("atmega328p").expect("the chip");
+    let image = load_hex(name, compiled.hex.as_bytes(), chip.hex).expect("an image").image;
+    let mut avr = Avr::new(chip, &image, RamInit::Random(7));
+    avr.trap(compiled.map.scan_end / 2, true);
+
+    let csv = fs::read_to_string(folder.join("traces").join(format!("{name}.csv"))).expect("a trace");
+    let mut lines = csv.lines();
+    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let (mut scans, mut compared) = (0, 0);
+    for line in lines {
+        let values: Vec<i32> = line.split(',').map(|v| v.parse().expect("a number")).collect();
+        scans += 1;
+        assert_eq!(values[0], scans, "{name}: scans are numbered from 1");
+        let now = Time::at(avr.cycle());
+        let pin = |symbol: &str| {
+            let pin = compiled.map.pins.iter().find(|p| p.name == symbol)?;
+            chip.pin(&pin.pin)
+        };
+        for (symbol, value) in header.iter().zip(&values).filter(|(symbol, _)| symbol.starts_with('X')) {
+            avr.drive(now, pin(symbol).expect("a pin"), Level::of(*value != 0));
+        }
+        let limit = avr.cycle() + 3 * compiled.map.cycle.num / compiled.map.cycle.den;
+        assert!(matches!(avr.run(limit, &mut ()), Stop::Trap { .. }), "{name}: no end of scan {scans}");
+        for (symbol, &value) in header.iter().zip(&values).skip(1) {
+            assert_eq!(read(&compiled, &avr, symbol), value, "{name}, scan {scans}, {symbol}");
+            if symbol.starts_with('Y') {
+                assert_eq!(
+                    avr.level(pin(symbol).expect("a pin")),
+                    Level::of(value != 0),
+                    "{name}, scan {scans}, {symbol}"
+                );
+            }
+            compared += 1;
+        }
+    }
+    println!("{name}: {scans} scans, {compared} values by the chip as by LDmicro 2.3");
+    assert_eq!(scans as u64, SCANS, "{name}");
+}
+
+fn read(compiled: &Compiled, avr: &Avr, symbol: &str) -> i32 {
+    let found = compiled.map.symbols.iter().find(|s| s.name == symbol);
+    match &found.unwrap_or_else(|| panic!("no place for {symbol}")).place {
+        Place::Bit { space, addr, bit } => i32::from(avr.peek(space, *addr).expect("a byte") >> bit & 1),
+        Place::Word { space, addr, .. } => {
+            let byte = |addr| avr.peek(space, addr).expect("a byte");
+            i32::from(i16::from_le_bytes([byte(*addr), byte(addr + 1)]))
+        }
+    }
+}

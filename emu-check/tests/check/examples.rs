@@ -1,0 +1,16 @@
+//! The examples of the project and the programs of this folder agree with their images on the chip, with everything
+//! covered that can be. The corpus has a test of its own.
+
+use crate::common;
+use emu_check::Options;
+
+#[test]
+fn examples_agree() {
+    let folder = common::folder("../examples");
+    for path in folder.into_iter().chain(common::folder("tests/programs")) {
+        let program = common::read(&path);
+        let report = common::report(&program, &Options::default());
+        println!("{}", report.text());
+        assert!(report.agreed && report.coverage.full, "{}", report.text());
+    }
+}

@@ -1,0 +1,13 @@
+//! What a check finds and says, in one program; the tests with faulty compilers stand apart.
+
+mod common;
+mod contract;
+mod corpus;
+mod examples;
+mod faults;
+mod foreign;
+mod fuzz;
+mod pages;
+mod peripherals;
+mod random;
+mod report;

@@ -1,0 +1,164 @@
+//! The serial line, the converter, PWM and EEPROM on every chip that has them, and images that are wrong about them.
+
+use crate::common;
+use emu_check::{Options, Report, What, check_compiled};
+use ladder::Program;
+use ladder_compile::{CHIPS, compile};
+
+/// Scans of a check on one chip: enough to send a string and to write a cell.
+const SCANS: u64 = 120;
+
+/// A program with a clock that suits serial rates and that all chips run at.
+fn program(rungs: &str) -> Program {
+    let head = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=3686400\nBAUD=2400\nIO LIST\nEND\nPROGRAM";
+    common::parse("peripherals.ld", &format!("{head}\n{rungs}\n"))
+}
+
+/// Name and rungs. Each is checked on every chip; the codes of the refusal of a chip without the part are LC alone.
+const PROGRAMS: &[(&str, &str)] = &[
+    (
+        "echo",
+        "
+        RUNG\n UART_RECV c\n COIL Rgot 0 0 0\nEND
+        RUNG\n CONTACTS Rgot 0\n ADD c c 1\nEND
+        RUNG\n CONTACTS Rgot 0\n UART_SEND c\n COIL Ybusy 0 0 0\nEND",
+    ),
+    (
+        "string",
+        "
+        RUNG\n CONTACTS Xgo 0\n FORMATTED_STRING v 9 118 61 92 45 52 92 114 92 110\n COIL Yon 0 0 0\nEND
+        RUNG\n CONTACTS Xup 0\n OSR\n ADD v v 7\nEND",
+    ),
+    (
+        "analog",
+        "
+        RUNG\n CONTACTS Xa 0\n READ_ADC Ain\nEND
+        RUNG\n READ_ADC Aother\nEND
+        RUNG\n GRT Ain 511\n COIL Yhalf 0 0 0\nEND",
+    ),
+    ("pwm", "RUNG\n CONTACTS Xa 0\n SET_PWM d 2000\nEND"),
+    (
+        "persist",
+        "
+        RUNG\n CONTACTS Xa 0\n PERSIST p\nEND
+        RUNG\n CONTACTS Xb 0\n OSR\n ADD p p 1\nEND
+        RUNG\n PERSIST q\nEND",
+    ),
+    (
+        "tables",
+        "
+        RUNG\n CONTACTS Xup 0\n SHIFT_REGISTER s 4\nEND
+        RUNG\n CONTACTS Xup 0\n LOOK_UP_TABLE d s1 5 0 5 6 7 -8 1000\nEND
+        RUNG\n LOOK_UP_TABLE i i 3 0 2 0 1\nEND
+        RUNG\n PIECEWISE_LINEAR p v 4 -100 0 0 100 50 -300 32000 -299\nEND",
+    ),
+];
+
+fn checked(rungs: &str, mcu: &str, scans: u64) -> Result<Report, Vec<diag::Diagnostic>> {
+    let options = Options { mcu: mcu.to_owned(), scans, ..Options::default() };
+    emu_check::check(&program(rungs), &options, &mut |_, _| {})
+}
+
+#[test]
+fn every_chip_that_has_the_part_agrees() {
+    let mut agreed = Vec::new();
+    for (name, rungs) in PROGRAMS {
+        for chip in CHIPS.iter() {
+            match checked(rungs, chip.name, SCANS) {
+                Ok(report) => {
+                    assert!(report.agreed, "{name}: {}", report.text());
+                    agreed.push((*name, chip.name));
+                }
+                Err(faults) => {
+                    println!("{name} on {}: {faults:?}", chip.name);
+                    assert!(faults.iter().all(|fault| fault.code.starts_with("LC")), "{name}: {faults:?}");
+                }
+            }
+        }
+    }
+    println!("{agreed:?}");
+    // The pulse of chips with one CCP module is one of CCP1.
+    for mcu in ["pic16f628", "pic16f628a", "pic16f88", "pic16f819"] {
+        assert!(agreed.contains(&("pwm", mcu)), "pwm on {mcu} is refused");
+    }
+    // A refusal by all would be no check.
+    for (name, _) in PROGRAMS {
+        assert!(agreed.iter().any(|(other, _)| other == name), "{name} runs on no chip");
+    }
+}
+
+/// The same rungs but for one thing: what is checked, what the image does, where, and what is told.
+const FAULTS: &[(&str, &str, &str, What)] = &[
+    (
+        "another byte",
+        "RUNG\n CONTACTS Xa 0\n UART_SEND v\n COIL Ya 0 0 0\nEND\nRUNG\n MOVE v 65\nEND",
+        "RUNG\n CONTACTS Xa 0\n UART_SEND w\n COIL Ya 0 0 0\nEND\nRUNG\n MOVE v 65\nEND",
+        What::Serial,
+    ),
+    (
+        "another string",
+        "RUNG\n CONTACTS Xgo 0\n FORMATTED_STRING (none) 2 118 61\nEND",
+        "RUNG\n CONTACTS Xgo 0\n FORMATTED_STRING (none) 2 118 62\nEND",
+        What::Serial,
+    ),
+    ("another frequency", "RUNG\n SET_PWM 50 2000\nEND", "RUNG\n SET_PWM 50 2300\nEND", What::Map),
+    ("another duty", "RUNG\n SET_PWM 50 2000\nEND", "RUNG\n SET_PWM 52 2000\nEND", What::Pwm),
+    ("no pulses", "RUNG\n SET_PWM 50 2000\nEND", "RUNG\n SET_PWM 0 2000\nEND", What::Pwm),
+    (
+        "a duty too early",
+        "RUNG\n CONTACTS Xa 0\n SET_PWM 100 2000\nEND",
+        "RUNG\n CONTACTS Xa 1\n SET_PWM 100 2000\nEND",
+        What::Pwm,
+    ),
+];
+
+/// The first chip that takes both programs.
+fn first_chip(good: &Program, bad: &Program) -> Option<(&'static str, ladder_compile::Compiled)> {
+    CHIPS.iter().find_map(|chip| {
+        let target = ladder_compile::Options { mcu: chip.name.to_owned(), ..Default::default() };
+        compile(good, &target).ok()?;
+        Some((chip.name, compile(bad, &target).ok()?))
+    })
+}
+
+#[test]
+fn wrong_images_are_found() {
+    for (name, good, bad, what) in FAULTS {
+        let (good, bad) = (program(good), program(bad));
+        let (mcu, mut image) = first_chip(&good, &bad).unwrap_or_else(|| panic!("{name}: no chip"));
+        // Symbols of the good program that the bad one lacks lie anywhere.
+        for symbol in good.symbols() {
+            if !image.map.symbols.iter().any(|s| s.name == symbol.name)
+                && let Some(mut other) = image.map.symbols.iter().find(|s| s.kind == symbol.kind).cloned()
+            {
+                other.name = symbol.name;
+                image.map.symbols.push(other);
+            }
+        }
+        let options = Options { mcu: mcu.to_owned(), scans: 400, ..Options::default() };
+        let report =
+            check_compiled(&good, &image, &options, &mut |_, _| {}).unwrap_or_else(|f| panic!("{name}: {f:?}"));
+        let difference = report.difference.as_ref().unwrap_or_else(|| panic!("{name}: {}", report.text()));
+        assert_eq!(difference.what, *what, "{name}: {}", report.text());
+        println!("{name}: {}", report.text());
+    }
+}
+
+#[test]
+fn a_rate_that_is_off_is_found() {
+    let rungs = "RUNG\n CONTACTS Xa 0\n UART_SEND v\n COIL Ya 0 0 0\nEND";
+    let good = program(rungs);
+    let mut fast = good.clone();
+    fast.settings.baud = Some(4_800);
+    let (mcu, mut image) = first_chip(&good, &fast).expect("a chip with a serial line");
+    // The map lies; the line does not.
+    for special in &mut image.map.specials {
+        if let ladder_compile::Special::Transmit { baud, .. } | ladder_compile::Special::Receive { baud, .. } = special
+        {
+            *baud = 2_400;
+        }
+    }
+    let options = Options { mcu: mcu.to_owned(), scans: 400, ..Options::default() };
+    let report = check_compiled(&good, &image, &options, &mut |_, _| {}).expect("a report");
+    assert_eq!(report.difference.as_ref().map(|d| d.what), Some(What::Serial), "{}", report.text());
+}

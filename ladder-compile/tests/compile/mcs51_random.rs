@@ -1,0 +1,84 @@
+//! Random intermediate code on the emulated chips of the 8051 family, against the interpreter.
+
+use crate::common::bench::{Bench, Failed};
+use crate::common::ir::programs::{Wish, ops, random};
+use emu_8051::Mcs51;
+use emu_core::rng::Rng;
+use ladder_compile::mcs51::TARGETS;
+use ladder_compile::target::{Refusal, Target};
+
+/// Runs programs of this kind on a chip: all of them agree, and of those that do not fit there are at most so many.
+fn agree(target: &'static Target, wish: Wish, seeds: std::ops::Range<u64>, misfits: usize) {
+    let mut refused = 0;
+    let (from, to) = (seeds.start, seeds.end);
+    for seed in seeds {
+        let ir = random(&mut Rng::new(seed), wish);
+        let baud = (ir.uart.send || ir.uart.receive).then_some(1200);
+        let bench = Bench { target, clock_hz: 11_059_200, cycle_us: 50_000, baud };
+        match bench.run(&ir, seed, 20, Mcs51::new) {
+            Ok(_) => {}
+            Err(Failed::Refused(Refusal::Code { .. } | Refusal::Ram { .. })) => refused += 1,
+            Err(why) => panic!("{}, seed {seed}: {why}", target.chip.name),
+        }
+    }
+    assert!(refused <= misfits, "{}: {refused} of the seeds {from}..{to} do not fit", target.chip.name);
+}
+
+#[test]
+fn bits() {
+    for target in TARGETS {
+        agree(target, Wish::BITS, 0..60, 0);
+        agree(target, Wish { bits: 30, depth: 4, steps: 14, ..Wish::BITS }, 200..220, 0);
+    }
+}
+
+#[test]
+fn integers_of_two_bytes() {
+    for target in TARGETS {
+        agree(target, Wish::WORDS, 0..60, 0);
+        agree(target, Wish { depth: 4, ..Wish::WORDS }, 200..212, 6);
+    }
+}
+
+#[test]
+fn integers_of_every_width() {
+    for target in TARGETS {
+        agree(target, Wish { rungs: 4, ..Wish::WIDTHS }, 0..60, 6);
+    }
+}
+
+#[test]
+fn plain_translation() {
+    for target in TARGETS {
+        agree(target, Wish { ops: ops::LOGIC | ops::IF | ops::MOVE, ..Wish::WORDS }, 0..30, 0);
+    }
+}
+
+#[test]
+fn bits_without_an_address_of_their_own() {
+    for target in TARGETS {
+        let wish =
+            Wish { bits: 240, rungs: 3, steps: 40, ops: ops::IF | ops::ADD | ops::LOGIC, words: 3, ..Wish::BITS };
+        agree(target, wish, 0..16, 2);
+    }
+}
+
+#[test]
+fn words_above_7f() {
+    for target in TARGETS.iter().filter(|target| target.chip.ram_len > 128) {
+        agree(target, Wish { words: 80, ..Wish::WORDS }, 0..25, 5);
+        agree(target, Wish { words: 70, rungs: 4, ..Wish::WIDTHS }, 100..125, 8);
+    }
+}
+
+#[test]
+fn bytes_sent() {
+    for target in TARGETS {
+        agree(
+            target,
+            Wish { ops: ops::SEND | ops::RECEIVE | ops::ADD | ops::IF | ops::COMPARE, ..Wish::WORDS },
+            0..30,
+            0,
+        );
+    }
+}

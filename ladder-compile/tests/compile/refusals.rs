@@ -1,0 +1,56 @@
+//! Every refusal and every way to name pins: program, options, and what is told.
+
+use crate::common::{cases, program};
+use ladder_compile::{Options, compile};
+
+#[test]
+fn every_refusal_says_what_the_table_says() {
+    for (name, sections) in cases(include_str!("data/refusals.txt")) {
+        let [text, given, wanted] = sections.as_slice() else { panic!("{name}: program, options, refusals") };
+        let mut options = Options { mcu: "atmega328p".to_owned(), ..Options::default() };
+        for word in given.split_whitespace() {
+            match word.split_once('=') {
+                Some(("mcu", mcu)) => options.mcu = mcu.to_owned(),
+                Some(("clock", hz)) => options.clock_hz = Some(hz.parse().expect("a clock")),
+                Some((symbol, pin)) => options.pins.push((symbol.to_owned(), pin.to_owned())),
+                None => panic!("{name}: `{word}`"),
+            }
+        }
+        let told = match compile(&program(&unfold(text)), &options) {
+            Ok(compiled) => compiled.notes,
+            Err(errors) => errors,
+        };
+        let told: Vec<String> = told.iter().map(ToString::to_string).collect();
+        let wanted: Vec<&str> = wanted.lines().collect();
+        assert_eq!(told.len(), wanted.len(), "{name}: {}", told.join("\n"));
+        for (told, wanted) in told.iter().zip(wanted) {
+            assert!(told.contains(wanted), "{name}: wanted `{wanted}`, told `{told}`");
+        }
+    }
+}
+
+/// A line `3 x text #` stands for three lines, `#` counting from 0.
+fn unfold(text: &str) -> String {
+    let mut out = String::new();
+    for line in text.lines() {
+        match line.split_once(" x ").and_then(|(n, rest)| Some((n.trim().parse::<u32>().ok()?, rest))) {
+            Some((times, rest)) => {
+                (0..times).for_each(|n| out += &(rest.replace('#', &n.to_string()).replace('|', "\n") + "\n"))
+            }
+            None => out += &format!("{line}\n"),
+        }
+    }
+    out
+}
+
+/// Every code stands in the table of refusals or is named here with the reason why no program can show it.
+#[test]
+fn every_code_is_shown() {
+    let table = include_str!("data/refusals.txt");
+    // The checks and the reader of the language refuse these first; they guard programs made by other means.
+    let guards = ["LC002", "LC003", "LC004", "LC005", "LC006", "LC020", "LC099"];
+    for code in ladder_compile::CODES {
+        let shown = table.contains(code.code);
+        assert_ne!(shown, guards.contains(&code.code), "{}", code.code);
+    }
+}

@@ -1,0 +1,32 @@
+//! What the tests of this crate share: programs from text.
+
+pub mod model;
+
+use ladder::Program;
+use ladder_eval::Evaluator;
+
+/// Rungs under a standard head: dialect 2.3, a cycle of 10 ms.
+pub fn rungs(text: &str) -> Program {
+    parse(
+        "test.ld",
+        &format!("LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nBAUD=2400\n\nIO LIST\nEND\n\nPROGRAM\n{text}\n"),
+    )
+}
+
+/// A whole `.ld` text; its faults fail the test.
+pub fn parse(file: &str, text: &str) -> Program {
+    match ladder::parse(file, text) {
+        Ok(parsed) => parsed.program,
+        Err(faults) => panic!("{}", faults.iter().map(|d| format!("{d}\n")).collect::<String>()),
+    }
+}
+
+/// The evaluator of a program that has one.
+pub fn evaluator(program: &Program) -> Evaluator {
+    Evaluator::new(program).unwrap_or_else(|refusal| panic!("{}: {refusal}", program.file))
+}
+
+/// The index of a symbol that must exist.
+pub fn index(eval: &Evaluator, name: &str) -> usize {
+    eval.index(name).unwrap_or_else(|| panic!("no symbol `{name}`"))
+}

@@ -1,0 +1,51 @@
+//! Programs built from the model's parts, for generators.
+
+use ladder::{Dialect, Element, Format, Node, Operand, Program, Rung, Settings};
+
+/// A program of these rungs: dialect 2.3, a cycle of 10 ms.
+pub fn program(rungs: Vec<Vec<Node>>) -> Program {
+    Program {
+        file: "test.ld".to_owned(),
+        format: Format::V01,
+        dialect: Dialect::Ldmicro23,
+        settings: Settings {
+            micro: None,
+            cycle_us: 10_000,
+            cycle_rest: String::new(),
+            crystal_hz: 4_000_000,
+            crystal_rest: String::new(),
+            baud: Some(2400),
+            baud_rest: String::new(),
+            compiler: None,
+            compiled: None,
+        },
+        io: Vec::new(),
+        vars: None,
+        pull_ups: None,
+        rungs: rungs.into_iter().map(|series| Rung { series, pos: Default::default() }).collect(),
+    }
+}
+
+pub fn leaf(element: Element) -> Node {
+    Node::Leaf(element, Default::default())
+}
+
+pub fn parallel(branches: Vec<Vec<Node>>) -> Node {
+    Node::Parallel(branches, Default::default())
+}
+
+pub fn contacts(name: &str, negated: bool) -> Element {
+    Element::Contacts { name: name.to_owned(), negated, set1: None }
+}
+
+pub fn coil(name: &str) -> Element {
+    Element::Coil { name: name.to_owned(), negated: false, set: false, reset: false, ttrigger: None }
+}
+
+pub fn constant(value: i64) -> Operand {
+    Operand::Const { value, text: value.to_string() }
+}
+
+pub fn var(name: &str) -> Operand {
+    Operand::Var(name.to_owned())
+}

@@ -1,0 +1,253 @@
+//! Random programs under random stimulus: the evaluator and the naive interpreter agree on every value after every scan
+//! and on the rung bit at every element. proptest prints the smallest failing program and its seed.
+
+use crate::common::model;
+use crate::common::model::{constant, leaf, parallel, program, var};
+use crate::naive;
+use ladder::{CompareOp, CounterKind, Dialect, Element, Format, MathOp, Node, Operand, Program, TimerKind, VarEntry};
+use ladder_eval::Evaluator;
+use proptest::prelude::*;
+use proptest::sample::select;
+
+const BITS: &[&str] = &["Xa", "Xb", "Ya", "Ra", "Rb"];
+const COILS: &[&str] = &["Ya", "Ra", "Rb"];
+const INTEGERS: &[&str] = &["Ta", "Tb", "Ca", "n", "m", "s0", "s2", "Ain"];
+/// Texts of strings without a number and with one.
+const TEXTS: &[&str] = &["", "a", "x\\r"];
+const NUMBERS: &[&str] = &["\\1", "=\\3;", "\\-5", "a\\-2"];
+/// The cycle: a cell of the EEPROM takes three.
+const CYCLE: i64 = 4_000;
+/// The limits of 16 bits, zero, small presets and their neighbours, byte boundaries.
+const VALUES: &[i64] = &[
+    -32768, -32767, -257, -256, -255, -129, -128, -3, -2, -1, 0, 1, 2, 3, 4, 5, 127, 128, 181, 182, 255, 256, 257, 300,
+    32766, 32767,
+];
+
+fn integer() -> impl Strategy<Value = String> {
+    select(INTEGERS).prop_map(str::to_owned)
+}
+
+fn operand() -> impl Strategy<Value = Operand> {
+    prop_oneof![
+        select(INTEGERS).prop_map(var),
+        select(VALUES).prop_map(constant),
+        any::<i16>().prop_map(|v| constant(v.into()))
+    ]
+}
+
+fn element() -> impl Strategy<Value = Element> {
+    let contact = (select(BITS), any::<bool>()).prop_map(|(name, negated)| model::contacts(name, negated));
+    let coil = (select(COILS), 0..4u8).prop_map(|(name, kind)| Element::Coil {
+        name: name.to_owned(),
+        negated: kind == 1,
+        set: kind == 2,
+        reset: kind == 3,
+        ttrigger: None,
+    });
+    let plain = select(vec![
+        Element::Short,
+        Element::Open,
+        Element::MasterRelay,
+        Element::Osr,
+        Element::Osf,
+        Element::Comment("remark".to_owned()),
+    ]);
+    // Delays of 2 to 6 cycles, some not whole, and the two longest.
+    let delay = prop_oneof![4 => 2 * CYCLE..7 * CYCLE, 1 => select(vec![32_767 * CYCLE, 32_769 * CYCLE - 1])];
+    let timer = (select(vec![TimerKind::Ton, TimerKind::Tof, TimerKind::Rto]), integer(), delay)
+        .prop_map(|(kind, name, delay)| Element::Timer { kind, name, delay: constant(delay), adjust: None });
+    let limit = prop_oneof![
+        6 => (0..4i64).prop_map(constant),
+        6 => select(VALUES).prop_map(constant),
+        1 => select(INTEGERS).prop_map(var),
+    ];
+    let init = prop::option::of(select(VALUES).prop_map(constant));
+    let kinds = select(vec![CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc]);
+    let input = prop::option::of(select(vec!['/', '\\', '-', 'o']));
+    let counter = (kinds, integer(), limit, init, input).prop_map(|(kind, name, max, init, input)| Element::Counter {
+        kind,
+        name,
+        max,
+        init,
+        input,
+    });
+    let res = integer().prop_map(|name| Element::Res { name });
+    let mv = (integer(), operand()).prop_map(|(dest, src)| Element::Move { dest, src });
+    let math = (select(vec![MathOp::Add, MathOp::Sub, MathOp::Mul, MathOp::Div]), integer(), operand(), operand())
+        .prop_map(|(op, dest, op1, op2)| Element::Math { op, dest, op1, op2 });
+    use CompareOp::{Equ, Geq, Grt, Leq, Les, Neq};
+    let compare = (select(vec![Equ, Neq, Grt, Geq, Les, Leq]), operand(), operand())
+        .prop_map(|(op, op1, op2)| Element::Compare { op, op1, op2 });
+    prop_oneof![
+        6 => contact, 4 => coil, 4 => plain, 3 => timer, 3 => counter, 1 => res, 1 => mv, 3 => math, 2 => compare,
+        8 => device(),
+    ]
+}
+
+/// The tables and what uses a part of the chip.
+fn device() -> impl Strategy<Value = Element> {
+    let shift = (1..5u32).prop_map(|stages| Element::ShiftRegister { name: "s".to_owned(), stages });
+    let index = prop_oneof![operand(), (0..5i64).prop_map(constant)];
+    let look_up = (integer(), index, prop::collection::vec(select(VALUES), 0..5))
+        .prop_map(|(dest, index, values)| Element::LookUpTable { dest, index, as_string: false, values });
+    // Steps whose product fits 16 bits wherever they begin.
+    let segment = prop_oneof![(1..180i64, -180..180i64), (1..3i64, -10_000..10_000i64), (1..20_000i64, -1..2i64)];
+    let start = (select(VALUES), select(VALUES));
+    let curve =
+        (integer(), operand(), start, prop::collection::vec(segment, 1..4)).prop_map(|(dest, index, start, steps)| {
+            let mut points = vec![start];
+            for (dx, dy) in steps {
+                let (x, y) = points[points.len() - 1];
+                // The last step that stays within 16 bits ends the curve.
+                if x + dx <= 32_767 && (-32_768..32_768).contains(&(y + dy)) {
+                    points.push((x + dx, y + dy));
+                }
+            }
+            if points.len() < 2 {
+                points = vec![(-3, 7), (3, -8)];
+            }
+            Element::PiecewiseLinear { dest, index, points }
+        });
+    let text = prop_oneof![
+        select(TEXTS).prop_map(|text| (None, text)),
+        (select(INTEGERS), select(NUMBERS)).prop_map(|(name, text)| (Some(name.to_owned()), text)),
+    ];
+    let text = text.prop_map(|(var, text)| Element::FormattedString { var, text: text.to_owned(), quoted: true });
+    prop_oneof![
+        2 => shift,
+        2 => look_up,
+        3 => curve,
+        1 => Just(Element::ReadAdc { name: "Ain".to_owned(), refs: None }),
+        1 => operand().prop_map(|duty| Element::SetPwm { duty, hertz: constant(1000), output: None }),
+        1 => integer().prop_map(|name| Element::UartSend { name, rest: None }),
+        2 => integer().prop_map(|name| Element::UartRecv { name, rest: None }),
+        3 => text,
+        2 => integer().prop_map(|name| Element::Persist { name }),
+    ]
+}
+
+/// A program of the dialect, with widths for some of its integers, at a rate of 1 to 4 scans a byte.
+fn in_dialect(rungs: Vec<Vec<Node>>, five: bool, old: bool, widths: Vec<u8>, baud: u64) -> Program {
+    let mut program = program(rungs);
+    program.settings.cycle_us = CYCLE as u64;
+    program.settings.baud = Some(baud);
+    if !five {
+        program.rungs.iter_mut().for_each(|rung| plain_counters(&mut rung.series));
+        return program;
+    }
+    program.dialect = Dialect::Ldmicro5;
+    program.format = if old { Format::V01 } else { Format::V02 };
+    // A timer's width must hold P, so none is given.
+    let names = ["Ca", "n", "m", "s0", "s2", "Ain"];
+    let entries = widths.into_iter().zip(names).map(|(bytes, name)| VarEntry {
+        name: name.to_owned(),
+        bytes,
+        text: String::new(),
+        pos: Default::default(),
+    });
+    let timers: Vec<String> = program
+        .elements()
+        .filter_map(|(_, e, _)| if let Element::Timer { name, .. } = e { Some(name.clone()) } else { None })
+        .collect();
+    program.vars = Some(entries.filter(|entry| !timers.contains(&entry.name)).collect());
+    program
+}
+
+/// Takes away what only ldmicro-5 gives a meaning.
+fn plain_counters(series: &mut [Node]) {
+    for node in series {
+        match node {
+            Node::Parallel(branches, _) => branches.iter_mut().for_each(|branch| plain_counters(branch)),
+            Node::Leaf(Element::Counter { max, init, input, .. }, _) => {
+                (*init, *input) = (None, None);
+                if let Operand::Var(_) = max {
+                    *max = constant(2);
+                }
+            }
+            Node::Leaf(..) => {}
+        }
+    }
+}
+
+fn node() -> impl Strategy<Value = Node> {
+    element().prop_map(leaf).prop_recursive(3, 12, 4, |inner| {
+        let series = prop::collection::vec(inner, 1..4);
+        prop::collection::vec(series, 1..4).prop_map(parallel)
+    })
+}
+
+/// Before a scan: both inputs, and sometimes an integer or a relay written from outside, another analog level, a byte.
+type Stimulus = (bool, bool, Option<(&'static str, i64)>, Option<(&'static str, bool)>, Option<u16>, Option<u8>);
+
+fn stimulus() -> impl Strategy<Value = Vec<Stimulus>> {
+    let write = prop::option::weighted(0.3, (select(INTEGERS), select(VALUES)));
+    let force = prop::option::weighted(0.1, (select(COILS), any::<bool>()));
+    let level = prop::option::weighted(0.3, prop_oneof![select(vec![0u16, 1, 511, 512, 1023]), 0..1024u16]);
+    let byte = prop::option::weighted(0.4, any::<u8>());
+    prop::collection::vec((any::<bool>(), any::<bool>(), write, force, level, byte), 1..40)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn agrees_with_the_naive_interpreter(
+        rungs in prop::collection::vec(prop::collection::vec(node(), 0..6), 1..5),
+        (five, old) in any::<(bool, bool)>(),
+        widths in prop::collection::vec(1..=4u8, 0..7),
+        baud in select(vec![2500u64, 1250, 1000, 700]),
+        cells in prop::collection::vec(any::<u8>(), 0..6),
+        stimulus in stimulus(),
+    ) {
+        let program = in_dialect(rungs, five, old, widths, baud);
+        let mut eval = Evaluator::new(&program).map_err(|e| TestCaseError::fail(e.to_string()))?;
+        let mut naive = naive::Naive::new(&program);
+        for (addr, &byte) in cells.iter().enumerate() {
+            naive.cells.insert(addr, byte);
+            eval.set_eeprom(addr, byte);
+        }
+        let symbols = eval.symbols().to_vec();
+        prop_assert_eq!(&symbols, &program.symbols());
+        for (scan, (a, b, write, force, level, byte)) in stimulus.into_iter().enumerate() {
+            let bits = [Some(("Xa", a)), Some(("Xb", b)), force];
+            for (name, value) in bits.into_iter().flatten() {
+                naive.bits.insert(name.to_owned(), value);
+                if let Some(symbol) = eval.index(name) {
+                    eval.set(symbol, value.into());
+                }
+            }
+            if let Some((name, value)) = write {
+                naive.store(name, value);
+                if let Some(symbol) = eval.index(name) {
+                    eval.set(symbol, value as i32);
+                }
+            }
+            if let Some(level) = level {
+                naive.levels.insert("Ain".to_owned(), level.into());
+                eval.index("Ain").iter().for_each(|&symbol| eval.set_adc(symbol, level));
+            }
+            if let Some(byte) = byte {
+                let free = naive.waiting.is_none();
+                naive.waiting.get_or_insert(byte);
+                prop_assert_eq!(eval.receive(byte), free);
+            }
+            // A snapshot that scans unwatched must end in the same state as the watched original.
+            let mut unwatched = eval.clone();
+            unwatched.scan();
+            let mut seen = Vec::new();
+            eval.scan_watched(&mut |element, before, after| seen.push((element, before, after)));
+            prop_assert_eq!(seen, naive.scan(&program), "scan {}", scan + 1);
+            prop_assert_eq!(eval.scans(), scan as u64 + 1);
+            prop_assert_eq!(eval.sent(), naive.sent, "scan {}", scan + 1);
+            prop_assert_eq!(eval.waiting(), naive.waiting.is_some());
+            prop_assert_eq!(eval.pwm().map(i64::from), naive.duty);
+            let cells: Vec<u8> = (0..eval.eeprom().len()).map(|a| naive.cells.get(&a).copied().unwrap_or(255)).collect();
+            prop_assert_eq!(eval.eeprom(), cells, "scan {}", scan + 1);
+            for (i, symbol) in symbols.iter().enumerate() {
+                let wanted = if symbol.kind.is_bit() { i64::from(naive.bit(&symbol.name)) } else { naive.integer(&symbol.name) };
+                prop_assert_eq!(i64::from(eval.get(i)), wanted, "scan {}, {}", scan + 1, &symbol.name);
+                prop_assert_eq!(unwatched.get(i), eval.get(i), "unwatched, scan {}, {}", scan + 1, &symbol.name);
+            }
+        }
+    }
+}

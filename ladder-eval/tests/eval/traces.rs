@@ -1,0 +1,48 @@
+//! The evaluator gives the hand-written traces of `tests/ladder`.
+
+use crate::common;
+use crate::table::{self, Column};
+use ladder_eval::Evaluator;
+
+/// Before a scan.
+fn give(eval: &mut Evaluator, column: &Column, value: i32) {
+    match column {
+        Column::Symbol(name) => eval.set(common::index(eval, name), value),
+        Column::Level(name) => eval.set_adc(common::index(eval, name), value.try_into().expect("a level")),
+        Column::Received => assert!(eval.receive(value.try_into().expect("a byte")), "a byte waits already"),
+        Column::Cell(cell) => eval.set_eeprom(*cell, value.try_into().expect("a byte")),
+        Column::Sent | Column::Duty => panic!("{column:?} is not given"),
+    }
+}
+
+/// After a scan.
+fn found(eval: &Evaluator, column: &Column) -> Option<i32> {
+    match column {
+        Column::Symbol(name) => Some(eval.get(common::index(eval, name))),
+        Column::Sent => eval.sent().map(i32::from),
+        Column::Duty => eval.pwm().map(i32::from),
+        Column::Cell(cell) => eval.eeprom().get(*cell).copied().map(i32::from),
+        Column::Level(_) | Column::Received => panic!("{column:?} is not wanted"),
+    }
+}
+
+#[test]
+fn every_line_of_every_trace() {
+    let mut faults = Vec::new();
+    for case in table::cases() {
+        let mut eval = common::evaluator(&common::parse("test.ld", &case.program));
+        for row in &case.rows {
+            for _ in 0..row.times {
+                for (column, value) in case.given.iter().zip(&row.given) {
+                    value.iter().for_each(|&value| give(&mut eval, column, value));
+                }
+                eval.scan();
+            }
+            let found: Vec<Option<i32>> = case.wanted.iter().map(|column| found(&eval, column)).collect();
+            if found != row.wanted {
+                faults.push(format!("{}: {}: found {found:?}, wanted {:?}", case.name, row.text, row.wanted));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{faults:#?}");
+}

@@ -1,0 +1,32 @@
+//! What the tables of the tests share.
+
+use diag::Diagnostic;
+
+/// The head that `H` stands for.
+pub const HEAD: &str = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nPROGRAM\n";
+
+/// The rows of a table with their line numbers; blank lines and those that start with `#` are left out.
+pub fn rows(table: &str) -> impl Iterator<Item = (usize, &str)> {
+    table.lines().enumerate().map(|(i, l)| (i + 1, l)).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'))
+}
+
+/// The text of a row: lines parted by ` | `, with the escapes of the tables; `H` is the head, `S` with a serial rate, `V`
+/// under the newer header.
+pub fn text(row: &str) -> String {
+    let text: Vec<&str> = row.trim().split(" | ").collect();
+    let text = text.join("\n").replace("\\t", "\t").replace("\\r", "\r").replace("\\0", "\0");
+    let text = text.replace("\\uFEFF", "\u{feff}").replace("\\\\n", "\\n");
+    let headed = |head: &str, rest: &str| format!("{head}{}", rest.trim_start_matches('\n'));
+    match text.split_at_checked(1) {
+        Some(("H", rest)) => headed(HEAD, rest),
+        Some(("S", rest)) => headed(&HEAD.replace("PROGRAM", "BAUD=2400\nPROGRAM"), rest),
+        Some(("V", rest)) => headed(&HEAD.replace("0.1", "0.2"), rest),
+        _ => text,
+    }
+}
+
+/// `CODE@line:column+width` of each diagnostic.
+pub fn told(diagnostics: &[Diagnostic]) -> Vec<String> {
+    let place = |d: &Diagnostic| format!("{}@{}:{}+{}", d.code, d.pos.line, d.pos.column, d.pos.width);
+    diagnostics.iter().map(place).collect()
+}

@@ -1,0 +1,65 @@
+//! Round trips: the programs of the tests, and LDmicro's own where they are at hand.
+
+use crate::common;
+use std::path::PathBuf;
+
+use ladder::{parse, write};
+
+/// The words of every line that counts.
+fn words(text: &str) -> Vec<Vec<&str>> {
+    let lines = text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with(';'));
+    lines.map(|l| l.split_whitespace().collect()).collect()
+}
+
+fn round_trip(name: &str, text: &str) {
+    let program = parse(name, text).unwrap_or_else(|e| panic!("{name}: {}", common::told(&e).join(" "))).program;
+    let written = write(&program);
+    assert_eq!(words(&written), words(text), "{name}");
+    let again = parse(name, &written).unwrap_or_else(|e| panic!("{name}, written: {e:?}")).program;
+    // Written text has a layout of its own; a third writing shows that all else is equal.
+    assert_eq!(write(&again), written, "{name}");
+    let elements = |p: &ladder::Program| p.elements().map(|(id, e, _)| (id, e.clone())).collect::<Vec<_>>();
+    assert_eq!(elements(&again), elements(&program), "{name}");
+    assert_eq!(again.settings, program.settings, "{name}");
+    assert_eq!((again.format, again.dialect), (program.format, program.dialect), "{name}");
+}
+
+#[test]
+fn own_programs() {
+    let old = "LDmicro0.1\r\nMICRO=Atmel AVR ATmega8 28-PDIP\r\nCYCLE=10000\r\nCRYSTAL=4000000\r\nBAUD=2400\r\nCOMPILED=a b.hex\r\n\r\n\
+        IO LIST\r\n    Xa at 2\r\n    Yb at 3\r\nEND\r\n\r\nPROGRAM\r\nRUNG\r\n\tPARALLEL\r\n\tCONTACTS Xa 0\r\n; remark\r\n\
+        SERIES\r\nCONTACTS Yb 1\r\nPARALLEL\r\nSHORT\r\nOPEN\r\nEND\r\nEND\r\nSERIES\r\nPARALLEL\r\nOSR\r\nOSF\r\nEND\r\nEND\r\nEND\r\n\
+        COIL Yb 0 0 0\r\nEND\r\n";
+    let new = "LDmicro0.2\nCYCLE=10000 us at Timer1, YPlcCycleDuty:0, ConfigurationWord(s):0x0\nCRYSTAL=16000000 Hz\n\
+        BAUD=9600 Hz, RATE=100000 Hz, SPEED=100000 Hz\nCOMPILED=x.hex\nCOMPILER=AVR HEX\nPULL-UP LIST\nPb: 0x0F\nPC: 0xff\nEND\n\
+        VAR LIST\n2 bytes v\nw signed 16 bit variable\nEND\nIO LIST\nXa at 2 0 0\nYb at 3 1 40001\nEND\nPROGRAM\n\
+        RUNG\nCONTACTS Xa 0 0\nCOIL Yb 0 0 0 0\nEND\nRUNG\nMOVE v 0x1F\nEND\n";
+    let empty = "LDmicro0.2\nCYCLE=1\nCRYSTAL=1\nPULL-UP LIST\nEND\nVAR LIST\nEND\nIO LIST\nEND\nPROGRAM\n";
+    for (name, text) in [("old", old), ("new", new), ("empty", empty)] {
+        round_trip(name, text);
+    }
+}
+
+#[test]
+fn programs_of_the_corpus() {
+    // A relative folder is meant from the root of the workspace.
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
+    let folder =
+        root.join(std::env::var_os("EMU_CORPUS").filter(|v| !v.is_empty()).unwrap_or_else(|| "../shared/ld".into()));
+    let Ok(entries) = std::fs::read_dir(&folder) else {
+        println!("skipped: no corpus in {} (set EMU_CORPUS)", folder.display());
+        return;
+    };
+    let mut seen = 0;
+    for path in entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.extension().is_some_and(|e| e == "ld")) {
+        let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
+        round_trip(&name, &text);
+        let program = parse(&name, &text).expect("reads").program;
+        let refused: Vec<_> = ladder::check(&program).into_iter().filter(diag::Diagnostic::is_error).collect();
+        assert!(refused.is_empty(), "{name}: {refused:?}");
+        seen += 1;
+    }
+    println!("{seen} programs");
+    assert!(seen > 0, "{} holds no .ld file", folder.display());
+}

@@ -1,0 +1,32 @@
+//! The page on the language names every complaint and every element.
+
+use crate::common;
+
+const PAGE: &str = include_str!("../../../docs/languages/ldmicro.md");
+
+#[test]
+fn every_code_stands_on_the_page_with_its_title() {
+    let missing: Vec<String> = ladder::CODES
+        .iter()
+        .map(|c| format!("| {} | {} |", c.code, c.title))
+        .filter(|row| !PAGE.contains(row.as_str()))
+        .collect();
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
+#[test]
+fn every_element_stands_on_the_page() {
+    for (_, row) in common::rows(include_str!("tables/elements.txt")) {
+        let keyword = row.split(' ').next().unwrap_or("");
+        assert!(PAGE.contains(&format!("`{keyword}")), "{keyword}");
+    }
+}
+
+#[test]
+fn the_program_on_the_page_is_drawn_as_on_the_page() {
+    let blocks: Vec<&str> = PAGE.split("```\n").skip(1).step_by(2).collect();
+    let [program, drawing] = blocks.as_slice() else { panic!("two blocks") };
+    let program = ladder::parse("page", program).expect("reads").program;
+    assert!(ladder::check(&program).is_empty());
+    assert_eq!(ladder::draw_rung(&program, 0).lines.join("\n"), drawing.trim_end());
+}

@@ -1,0 +1,137 @@
+//! Elements, chips and symbols, by table.
+
+use crate::common;
+use std::collections::BTreeSet;
+
+use ladder::{SymbolKind, element_text, parse};
+
+#[test]
+fn every_element_reads_into_the_model_and_back() {
+    let mut wrong = Vec::new();
+    let mut keywords = BTreeSet::new();
+    for (number, row) in common::rows(include_str!("tables/elements.txt")) {
+        let (line, model) = row.split_once(" => ").expect("a row has an arrow");
+        let (line, model) = (line.trim(), model.trim());
+        keywords.extend(line.split(' ').next());
+        let program = match parse("t", &format!("{}RUNG\n  {line}\nEND\n", common::HEAD)) {
+            Ok(parsed) => parsed.program,
+            Err(errors) => {
+                wrong.push(format!("line {number}: {errors:?}"));
+                continue;
+            }
+        };
+        let found: Vec<_> = program.elements().map(|(id, e, pos)| (id.to_string(), e, pos)).collect();
+        let [(id, element, pos)] = found.as_slice() else { panic!("line {number}: one element") };
+        assert_eq!((id.as_str(), pos.line, pos.column), ("rung 1, element 1", 6, 3), "line {number}");
+        if format!("{element:?}") != model {
+            wrong.push(format!("line {number}: expected {model}, found {element:?}"));
+        }
+        if element_text(element) != line {
+            wrong.push(format!("line {number}: expected {line}, found {}", element_text(element)));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert_eq!(keywords.len(), 36, "the elements of release 2.3");
+}
+
+#[test]
+fn pins_of_the_packages() {
+    for (number, row) in common::rows(include_str!("tables/chips.txt")) {
+        let columns: Vec<&str> = row.split('|').map(str::trim).collect();
+        let [micro, pin, chip, bit] = columns.as_slice() else { panic!("line {number}: four columns") };
+        assert_eq!(ladder::chip_of(micro).unwrap_or("-"), *chip, "line {number}");
+        let pin = pin.parse().expect("a pin is a number");
+        assert_eq!(ladder::package_pin(micro, pin).unwrap_or("-"), *bit, "line {number}");
+    }
+}
+
+#[test]
+fn symbols_are_collected_by_kind() {
+    let text = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nIO LIST\nXb at 3\nYunused at 4\nEND\nPROGRAM\n\
+        RUNG\nCONTACTS Xb 0\nMOVE Ca Ta\nEND\nRUNG\nTON Ta 20000\nCTC Ca 3\nCOIL Rm 0 0 0\nEND\n\
+        RUNG\nSHIFT_REGISTER s 2\nEND\nRUNG\nREAD_ADC Ain\nEND\n";
+    let program = parse("t", text).expect("reads").program;
+    let found: Vec<String> = program.symbols().iter().map(|s| format!("{} {:?} {}", s.name, s.kind, s.pin)).collect();
+    let expected = [
+        "Xb Input 3",
+        "Yunused Output 4",
+        "Rm Relay 0",
+        "Ta Timer 0",
+        "Ca Counter 0",
+        "Ain Adc 0",
+        "s0 Variable 0",
+        "s1 Variable 0",
+    ];
+    assert_eq!(found, expected);
+    assert!(program.symbols().iter().all(|s| s.bytes == if s.kind.is_bit() { 0 } else { 2 }));
+    assert!(SymbolKind::Relay.is_bit() && !SymbolKind::Timer.is_bit());
+}
+
+#[test]
+fn widths_of_the_newer_dialect() {
+    // Rungs, and the bytes of the integers in the order of the symbols. `VAR LIST` says 1 for a, 3 for t, 4 for Cd.
+    #[rustfmt::skip]
+    let cases = [
+        ("MOVE a t",             "a=1 t=3"),
+        ("MOVE b -2147483648",   "b=2"),
+        ("CTU Ca 127",           "Ca=1"),
+        ("CTU Ca 128",           "Ca=2"),
+        ("CTU Ca -128",          "Ca=1"),
+        ("CTU Ca -129",          "Ca=2"),
+        ("CTU Ca 32768",         "Ca=3"),
+        ("CTU Ca 8388607",       "Ca=3"),
+        ("CTU Ca 8388608",       "Ca=4"),
+        ("CTU Ca 5 300",         "Ca=2"),
+        ("CTU Ca t",             "Ca=3 t=3"),
+        ("CTU Ca m",             "Ca=2 m=2"),
+        ("CTU Ca Cb\nCTU Cb 1",  "Ca=2 Cb=1"),
+        ("CTU Ca 5\nCTD Ca 200", "Ca=2"),
+        ("CTU Cd 5",             "Cd=4"),
+        ("TON Ta 1270000",       "Ta=1"),
+        ("TON Ta 1280000",       "Ta=2"),
+        ("TON Ta 1280000 -1",    "Ta=1"),
+        ("TON Ta 327680000",     "Ta=3"),
+        ("TON Ta 1000000000000", "Ta=4"),
+        ("TON Ta 20000\nTOF Ta 9000000", "Ta=2"),
+        ("SHIFT_REGISTER a 2",   "a0=2 a1=2"),
+        ("READ_ADC Ain",         "Ain=2"),
+    ];
+    for (rungs, wanted) in cases {
+        let text = format!(
+            "LDmicro0.2\nCYCLE=10000\nCRYSTAL=1\nVAR LIST\n1 bytes a\n3 bytes t\n4 bytes Cd\nEND\nPROGRAM\nRUNG\n{rungs}\nEND\n"
+        );
+        let program = parse("t", &text).expect("reads").program;
+        let found: Vec<String> = program.symbols().iter().map(|s| format!("{}={}", s.name, s.bytes)).collect();
+        assert_eq!(found.join(" "), wanted, "{rungs}");
+    }
+}
+
+#[test]
+fn pieces_of_strings() {
+    use ladder::format::{Piece, pieces};
+    // Text, and its pieces: bytes, `-` and the weight of each place with `<` for the first and `>` for the last.
+    #[rustfmt::skip]
+    let cases = [
+        ("",            true,  ""),
+        ("aé",          true,  "97 233"),
+        (r"\\x",        true,  "92 120"),
+        (r"\x4a\xFf",   true,  "74 255"),
+        (r"\1",         true,  "<1>"),
+        (r"\5",         true,  "<10000 1000 100 10 1>"),
+        (r"1\-23",      true,  "49 - <10 1> 51"),
+        ("\u{1}a\u{1f}", false, "88 97 88"),
+        (r"\n",         false, "10"),
+        ("\t",          true,  "9"),
+    ];
+    for (text, quoted, wanted) in cases {
+        let shown = |piece: &Piece| match piece {
+            Piece::Byte(byte) => byte.to_string(),
+            Piece::Sign => "-".to_owned(),
+            Piece::Digit { divisor, first, last } => {
+                format!("{}{divisor}{}", if *first { "<" } else { "" }, if *last { ">" } else { "" })
+            }
+        };
+        let found = pieces(text, quoted).map(|p| p.iter().map(shown).collect::<Vec<_>>().join(" "));
+        assert_eq!(found.as_deref(), Ok(wanted), "{text}");
+    }
+}

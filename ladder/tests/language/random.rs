@@ -1,0 +1,246 @@
+//! Random programs go round; random and damaged text never panics. proptest prints the failing case and its seed.
+
+use crate::common;
+use diag::Pos;
+use ladder::{
+    CompareOp, CounterKind, Dialect, Element, Format, IoEntry, MathOp, Node, Operand, Program, Rung, Settings,
+    TimerKind, VarEntry,
+};
+use proptest::collection::vec;
+use proptest::option;
+use proptest::prelude::*;
+
+fn integer() -> impl Strategy<Value = String> {
+    "[ACTa-z][A-Za-z0-9_]{0,8}"
+}
+
+fn operand() -> impl Strategy<Value = Operand> {
+    let number = |value: i64, text: String| Operand::Const { value, text };
+    prop_oneof![
+        integer().prop_map(Operand::Var),
+        (-32768i64..=32767).prop_map(move |v| number(v, v.to_string())),
+        (0i64..=32767).prop_map(move |v| number(v, format!("0x{v:X}"))),
+        "[ -~&&[^\\\\]]".prop_map(move |c| number(c.bytes().map(i64::from).sum(), format!("'{c}'"))),
+    ]
+}
+
+fn delay() -> impl Strategy<Value = Operand> {
+    (0i64..=1_000_000_000_000).prop_map(|value| Operand::Const { value, text: value.to_string() })
+}
+
+fn boxed(strategy: impl Strategy<Value = Element> + 'static) -> BoxedStrategy<Element> {
+    strategy.boxed()
+}
+
+fn element() -> impl Strategy<Value = Element> {
+    let flag = option::of(0u32..=1);
+    let timer = prop_oneof![Just(TimerKind::Ton), Just(TimerKind::Tof), Just(TimerKind::Rto)];
+    let counter = prop_oneof![Just(CounterKind::Ctu), Just(CounterKind::Ctd), Just(CounterKind::Ctc)];
+    let math = prop_oneof![Just(MathOp::Add), Just(MathOp::Sub), Just(MathOp::Mul), Just(MathOp::Div)];
+    let compare = proptest::sample::select(vec![
+        CompareOp::Equ,
+        CompareOp::Neq,
+        CompareOp::Grt,
+        CompareOp::Geq,
+        CompareOp::Les,
+        CompareOp::Leq,
+    ]);
+    let more = option::of((operand(), option::of(proptest::sample::select(vec!['/', '\\', '-', 'o']))));
+    let plain = proptest::sample::select(vec![
+        Element::Short,
+        Element::Open,
+        Element::Placeholder,
+        Element::MasterRelay,
+        Element::Osr,
+        Element::Osf,
+    ]);
+    let value = -32768i64..=32767;
+    let uart = option::of((1u32..=255, 0u32..=1));
+    let contact = ("[XYR][A-Za-z0-9_]{0,8}", any::<bool>(), flag.clone());
+    let coil = ("[YR][A-Za-z0-9_]{0,8}", any::<bool>(), any::<bool>(), any::<bool>(), flag);
+    let string = prop_oneof![
+        (option::of(integer()), "[\\x00-\\xFF]{0,12}", Just(false)),
+        (option::of(integer()), "[ -~é]{0,12}", Just(true)),
+    ];
+    proptest::strategy::Union::new(vec![
+        boxed("(\\PC|[\n\r\\\\]){0,20}".prop_map(|t| Element::Comment(t.trim().to_owned()))),
+        boxed(contact.prop_map(|(name, negated, set1)| Element::Contacts { name, negated, set1 })),
+        boxed(coil.prop_map(|(name, negated, set, reset, ttrigger)| Element::Coil {
+            name,
+            negated,
+            set,
+            reset,
+            ttrigger,
+        })),
+        boxed(plain),
+        boxed(
+            (timer, integer(), delay(), option::of(operand())).prop_map(|(kind, name, delay, adjust)| Element::Timer {
+                kind,
+                name,
+                delay,
+                adjust,
+            }),
+        ),
+        boxed((counter, integer(), operand(), more).prop_map(|(kind, name, max, more)| {
+            let (init, input) = more.map_or((None, None), |(i, k)| (Some(i), k));
+            Element::Counter { kind, name, max, init, input }
+        })),
+        boxed(integer().prop_map(|name| Element::Res { name })),
+        boxed((integer(), operand()).prop_map(|(dest, src)| Element::Move { dest, src })),
+        boxed((math, integer(), operand(), operand()).prop_map(|(op, dest, op1, op2)| Element::Math {
+            op,
+            dest,
+            op1,
+            op2,
+        })),
+        boxed((compare, operand(), operand()).prop_map(|(op, op1, op2)| Element::Compare { op, op1, op2 })),
+        boxed((integer(), 1u32..=256).prop_map(|(name, stages)| Element::ShiftRegister { name, stages })),
+        boxed(
+            (integer(), operand(), any::<bool>(), vec(value.clone(), 0..6))
+                .prop_map(|(dest, index, as_string, values)| Element::LookUpTable { dest, index, as_string, values }),
+        ),
+        boxed(
+            (integer(), operand(), vec((value.clone(), value), 0..6))
+                .prop_map(|(dest, index, points)| Element::PiecewiseLinear { dest, index, points }),
+        ),
+        boxed(("A[a-z0-9]{0,5}", option::of(0u32..=255)).prop_map(|(name, refs)| Element::ReadAdc { name, refs })),
+        boxed((operand(), 1i64..=100_000_000, option::of(("[A-Z][a-z]{0,4}", "[0-9]-[0-9]"))).prop_map(
+            |(duty, hertz, output)| {
+                let hertz = Operand::Const { value: hertz, text: hertz.to_string() };
+                Element::SetPwm { duty, hertz, output }
+            },
+        )),
+        boxed((integer(), uart.clone()).prop_map(|(name, rest)| Element::UartRecv { name, rest })),
+        boxed((integer(), uart).prop_map(|(name, rest)| Element::UartSend { name, rest })),
+        boxed(integer().prop_map(|name| Element::Persist { name })),
+        boxed(string.prop_map(|(var, text, quoted)| Element::FormattedString { var, text, quoted })),
+    ])
+}
+
+fn node() -> impl Strategy<Value = Node> {
+    element().prop_map(|e| Node::Leaf(e, Pos::default())).prop_recursive(4, 24, 4, |inner| {
+        vec(vec(inner, 1..4), 1..4).prop_map(|branches| Node::Parallel(branches, Pos::default()))
+    })
+}
+
+fn program() -> impl Strategy<Value = Program> {
+    let settings = (
+        option::of("[A-Za-z0-9]([A-Za-z0-9 -]{0,20}[A-Za-z0-9])?"),
+        0u64..1_000_000,
+        1u64..20_000_000,
+        option::of(0u64..9999),
+    );
+    let io = vec((0u8..3, option::of((0u32..=255, 0u32..=65535))), 0..5);
+    (any::<bool>(), settings, io, option::of(vec(1u8..=4, 0..3)), vec(vec(node(), 1..5), 0..5)).prop_map(
+        |(new, (micro, cycle_us, crystal_hz, baud), io, vars, rungs)| Program {
+            file: "t".to_owned(),
+            format: if new { Format::V02 } else { Format::V01 },
+            dialect: if new { Dialect::Ldmicro5 } else { Dialect::Ldmicro23 },
+            settings: Settings {
+                micro,
+                cycle_us,
+                cycle_rest: if new { "us at Timer1".to_owned() } else { String::new() },
+                crystal_hz,
+                crystal_rest: String::new(),
+                baud,
+                baud_rest: String::new(),
+                compiler: new.then(|| "any".to_owned()),
+                compiled: None,
+            },
+            io: (1..)
+                .zip(io)
+                .map(|(pin, (letter, modbus))| {
+                    let letter = ["X", "Y", "A"][usize::from(letter)];
+                    IoEntry { name: format!("{letter}{pin}"), pin, modbus, pos: Pos::default() }
+                })
+                .collect(),
+            vars: vars.map(|widths| {
+                let entry = |(n, bytes): (usize, u8)| {
+                    let name = format!("v{n}");
+                    VarEntry { text: format!("{bytes} bytes {name}"), name, bytes, pos: Pos::default() }
+                };
+                widths.into_iter().enumerate().map(entry).collect()
+            }),
+            pull_ups: new.then(|| vec!["Pb: 0x0F".to_owned()]),
+            rungs: rungs.into_iter().map(|series| Rung { series, pos: Pos::default() }).collect(),
+        },
+    )
+}
+
+/// The program without its places.
+fn bare(mut program: Program) -> Program {
+    fn series(nodes: &mut [Node]) {
+        for node in nodes {
+            match node {
+                Node::Leaf(_, pos) => *pos = Pos::default(),
+                Node::Parallel(branches, pos) => {
+                    *pos = Pos::default();
+                    branches.iter_mut().for_each(|b| series(b));
+                }
+            }
+        }
+    }
+    program.io.iter_mut().for_each(|e| e.pos = Pos::default());
+    program.vars.iter_mut().flatten().for_each(|e| e.pos = Pos::default());
+    for rung in &mut program.rungs {
+        rung.pos = Pos::default();
+        series(&mut rung.series);
+    }
+    program
+}
+
+/// Everything that takes a program, for its panics; and what the drawing promises.
+fn use_it(program: &Program) {
+    let _ = ladder::check(program);
+    let _ = program.symbols();
+    let drawing = ladder::draw(program);
+    assert!(drawing.ends_with("||\n"), "{drawing}");
+    for (index, rung) in program.rungs.iter().enumerate() {
+        let drawing = ladder::draw_rung(program, index);
+        let width = drawing.lines.first().map(|l| l.chars().count());
+        assert!(drawing.lines.iter().all(|l| Some(l.chars().count()) == width), "{drawing:#?}");
+        assert!(!rung.series.is_empty() && !drawing.cells.is_empty());
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_program_goes_round(program in program()) {
+        let text = ladder::write(&program);
+        let parsed = ladder::parse("t", &text).map_err(|e| TestCaseError::fail(format!("{e:?}\n{text}")))?;
+        prop_assert!(parsed.warnings.is_empty(), "{:?}\n{text}", parsed.warnings);
+        use_it(&parsed.program);
+        prop_assert_eq!(bare(parsed.program), program);
+    }
+
+    #[test]
+    fn damaged_text_never_panics(program in program(), cuts in vec((any::<prop::sample::Index>(), 0usize..5, "\\PC{0,3}"), 1..6)) {
+        let mut text: Vec<char> = ladder::write(&program).chars().collect();
+        for (at, count, new) in cuts {
+            let at = at.index(text.len() + 1);
+            let end = (at + count).min(text.len());
+            text.splice(at..end, new.chars());
+        }
+        let text: String = text.into_iter().collect();
+        if let Ok(parsed) = ladder::parse("t", &text) {
+            use_it(&parsed.program);
+        }
+    }
+
+    #[test]
+    fn shuffled_lines_never_panic(program in program(), order in vec(any::<prop::sample::Index>(), 0..40)) {
+        let text = ladder::write(&program);
+        let lines: Vec<&str> = text.lines().collect();
+        let text: Vec<&str> = order.iter().map(|i| lines[i.index(lines.len())]).collect();
+        if let Ok(parsed) = ladder::parse("t", &format!("{}{}", common::HEAD, text.join("\n"))) {
+            use_it(&parsed.program);
+        }
+    }
+
+    #[test]
+    fn random_bytes_never_panic(bytes in vec(any::<u8>(), 0..200)) {
+        let _ = ladder::parse_bytes("t", &bytes, ladder::Options::default());
+        let text = format!("{}RUNG\n{}", common::HEAD, String::from_utf8_lossy(&bytes).replace(char::is_control, "\n"));
+        let _ = ladder::parse("t", &text);
+    }
+}

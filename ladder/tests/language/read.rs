@@ -1,0 +1,139 @@
+//! Every complaint of the reader, by table.
+
+use crate::common;
+use std::collections::BTreeSet;
+
+use diag::Diagnostic;
+
+const TABLE: &str = include_str!("tables/read.txt");
+
+fn diagnostics(text: &str) -> Vec<Diagnostic> {
+    match ladder::parse("t.ld", text) {
+        Ok(parsed) => parsed.warnings,
+        Err(errors) => {
+            assert!(errors.iter().any(Diagnostic::is_error), "refused without an error: {text}");
+            errors
+        }
+    }
+}
+
+#[test]
+fn every_row_is_told_as_written() {
+    let mut wrong = Vec::new();
+    for (number, row) in common::rows(TABLE) {
+        let (expected, rest) = row.split_once('|').expect("a row has a bar");
+        let found = diagnostics(&common::text(rest));
+        let mut found = common::told(&found);
+        let expected: Vec<&str> = expected.split_whitespace().filter(|w| *w != "ok").collect();
+        if !expected.iter().any(|e| e.starts_with("LD018")) {
+            found.retain(|f| !f.starts_with("LD018"));
+        }
+        if found != expected {
+            wrong.push(format!("line {number}: expected {expected:?}, found {found:?}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_code_of_the_reader_has_a_row() {
+    let written: BTreeSet<&str> = common::rows(TABLE)
+        .filter_map(|(_, row)| row.split_once('|'))
+        .flat_map(|(expected, _)| expected.split_whitespace())
+        .filter_map(|w| Some(w.split_once('@')?.0))
+        .collect();
+    // Those about size are made by the tests of the limits below.
+    let elsewhere = ["LD005", "LD019", "LD036"];
+    let missing: Vec<&str> = ladder::CODES
+        .iter()
+        .map(|c| c.code)
+        .filter(|c| c.starts_with("LD0") && !written.contains(c) && !elsewhere.contains(c))
+        .collect();
+    assert!(missing.is_empty(), "no row for {missing:?}");
+}
+
+#[test]
+fn codes_are_unique_and_explained() {
+    let mut seen = BTreeSet::new();
+    for code in ladder::CODES {
+        assert!(seen.insert(code.code), "{} twice", code.code);
+        assert!(!code.title.is_empty() && code.explain.len() > 40, "{} has no text", code.code);
+    }
+}
+
+#[test]
+fn every_message_has_a_cause_and_a_hint() {
+    for (number, row) in common::rows(TABLE) {
+        let rest = row.split_once('|').map_or("", |(_, r)| r);
+        for d in diagnostics(&common::text(rest)) {
+            assert!(!d.cause.is_empty() && !d.hint.is_empty() && d.file == "t.ld", "line {number}: {d:?}");
+        }
+    }
+}
+
+/// A rung with `depth` groups in each other.
+fn nested(depth: usize) -> String {
+    let mut body = String::from("RUNG\n");
+    for level in 0..depth {
+        body.push_str(if level % 2 == 0 { "PARALLEL\nSHORT\n" } else { "SERIES\nSHORT\n" });
+    }
+    body.push_str("SHORT\n");
+    body.push_str(&"END\n".repeat(depth + 1));
+    format!("{}{body}", common::HEAD)
+}
+
+#[test]
+fn nesting_is_bounded() {
+    assert!(ladder::parse("t", &nested(64)).is_ok());
+    let errors = ladder::parse("t", &nested(65)).expect_err("65 groups");
+    // The 65th group opens two lines after the 64th: line 6 holds the first.
+    assert_eq!(common::told(&errors), ["LD036@134:1+8"]);
+    // Nothing in the reader or in dropping its result may take a stack as deep as the file.
+    assert!(ladder::parse("t", &nested(200_000)).is_err());
+}
+
+#[test]
+fn size_is_bounded() {
+    let told = |text: &str| common::told(&ladder::parse("t", text).expect_err("too large"));
+    let rung = "RUNG\nSHORT\nEND\n";
+    assert!(ladder::parse("t", &format!("{}{}", common::HEAD, rung.repeat(2_000))).is_ok());
+    assert_eq!(told(&format!("{}{}", common::HEAD, rung.repeat(2_001))), ["LD005@6005:1+4"]);
+    let many = |n: usize| format!("{}RUNG\n{}END\n", common::HEAD, "SHORT\n".repeat(n));
+    assert!(ladder::parse("t", &many(20_000)).is_ok());
+    assert_eq!(told(&many(20_001)), ["LD005@20006:1+5"]);
+    assert_eq!(told(&" ".repeat((4 << 20) + 1)), ["LD005@0:0+0"]);
+}
+
+#[test]
+fn errors_are_bounded() {
+    let errors =
+        ladder::parse("t", &format!("{}RUNG\n{}END\n", common::HEAD, "FOO\n".repeat(1000))).expect_err("errors");
+    assert_eq!(errors.len(), 101);
+    assert_eq!(errors.last().map(|d| d.code), Some("LD019"));
+}
+
+#[test]
+fn any_number_of_warnings_is_no_error() {
+    let names: String = (0..300).map(|n| format!("P{n} at 0\n")).collect();
+    let text = format!("LDmicro0.1\nCYCLE=1\nCRYSTAL=1\nIO LIST\n{names}END\nPROGRAM\n");
+    assert_eq!(ladder::parse("t", &text).map(|p| p.warnings.len()), Ok(300));
+}
+
+#[test]
+fn bytes_must_be_utf8() {
+    let errors = ladder::parse_bytes("t", b"LDmicro0.1\nab\xE9", ladder::Options::default()).expect_err("no UTF-8");
+    assert_eq!(common::told(&errors), ["LD002@2:3+1"]);
+}
+
+#[test]
+fn hints_guess_what_was_meant() {
+    for (line, hint) in [
+        ("CONTACTT Xa 0", "did you mean CONTACTS?"),
+        ("contacts Xa 0", "did you mean CONTACTS?"),
+        ("PARALEL", "did you mean PARALLEL?"),
+        ("MOV a 1", "did you mean MOVE?"),
+    ] {
+        let errors = ladder::parse("t", &format!("{}RUNG\n{line}\nEND\n", common::HEAD)).expect_err("misspelt");
+        assert_eq!(errors.first().map(|d| d.hint.as_str()), Some(hint), "{line}");
+    }
+}

@@ -1,0 +1,48 @@
+//! The tables of traces taken apart: programs, and the lines that say what they do.
+
+/// The tables.
+const FILES: &[(&str, &str)] = &[
+    ("bits.txt", include_str!("bits.txt")),
+    ("timers.txt", include_str!("timers.txt")),
+    ("counters.txt", include_str!("counters.txt")),
+    ("integers.txt", include_str!("integers.txt")),
+    ("tables.txt", include_str!("tables.txt")),
+    ("devices.txt", include_str!("devices.txt")),
+    ("strings.txt", include_str!("strings.txt")),
+    ("ldmicro5.txt", include_str!("ldmicro5.txt")),
+];
+
+/// Of every case: its name with the file's, a whole `.ld` text, and the lines of columns and values, each with its place.
+pub fn texts() -> Vec<(String, String, Vec<(String, String)>)> {
+    let mut cases: Vec<(String, String, Vec<(String, String)>)> = Vec::new();
+    for (file, text) in FILES {
+        let (mut rungs, mut name) = (String::new(), String::new());
+        for (i, line) in text.lines().enumerate() {
+            let place = format!("{file}:{}: {}", i + 1, line.trim());
+            if line.trim().is_empty() || line.starts_with('#') {
+                continue;
+            }
+            if let Some(title) = line.strip_prefix("case ") {
+                (name, rungs) = (format!("{file}: {title}"), String::new());
+            } else if let Some(columns) = line.strip_prefix("scan ") {
+                cases.push((std::mem::take(&mut name), program(&rungs), vec![(place, columns.to_owned())]));
+            } else if name.is_empty() {
+                let case = cases.last_mut().unwrap_or_else(|| panic!("{place}: outside of a case"));
+                case.2.push((place, line.to_owned()));
+            } else {
+                rungs += line;
+                rungs.push('\n');
+            }
+        }
+    }
+    cases
+}
+
+/// A whole program from what stands in a case.
+fn program(text: &str) -> String {
+    let (head, rungs) = text.split_at(text.find("RUNG\n").expect("a rung"));
+    let (header, head) = head.strip_prefix("LDmicro0.2\n").map_or(("LDmicro0.1", head), |rest| ("LDmicro0.2", rest));
+    let usual = |name: &str, line: &'static str| if head.contains(name) { "" } else { line };
+    let (cycle, baud) = (usual("CYCLE=", "CYCLE=10000\n"), usual("BAUD=", "BAUD=1000\n"));
+    format!("{header}\n{cycle}{baud}CRYSTAL=4000000\n{head}IO LIST\nEND\nPROGRAM\n{rungs}\n")
+}
