@@ -26,7 +26,7 @@
 
 mod text;
 
-use text::texts;
+use text::{Text, texts};
 
 /// What a column is about.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -92,7 +92,7 @@ pub fn cases() -> Vec<Case> {
     cases
 }
 
-fn case((name, program, lines): (String, String, Vec<(String, String)>)) -> Case {
+fn case((name, program, lines): Text) -> Case {
     let mut lines = lines.iter();
     let (place, columns) = lines.next().unwrap_or_else(|| panic!("{name}: no line `scan`"));
     let names = |text: &str| text.split_whitespace().map(Column::new).collect::<Vec<_>>();

@@ -12,9 +12,12 @@ const FILES: &[(&str, &str)] = &[
     ("ldmicro5.txt", include_str!("ldmicro5.txt")),
 ];
 
-/// Of every case: its name with the file's, a whole `.ld` text, and the lines of columns and values, each with its place.
-pub fn texts() -> Vec<(String, String, Vec<(String, String)>)> {
-    let mut cases: Vec<(String, String, Vec<(String, String)>)> = Vec::new();
+/// A case: its name with the file's, a whole `.ld` text, and the lines of columns and values, each with its place.
+pub type Text = (String, String, Vec<(String, String)>);
+
+/// All cases of all tables.
+pub fn texts() -> Vec<Text> {
+    let mut cases: Vec<Text> = Vec::new();
     for (file, text) in FILES {
         let (mut rungs, mut name) = (String::new(), String::new());
         for (i, line) in text.lines().enumerate() {
