@@ -181,8 +181,8 @@ impl Soc {
         let t = self.inner(due);
         while let Some((pin, level)) = self.drives.take(due) {
             let changed = self.ports.drive(pin, level, t);
-            // The event bears the machine's cycle, the oscillator's stands.
-            let ahead = due - (t + self.frozen);
+            // The event bears the machine's cycle, the oscillator's stands: since the end of this cycle where PCON was written by hand.
+            let ahead = due.saturating_sub(t + self.frozen);
             self.frozen += ahead;
             self.edge(pin, changed, t, 0);
             self.frozen -= ahead;

@@ -1,6 +1,7 @@
 //! What a check finds and says, in one program; the tests with faulty compilers stand apart.
 
 mod common;
+mod complete;
 mod contract;
 mod corpus;
 mod examples;
@@ -8,6 +9,7 @@ mod faults;
 mod foreign;
 mod fuzz;
 mod pages;
+mod periods;
 mod peripherals;
 mod random;
 mod report;

@@ -6,6 +6,7 @@ mod ap101_bits;
 mod asm;
 mod avr;
 mod avr_devices;
+mod huge;
 mod image;
 mod ir;
 mod mcs51;

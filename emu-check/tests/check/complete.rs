@@ -1,8 +1,7 @@
 //! A compile is complete or refused: on a chip of every family, optimised and not, every element, rung and symbol of the examples and
 //! of random programs is in the map, in order and without gaps. EMU_MAPS_SEED chooses other programs.
 
-mod common;
-
+use crate::common;
 use emu_check::fuzz::{FAMILIES, program};
 use ladder::Program;
 use ladder_compile::{Compiled, Map, Options, compile};

@@ -1,9 +1,7 @@
 //! Programs far too large for any chip, and some that are only large in one way: every back end compiles them or refuses them
 //! with the figures. No code of a fault of the compiler, and no panic.
 
-mod common;
-
-use common::program;
+use crate::common::program;
 use ladder_compile::{Options, compile};
 
 /// What such a program may be refused for: parts that the chip lacks, a scan that is too long, code, RAM.

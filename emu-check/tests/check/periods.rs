@@ -1,7 +1,6 @@
 //! Periods that no timer counts in one turn: image and evaluator agree, and every scan starts with its match.
 
-mod common;
-
+use crate::common;
 use emu_check::{Options, check};
 
 /// Chip, clock in Hz, cycle in microseconds.
