@@ -15,6 +15,9 @@ use crate::stimulus::Step;
 /// A wish that failed so often is dropped.
 const PATIENCE: u32 = 1_000;
 
+/// Most values of a table that are wished for.
+const VALUES: usize = 32;
+
 /// An integer at one value.
 #[derive(Debug, Clone)]
 struct Wish {
@@ -31,8 +34,8 @@ enum Target {
     Value(i32),
     /// This far from what another integer holds when the scan starts.
     Near(usize, i32),
-    /// A value, and one of another integer, when the element acts.
-    Both(i32, usize, i32),
+    /// A value when the element acts, and with it one of another integer.
+    Acting(i32, Option<(usize, i32)>),
 }
 
 /// Quotients at which division turns over or has a rule of its own: each of these by each of those. The ends of four bytes stand
@@ -86,6 +89,11 @@ impl Wishes {
                     }
                     _ => {}
                 },
+                Element::LookUpTable { index: Operand::Var(name), values, .. } => {
+                    // Each of the values; the ends of a long table are goals.
+                    let each = (0..).take(values.len().min(VALUES)).map(|n| Target::Acting(n, None));
+                    wish(integer(name), each.collect());
+                }
                 Element::Math { op: MathOp::Div, op1: Operand::Var(a), op2: Operand::Var(b), .. } if a != b => {
                     if let (Some(a), Some(b)) = (integer(a), integer(b)) {
                         let width = |symbol: usize| eval.symbols().get(symbol).map_or(2, |s| s.bytes);
@@ -93,7 +101,7 @@ impl Wishes {
                             i32::MIN | i32::MAX => value >> (32 - 8 * u32::from(width(symbol).clamp(1, 4))),
                             _ => value,
                         };
-                        let by = |n| DIVISORS.map(|d| Target::Both(end(n, a), b, end(d, b)));
+                        let by = |n| DIVISORS.map(|d| Target::Acting(end(n, a), Some((b, end(d, b)))));
                         wish(Some(a), DIVIDENDS.into_iter().flat_map(by).collect());
                     }
                 }
@@ -125,8 +133,8 @@ impl Wishes {
         step.writes.retain(|(symbol, _)| *symbol != wish.symbol);
         let value = match wish.target {
             Target::Value(value) => value,
-            Target::Both(value, other, beside) => {
-                if hints.writable.get(other) == Some(&true) {
+            Target::Acting(value, beside) => {
+                if let Some((other, beside)) = beside.filter(|(other, _)| hints.writable.get(*other) == Some(&true)) {
                     step.writes.retain(|(symbol, _)| *symbol != other);
                     step.writes.push((other, beside));
                 }
@@ -147,8 +155,8 @@ impl Wishes {
             Seen::scan(&mut eval)
         };
         let with = scan(value);
-        wish.granted = if let Target::Both(..) = wish.target {
-            // Both are written; what becomes of them shows.
+        wish.granted = if let Target::Acting(..) = wish.target {
+            // What becomes of it shows.
             with.trace.get(wish.at).is_some_and(|pair| pair.0)
         } else {
             [value.wrapping_sub(1), value.wrapping_add(1)]

@@ -124,6 +124,15 @@ pub fn compile_mutant(program: &Program, options: &Options, id: u32) -> Result<C
     }
 }
 
+/// The intermediate code of `program`, sound and with the fault `id`, where it is a fault of the intermediate code.
+#[must_use]
+pub fn mutant_ir(program: &Program, options: &Options, id: u32) -> Option<(Ir, Ir)> {
+    let prepared = prepare(program, options).ok()?;
+    let change = of_code(&prepared).into_iter().nth(id as usize).map(|found| (found.make)())?;
+    let Change::Ir(changed) = change else { return None };
+    Some((prepared.ir, changed))
+}
+
 /// Faults that are made before the image.
 fn of_code(prepared: &Prepared) -> Vec<Candidate<'_>> {
     let mut all = operations(&prepared.ir);
@@ -253,7 +262,8 @@ fn leave_out(built: &Built) -> Vec<Candidate<'_>> {
         ("end of the scan", at(Mark::RungsEnd).unwrap_or(0), at(Mark::ScanEnd).unwrap_or(0)),
     ];
     let instructions = built.lines.iter().enumerate().filter(|(_, line)| !line.text.is_empty());
-    let part = |line: &Line| spans.iter().find(|&&(_, from, to)| (from..to).contains(&line.addr)).map(|(part, ..)| *part);
+    let part =
+        |line: &Line| spans.iter().find(|&&(_, from, to)| (from..to).contains(&line.addr)).map(|(part, ..)| *part);
     let of_part = |(n, line)| Some(without(MutantKind::LeftOut, part(line)?, n, line));
     instructions.filter_map(of_part).collect()
 }

@@ -8,9 +8,10 @@ use emu_check::fuzz::{own_seed, program};
 use emu_check::{Options, What, check_compiled};
 use emu_core::rng::Rng;
 use ladder::Program;
-use ladder_compile::{Mutant, MutantKind, compile, compile_mutant, mutants, target};
+use ladder_compile::{Mutant, MutantKind, compile, compile_mutant, mutant_ir, mutants, target};
 
 use crate::common;
+use crate::proof::same_meaning;
 
 /// All sorts, in the order of the table.
 pub const KINDS: [MutantKind; 9] = [
@@ -37,7 +38,12 @@ pub struct Size {
     pub random: usize,
     /// Sorts of which one fault is taken from a random program; which ones changes from program to program.
     pub sorts: usize,
+    /// What survives is checked again, with other seeds and more scans.
+    pub again: bool,
 }
+
+/// Seeds and scans of these checks.
+const AGAIN: ([u64; 3], u64) = ([2, 3, 4], 6_000);
 
 /// What a check says to a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,6 +62,8 @@ pub struct Case {
     /// `chip | program | element: fault`.
     pub name: String,
     pub verdict: Verdict,
+    /// It survives, but not checks with other seeds and more scans, where these were asked for.
+    pub later: bool,
 }
 
 /// What came of one program on one chip.
@@ -65,6 +73,8 @@ pub struct Sample {
     pub cases: Vec<Case>,
     /// Faults drawn that are none: the image is that of the sound compiler, or that of another fault.
     pub same: BTreeMap<MutantKind, usize>,
+    /// Faults drawn whose intermediate code is proved to mean the same.
+    pub proved: BTreeMap<MutantKind, usize>,
     /// Faults drawn for which the compiler itself finds that there is no image.
     pub refused: BTreeMap<MutantKind, usize>,
 }
@@ -119,7 +129,7 @@ pub fn campaign(mcus: &[&'static str], size: Size) -> Vec<Sample> {
                 while let Some((at, job)) =
                     Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|at| Some((at, jobs.get(at)?)))
                 {
-                    let sample = sample(job);
+                    let sample = sample(job, size.again);
                     done.lock().expect("a lock").push((at, sample));
                 }
             });
@@ -131,7 +141,7 @@ pub fn campaign(mcus: &[&'static str], size: Size) -> Vec<Sample> {
 }
 
 /// Draws faults of one program, sort by sort, until there are enough different images, and checks each.
-fn sample(job: &Job) -> Sample {
+fn sample(job: &Job, again: bool) -> Sample {
     let mut sample = Sample { mcu: job.mcu, ..Sample::default() };
     let target = target_options(job.mcu);
     let sound = compile(&job.program, &target).expect("it compiled before");
@@ -152,22 +162,29 @@ fn sample(job: &Job) -> Sample {
                 *sample.same.entry(kind).or_default() += 1;
                 continue;
             }
-            left -= 1;
             let place = mutant.element.map_or_else(String::new, |id| format!("{id}: "));
             let name = format!("{} | {} | {place}{}", job.mcu, job.program.file, mutant.what);
-            let options = Options {
-                mcu: job.mcu.to_owned(),
-                seed: job.seed,
-                rungs: false,
-                explain: false,
-                ..Options::default()
-            };
+            let options =
+                Options { mcu: job.mcu.to_owned(), seed: job.seed, rungs: false, explain: false, ..Options::default() };
             let verdict = match check_compiled(&job.program, &faulty, &options, &mut |_, _| {}) {
                 Ok(report) => report.difference.map_or(Verdict::Survives, |d| Verdict::Found(d.scan, d.what)),
                 // An image that does not load.
                 Err(_) => Verdict::Found(0, What::Map),
             };
-            sample.cases.push(Case { mcu: job.mcu, kind, name, verdict });
+            let irs = mutant_ir(&job.program, &target, mutant.id);
+            if irs.is_some_and(|(sound, faulty)| same_meaning(&sound, &faulty)) {
+                // A proof of what a check refutes would be a wrong one.
+                assert_eq!(verdict, Verdict::Survives, "{name}: proved to mean the same, but it differs");
+                *sample.proved.entry(kind).or_default() += 1;
+                continue;
+            }
+            left -= 1;
+            let differs = |seed: &u64| {
+                let options = Options { seed: *seed, scans: AGAIN.1, ..options.clone() };
+                check_compiled(&job.program, &faulty, &options, &mut |_, _| {}).is_ok_and(|report| !report.agreed)
+            };
+            let later = again && verdict == Verdict::Survives && AGAIN.0.iter().any(differs);
+            sample.cases.push(Case { mcu: job.mcu, kind, name, verdict, later });
         }
     }
     sample
