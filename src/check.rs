@@ -244,6 +244,7 @@ fn options(args: &CheckArgs, chip: &str) -> Options {
         pins: args.target.pins.clone(),
         clock_hz: args.target.clock,
         rungs: true,
+        explain: true,
     }
 }
 

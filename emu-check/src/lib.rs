@@ -80,12 +80,23 @@ pub struct Options {
     pub clock_hz: Option<u64>,
     /// The time of every rung is measured; without it a check is faster.
     pub rungs: bool,
+    /// A difference is explained: the element to blame is looked for and the stimulus made as small as possible. Without it
+    /// a check is over as soon as one is found, and its `element` and `smallest` stay empty.
+    pub explain: bool,
 }
 
-/// 2,000 scans on an ATmega328P with seed 1, with the time of every rung.
+/// 2,000 scans on an ATmega328P with seed 1, with the time of every rung, and a difference explained.
 impl Default for Options {
     fn default() -> Self {
-        Options { mcu: "atmega328p".to_owned(), seed: 1, scans: 2_000, pins: Vec::new(), clock_hz: None, rungs: true }
+        Options {
+            mcu: "atmega328p".to_owned(),
+            seed: 1,
+            scans: 2_000,
+            pins: Vec::new(),
+            clock_hz: None,
+            rungs: true,
+            explain: true,
+        }
     }
 }
 

@@ -150,7 +150,11 @@ fn difference<C: Target, F: Fn(u64) -> C>(
     mismatch: &Mismatch,
 ) -> Difference {
     let scan_of_run = run.steps.len() as u64;
-    let (element, shown) = locate(bench, (program, &compiled.map), (run.ram_seed, &run.steps), mismatch);
+    let (element, shown) = if options.explain {
+        locate(bench, (program, &compiled.map), (run.ram_seed, &run.steps), mismatch)
+    } else {
+        (None, mismatch.differing.first().copied())
+    };
     let name = |symbol: usize| bench.eval.symbols().get(symbol).map_or_else(String::new, |s| s.name.clone());
     let value = |value: i32| match (mismatch.what, value) {
         (What::Pin, 0) => "low".to_owned(),
@@ -166,6 +170,7 @@ fn difference<C: Target, F: Fn(u64) -> C>(
         .map(|(_, element, _)| ladder::element_text(element));
     let smallest = match mismatch.what {
         What::Map => Vec::new(),
+        _ if !options.explain => Vec::new(),
         _ => shrink(bench, run.ram_seed, run.steps, mismatch),
     };
     Difference {

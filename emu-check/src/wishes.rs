@@ -4,7 +4,7 @@
 //! Random values rarely bring an integer to its limit while all contacts beside the comparison pass, so a limit that
 //! is off by one would hide. Each wish is tried with several states; one that cannot be granted is dropped.
 
-use ladder::{CompareOp, Element, Operand, Program, SymbolKind};
+use ladder::{CompareOp, Element, MathOp, Operand, Program, SymbolKind};
 use ladder_eval::Evaluator;
 
 use crate::goals::Seen;
@@ -14,6 +14,9 @@ use crate::stimulus::Step;
 
 /// A wish that failed so often is dropped.
 const PATIENCE: u32 = 1_000;
+
+/// Most values of a table that are wished for.
+const VALUES: usize = 32;
 
 /// An integer at one value.
 #[derive(Debug, Clone)]
@@ -31,7 +34,14 @@ enum Target {
     Value(i32),
     /// This far from what another integer holds when the scan starts.
     Near(usize, i32),
+    /// A value when the element acts, and with it one of another integer.
+    Acting(i32, Option<(usize, i32)>),
 }
+
+/// Quotients at which division turns over or has a rule of its own: each of these by each of those. The ends of four bytes stand
+/// for those of the integer's own width.
+const DIVIDENDS: [i32; 3] = [i32::MIN, -1, i32::MAX];
+const DIVISORS: [i32; 3] = [0, -1, i32::MIN];
 
 /// All wishes of a program.
 #[derive(Debug, Clone)]
@@ -79,6 +89,22 @@ impl Wishes {
                     }
                     _ => {}
                 },
+                Element::LookUpTable { index: Operand::Var(name), values, .. } => {
+                    // Each of the values; the ends of a long table are goals.
+                    let each = (0..).take(values.len().min(VALUES)).map(|n| Target::Acting(n, None));
+                    wish(integer(name), each.collect());
+                }
+                Element::Math { op: MathOp::Div, op1: Operand::Var(a), op2: Operand::Var(b), .. } if a != b => {
+                    if let (Some(a), Some(b)) = (integer(a), integer(b)) {
+                        let width = |symbol: usize| eval.symbols().get(symbol).map_or(2, |s| s.bytes);
+                        let end = |value: i32, symbol| match value {
+                            i32::MIN | i32::MAX => value >> (32 - 8 * u32::from(width(symbol).clamp(1, 4))),
+                            _ => value,
+                        };
+                        let by = |n| DIVISORS.map(|d| Target::Acting(end(n, a), Some((b, end(d, b)))));
+                        wish(Some(a), DIVIDENDS.into_iter().flat_map(by).collect());
+                    }
+                }
                 _ => {}
             }
         }
@@ -107,6 +133,13 @@ impl Wishes {
         step.writes.retain(|(symbol, _)| *symbol != wish.symbol);
         let value = match wish.target {
             Target::Value(value) => value,
+            Target::Acting(value, beside) => {
+                if let Some((other, beside)) = beside.filter(|(other, _)| hints.writable.get(*other) == Some(&true)) {
+                    step.writes.retain(|(symbol, _)| *symbol != other);
+                    step.writes.push((other, beside));
+                }
+                value
+            }
             Target::Near(other, distance) => {
                 let written = step.writes.iter().find(|(symbol, _)| *symbol == other);
                 written.map_or_else(|| eval.get(other), |&(_, value)| value).wrapping_add(distance)
@@ -122,9 +155,14 @@ impl Wishes {
             Seen::scan(&mut eval)
         };
         let with = scan(value);
-        wish.granted = [value.wrapping_sub(1), value.wrapping_add(1)]
-            .into_iter()
-            .any(|other| matters(wish, &self.stores, &with, &scan(other)));
+        wish.granted = if let Target::Acting(..) = wish.target {
+            // What becomes of it shows.
+            with.trace.get(wish.at).is_some_and(|pair| pair.0)
+        } else {
+            [value.wrapping_sub(1), value.wrapping_add(1)]
+                .into_iter()
+                .any(|other| matters(wish, &self.stores, &with, &scan(other)))
+        };
         wish.failed += u32::from(!wish.granted);
         wish.granted
     }

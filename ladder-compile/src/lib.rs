@@ -45,7 +45,7 @@ pub use asm::assembly;
 pub use codes::{CODES, FUSES_NOTE};
 pub use map::{EepromMap, ElementMap, Map, PinMap, Place, Ratio, RungMap, SCHEMA, Special, SymbolMap};
 #[cfg(feature = "mutants")]
-pub use mutants::{Mutant, MutantKind, compile_mutant, mutants};
+pub use mutants::{Mutant, MutantKind, compile_mutant, mutant_ir, mutants};
 
 /// The chips that there is a compiler for, family by family.
 pub const TARGETS: &[&[Target]] = &[avr::TARGETS, mcs51::TARGETS, pic16::TARGETS, ap101::TARGETS];

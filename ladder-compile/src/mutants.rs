@@ -1,6 +1,6 @@
 //! Compilers with one fault each, enumerated mechanically: from the intermediate code of a program (an operator, an operand,
 //! a constant by one, a polarity, a store left out, an order, a cell at another's place) and from its image (a pin, the period, an
-//! instruction of reset, latching or output left out). They show what a check of compiled programs can find.
+//! instruction of reset, latching or output left out, a bank not chosen). They show what a check of compiled programs can find.
 
 mod cells;
 mod ops;
@@ -11,7 +11,7 @@ use ladder::{ElementId, Program};
 
 use crate::ir::{Ir, Op, Step};
 use crate::pins::Pin;
-use crate::target::{Built, Line, Mark};
+use crate::target::{Built, Line, Mark, Target};
 use crate::{Compiled, Options, Prepared, finish, prepare, refusal};
 
 /// What sort of fault.
@@ -33,6 +33,8 @@ pub enum MutantKind {
     Period,
     /// An instruction around the rungs is left out: of reset, of latching the inputs, of writing the outputs.
     LeftOut,
+    /// A bank of memory or a page of code is not chosen, so that the one before is met.
+    Bank,
 }
 
 /// One fault.
@@ -118,8 +120,17 @@ pub fn compile_mutant(program: &Program, options: &Options, id: u32) -> Result<C
             let (period, shortest, tick) = (sound.period, sound.shortest, sound.tick);
             finish(program, &job, Built { period, shortest, tick, fuses: sound.fuses, ..built }, notes)
         }
-        Some(Change::LeftOut(line)) => finish(program, &job, left_out(sound, line, job.target.chip.word_bytes), notes),
+        Some(Change::LeftOut(line)) => finish(program, &job, left_out(sound, line, job.target), notes),
     }
+}
+
+/// The intermediate code of `program`, sound and with the fault `id`, where it is a fault of the intermediate code.
+#[must_use]
+pub fn mutant_ir(program: &Program, options: &Options, id: u32) -> Option<(Ir, Ir)> {
+    let prepared = prepare(program, options).ok()?;
+    let change = of_code(&prepared).into_iter().nth(id as usize).map(|found| (found.make)())?;
+    let Change::Ir(changed) = change else { return None };
+    Some((prepared.ir, changed))
 }
 
 /// Faults that are made before the image.
@@ -134,6 +145,7 @@ fn of_code(prepared: &Prepared) -> Vec<Candidate<'_>> {
 fn of_image<'a>(program: &Program, prepared: &Prepared, built: &'a Built) -> Vec<Candidate<'a>> {
     let mut all = periods(program, prepared, built);
     all.extend(leave_out(built));
+    all.extend(banks(built));
     all
 }
 
@@ -249,33 +261,46 @@ fn leave_out(built: &Built) -> Vec<Candidate<'_>> {
         ("start of the scan", at(Mark::ScanStart).unwrap_or(0), first),
         ("end of the scan", at(Mark::RungsEnd).unwrap_or(0), at(Mark::ScanEnd).unwrap_or(0)),
     ];
-    let mut all = Vec::new();
-    for (n, line) in built.lines.iter().enumerate().filter(|(_, line)| !line.text.is_empty()) {
-        let Some((part, ..)) = spans.iter().find(|&&(_, from, to)| (from..to).contains(&line.addr)) else { continue };
-        let part = *part;
-        let what =
-            move || format!("{part}: `{}` is left out", line.text.split_whitespace().collect::<Vec<_>>().join(" "));
-        all.push(Candidate {
-            kind: MutantKind::LeftOut,
-            element: None,
-            what: Box::new(what),
-            make: Box::new(move || Change::LeftOut(n)),
-        });
-    }
-    all
+    let instructions = built.lines.iter().enumerate().filter(|(_, line)| !line.text.is_empty());
+    let part =
+        |line: &Line| spans.iter().find(|&&(_, from, to)| (from..to).contains(&line.addr)).map(|(part, ..)| *part);
+    let of_part = |(n, line)| Some(without(MutantKind::LeftOut, part(line)?, n, line));
+    instructions.filter_map(of_part).collect()
 }
 
-/// The image without one of its instructions: words of zeros stand there, which do nothing on any chip.
-fn left_out(mut built: Built, line: usize, word_bytes: u32) -> Built {
-    let Some(Line { addr, words, text, target }) = built.lines.get_mut(line) else { return built };
+/// Every instruction that chooses a bank of memory or a page of code: those that set or clear bits 5 to 7 of STATUS, or write
+/// PCLATH, on a PIC16. The other families have none.
+fn banks(built: &Built) -> Vec<Candidate<'_>> {
+    let chooses = |line: &Line| {
+        let words: Vec<&str> = line.text.split([' ', ',']).filter(|word| !word.is_empty()).collect();
+        match words[..] {
+            ["bsf" | "bcf", "0x03", bit] => matches!(bit, "5" | "6" | "7"),
+            ["bsf" | "bcf", "0x0A", _] | ["movwf" | "clrf", "0x0A"] => true,
+            _ => false,
+        }
+    };
+    let lines = built.lines.iter().enumerate().filter(|(_, line)| chooses(line));
+    lines.map(|(n, line)| without(MutantKind::Bank, "bank", n, line)).collect()
+}
+
+fn without<'a>(kind: MutantKind, part: &'static str, n: usize, line: &'a Line) -> Candidate<'a> {
+    let text = move || line.text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let what = move || format!("{part}: `{}` at {:04X} is left out", text(), line.addr);
+    Candidate { kind, element: None, what: Box::new(what), make: Box::new(move || Change::LeftOut(n)) }
+}
+
+/// The image without one of its instructions: words stand there that do nothing. They are zeros, but on the AP101 ones.
+fn left_out(mut built: Built, line: usize, target: &Target) -> Built {
+    let (word_bytes, nothing) = (target.chip.word_bytes, if target.has_modules() { 0xFF } else { 0 });
+    let Some(Line { addr, words, text, target: goes }) = built.lines.get_mut(line) else { return built };
     let (from, to) = (*addr * word_bytes, (*addr + words.len() as u32) * word_bytes);
-    words.fill(0);
+    words.fill(u16::from_le_bytes([nothing; 2]));
     "nop".clone_into(text);
-    *target = None;
+    *goes = None;
     for (start, bytes) in &mut built.segments {
         for (at, byte) in (*start..).zip(bytes.iter_mut()) {
             if (from..to).contains(&at) {
-                *byte = 0;
+                *byte = nothing;
             }
         }
     }

@@ -125,6 +125,7 @@ pub fn trial(plan: &Plan, number: u64) -> Trial {
             seed: own_seed(plan.seed, number),
             scans: plan.scans,
             rungs: false,
+            explain: false,
             ..Options::default()
         };
         let result = attempt(&drawn, &options);
@@ -206,7 +207,7 @@ fn finding(plan: &Plan, number: u64, drawn: &Program, options: &Options, kind: F
         |scans: u64| format!("emu check {file} --mcu {} --seed {} --scans {scans}", options.mcu, options.seed);
     let found = format!("found by emu fuzz --seed {} as program {number}", plan.seed);
     let program = noted(&program, &[&found, &command(scans)]);
-    let last = Options { scans, ..options.clone() };
+    let last = Options { scans, explain: true, ..options.clone() };
     let what = match attempt(&program, &last) {
         Outcome::Checked(_, report) => report.text(),
         Outcome::Refused(code, message) => format!("{code}: {message}"),

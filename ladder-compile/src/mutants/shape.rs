@@ -21,7 +21,12 @@ fn orders(ir: &Ir) -> Vec<Candidate<'_>> {
     for (number, rung) in ir.rungs.iter().enumerate() {
         for (at, pair) in rung.steps.windows(2).enumerate() {
             let [first, second] = pair else { continue };
-            if first.op == second.op || !Touched::of([&first.op]).meets(&Touched::of([&second.op])) {
+            let commute = match (&first.op, &second.op) {
+                (Op::And { .. } | Op::AndCompare(_), Op::And { .. } | Op::AndCompare(_)) => true,
+                (Op::Or { .. }, Op::Or { .. }) => true,
+                (one, other) => one == other || !Touched::of([one]).meets(&Touched::of([other])),
+            };
+            if commute {
                 continue;
             }
             let make = move || {

@@ -1,0 +1,178 @@
+//! The figures of docs/kill.md, and the file of survivors.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::fs;
+
+use emu_check::fuzz::FAMILIES;
+
+use crate::campaign::{Case, KINDS, Sample, Verdict};
+use crate::common;
+
+/// Begin and end of the part of the page that is written.
+const FIGURES: [&str; 2] = ["<!-- figures -->\n", "<!-- end of the figures -->\n"];
+
+/// Stands for a reason that nobody has given yet.
+const NONE: &str = "?";
+
+/// Begins the reason of a fault that is none: the image does the same.
+const EQUIVALENT: &str = "equivalent: ";
+
+/// Of one that other checks find.
+const LATER: &str = "gap: checks with other seeds and 6,000 scans find it";
+
+/// Faults that were not found, with the reasons: the lines of kill.txt.
+pub struct Survivors {
+    head: String,
+    /// `chip | program | fault`, and the reason.
+    rows: BTreeMap<String, String>,
+}
+
+impl Survivors {
+    pub fn read() -> Survivors {
+        let text = fs::read_to_string(common::beside("tests/kill.txt")).expect("kill.txt");
+        let mut survivors = Survivors { head: String::new(), rows: BTreeMap::new() };
+        for line in text.lines().filter(|line| !line.is_empty()) {
+            if line.starts_with('#') {
+                survivors.head += &format!("{line}\n");
+                continue;
+            }
+            let (name, reason) = line.rsplit_once(" | ").expect("chip | program | fault | reason");
+            survivors.rows.insert(name.to_owned(), reason.to_owned());
+        }
+        survivors
+    }
+
+    /// Why a fault is not found, where that is known.
+    pub fn reason(&self, name: &str) -> Option<&str> {
+        self.rows.get(name).map(|reason| &**reason).filter(|reason| *reason != NONE)
+    }
+
+    /// It is known to mean the same.
+    fn is_equivalent(&self, name: &str) -> bool {
+        self.reason(name).is_some_and(|reason| reason.starts_with(EQUIVALENT))
+    }
+
+    /// Lists those that survive now; the reasons that are known stay.
+    pub fn renew<'a>(&mut self, cases: impl Iterator<Item = &'a Case>) {
+        let survive = cases.filter(|case| case.verdict == Verdict::Survives);
+        self.rows = survive
+            .map(|case| {
+                let unknown = if case.later { LATER } else { NONE };
+                (case.name.clone(), self.reason(&case.name).unwrap_or(unknown).to_owned())
+            })
+            .collect();
+    }
+
+    pub fn unexplained(&self) -> Vec<&str> {
+        self.rows.iter().filter(|(_, reason)| *reason == NONE).map(|(name, _)| &**name).collect()
+    }
+
+    pub fn write(&self) {
+        let rows: String = self.rows.iter().map(|(name, reason)| format!("{name} | {reason}\n")).collect();
+        fs::write(common::beside("tests/kill.txt"), format!("{}{rows}", self.head)).expect("kill.txt");
+    }
+}
+
+/// What came of the faults of one sort.
+#[derive(Default)]
+struct Sum {
+    /// The scans of the first differences.
+    found: Vec<u64>,
+    survive: usize,
+    equivalent: usize,
+    same: usize,
+    proved: usize,
+    refused: usize,
+}
+
+impl Sum {
+    fn faults(&self) -> usize {
+        self.found.len() + self.survive + self.equivalent
+    }
+
+    /// Of those that are not known to mean the same, in percent.
+    fn share(&self) -> f64 {
+        100.0 * self.found.len() as f64 / (self.found.len() + self.survive).max(1) as f64
+    }
+}
+
+/// The sums of each chip: of each sort, and of all.
+fn sums(samples: &[Sample], survivors: &Survivors, mcu: &str) -> Vec<(String, Sum)> {
+    let mut sums: Vec<(String, Sum)> = KINDS.iter().map(|kind| (format!("{kind:?}"), Sum::default())).collect();
+    sums.push(("all".to_owned(), Sum::default()));
+    for sample in samples.iter().filter(|sample| sample.mcu == mcu) {
+        let mut of = |kind: &dyn Fn(usize) -> bool, add: &dyn Fn(&mut Sum)| {
+            let chosen = sums.iter_mut().enumerate().filter(|(n, _)| *n == KINDS.len() || kind(*n));
+            chosen.for_each(|(_, (_, sum))| add(sum));
+        };
+        for case in &sample.cases {
+            of(&|n| KINDS[n] == case.kind, &|sum| match case.verdict {
+                Verdict::Found(scan, _) => sum.found.push(scan),
+                Verdict::Survives if survivors.is_equivalent(&case.name) => sum.equivalent += 1,
+                Verdict::Survives => sum.survive += 1,
+            });
+        }
+        sample.same.iter().for_each(|(kind, count)| of(&|n| KINDS[n] == *kind, &|sum| sum.same += count));
+        sample.proved.iter().for_each(|(kind, count)| of(&|n| KINDS[n] == *kind, &|sum| sum.proved += count));
+        sample.refused.iter().for_each(|(kind, count)| of(&|n| KINDS[n] == *kind, &|sum| sum.refused += count));
+    }
+    sums.iter_mut().for_each(|(_, sum)| sum.found.sort_unstable());
+    sums
+}
+
+/// Faults and share found, in percent, chip by chip.
+pub fn shares(samples: &[Sample], survivors: &Survivors) -> Vec<(&'static str, (usize, f64))> {
+    let all = |mcu| sums(samples, survivors, mcu).pop().map(|(_, sum)| (mcu, (sum.faults(), sum.share())));
+    FAMILIES.into_iter().filter_map(all).collect()
+}
+
+/// The table, for people.
+pub fn table(samples: &[Sample], survivors: &Survivors) -> String {
+    let mut out = "| chip | sort | faults | found | equivalent | gaps | % | scan: half | 9 of 10 | last | same image | same meaning | refused |\n".to_owned();
+    out += "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+    for mcu in FAMILIES {
+        for (sort, sum) in sums(samples, survivors, mcu) {
+            if sum.faults() == 0 {
+                _ = writeln!(
+                    out,
+                    "| {mcu} | {sort} | 0 | | | | | | | | {} | {} | {} |",
+                    sum.same, sum.proved, sum.refused
+                );
+                continue;
+            }
+            let at = |tenths: usize| {
+                sum.found.get((sum.found.len() * tenths).div_ceil(10).max(1) - 1).map_or(0, |scan| *scan)
+            };
+            let (faults, found, share) = (sum.faults(), sum.found.len(), sum.share());
+            let (half, nine, last) = (at(5), at(9), at(10));
+            _ = writeln!(
+                out,
+                "| {mcu} | {sort} | {faults} | {found} | {} | {} | {share:.1} | {half} | {nine} | {last} | {} | {} | {} |",
+                sum.equivalent, sum.survive, sum.same, sum.proved, sum.refused
+            );
+        }
+    }
+    out
+}
+
+/// The share that the page tells of a chip, in percent.
+pub fn told(page: &str, mcu: &str) -> Option<f64> {
+    let row = page.lines().find_map(|line| line.strip_prefix(&format!("| {mcu} | all | ")))?;
+    row.split(" | ").nth(4)?.parse().ok()
+}
+
+/// The page with these figures in place of its own.
+pub fn with_figures(page: &str, table: &str, survivors: &Survivors) -> String {
+    let [begin, end] = FIGURES;
+    let (head, rest) = page.split_once(begin).expect("where the figures begin");
+    let (_, tail) = rest.split_once(end).expect("where the figures end");
+    let row = |(name, reason): (&String, &String)| {
+        let cells: Vec<String> = name.splitn(3, " | ").map(|cell| cell.replace('|', "\\|")).collect();
+        format!("| {} | {reason} |\n", cells.join(" | "))
+    };
+    let rows: String = survivors.rows.iter().map(row).collect();
+    format!(
+        "{head}{begin}{table}\n## Survivors\n\n| chip | program | fault | why it is not found |\n|---|---|---|---|\n{rows}{end}{tail}"
+    )
+}

@@ -1,0 +1,476 @@
+//! Proofs that a faulty compiler's intermediate code means the same: one scan of both is followed with everything unknown at its
+//! start, bits as decision diagrams and integers as terms, and ends with the same bits and terms everywhere that outlasts a scan.
+//!
+//! What is not proved here may mean the same all the same: terms know no arithmetic but that of constants, and of the states
+//! that cannot be only this is known: which memories of elements are always 0, or always alike.
+
+use std::collections::{HashMap, HashSet};
+
+use ladder_compile::ir::{Bit, BitRole, Compare, Cond, Ir, Logic, Math, Op, Rel, Value, Word, WordRole};
+
+/// Nodes after which a proof is given up.
+const NODES: usize = 400_000;
+
+/// What a node of a decision diagram asks.
+#[derive(Clone, PartialEq, Eq, Hash)]
+enum Question {
+    /// A bit at the scan's start; the owner is [`BOTH`] unless it is of no meaning then.
+    Bit(u32, usize),
+    Acc(usize),
+    Equal(usize, usize),
+    Less(usize, usize),
+    /// Something that is not 0.
+    True(usize),
+}
+
+#[derive(Clone, PartialEq, Eq, Hash)]
+enum Term {
+    /// A cell at the scan's start, with its bytes, and whose it is.
+    Cell(u32, u8, usize),
+    Const(i32),
+    /// By a diagram.
+    If(usize, usize, usize),
+    /// Of other terms, in a way that only equals itself.
+    Of(String, Vec<usize>),
+}
+
+/// Owner of what both codes find alike, and of the sound code.
+const BOTH: usize = 2;
+
+/// All diagrams and terms, each only once, so that the same number is the same meaning.
+struct Space {
+    /// Question, diagram for no, diagram for yes. 0 is false and 1 is true.
+    nodes: Vec<(usize, usize, usize)>,
+    known: HashMap<(usize, usize, usize), usize>,
+    chosen: HashMap<(usize, usize, usize), usize>,
+    questions: HashMap<Question, usize>,
+    terms: Vec<Term>,
+    numbers: HashMap<Term, usize>,
+    related: HashMap<(usize, usize, bool), usize>,
+    fitted: HashMap<(usize, u8), usize>,
+    /// Timers and counters are modules, which notice that their integer is written.
+    modules: bool,
+    over: bool,
+}
+
+/// Everything in the course of a scan.
+#[derive(Clone, PartialEq, Eq)]
+struct State {
+    acc: usize,
+    bits: Vec<usize>,
+    words: Vec<usize>,
+    /// Of the modules, by their integer.
+    modules: Vec<usize>,
+    /// What has happened to the chip's parts.
+    parts: usize,
+}
+
+/// True when the two codes of one program are proved to mean the same.
+pub fn same_meaning(sound: &Ir, faulty: &Ir) -> bool {
+    let modules = sound.rungs.iter().flat_map(|rung| &rung.steps).any(|step| matches!(step.op, Op::Module { .. }));
+    let mut space = Space {
+        nodes: vec![(usize::MAX, 0, 0), (usize::MAX, 1, 1)],
+        known: HashMap::new(),
+        chosen: HashMap::new(),
+        questions: HashMap::new(),
+        terms: Vec::new(),
+        numbers: HashMap::new(),
+        related: HashMap::new(),
+        fitted: HashMap::new(),
+        modules,
+        over: false,
+    };
+    let known = space.known_of(sound);
+    // Memories that the faulty code keeps otherwise are of no meaning, as long as nothing else hangs on what they hold.
+    let mut loose = HashSet::new();
+    loop {
+        let (one, other) = (space.scan(sound, BOTH, &known, &loose), space.scan(faulty, 1, &known, &loose));
+        if space.over {
+            return false;
+        }
+        let (one, other) = (lasting(sound, &one), lasting(sound, &other));
+        let more: HashSet<Cell> = one
+            .iter()
+            .filter(|(cell, holds)| !loose.contains(*cell) && other.get(*cell) != Some(*holds))
+            .map(|(cell, _)| *cell)
+            .collect();
+        if more.is_empty() {
+            return true;
+        }
+        if !more.iter().all(|cell| cell.is_memory(sound)) {
+            return false;
+        }
+        loose.extend(more);
+    }
+}
+
+/// Something that outlasts the scan.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Cell {
+    Bit(usize),
+    Word(usize),
+    Module(usize),
+    Parts,
+}
+
+impl Cell {
+    /// Nobody sees it but the code itself.
+    fn is_memory(self, ir: &Ir) -> bool {
+        match self {
+            Cell::Bit(n) => ir.bits[n].role == BitRole::Memory,
+            Cell::Word(n) => ir.words[n].role == WordRole::Memory,
+            Cell::Module(_) | Cell::Parts => false,
+        }
+    }
+}
+
+/// What outlasts the scan.
+fn lasting(ir: &Ir, state: &State) -> HashMap<Cell, usize> {
+    let bits = ir.bits.iter().zip(&state.bits).enumerate().filter(|(_, (cell, _))| cell.role != BitRole::Temporary);
+    let words = ir.words.iter().zip(&state.words).enumerate().filter(|(_, (cell, _))| cell.role != WordRole::Temporary);
+    let modules = state.modules.iter().enumerate().map(|(n, holds)| (Cell::Module(n), *holds));
+    bits.map(|(n, (_, holds))| (Cell::Bit(n), *holds))
+        .chain(words.map(|(n, (_, holds))| (Cell::Word(n), *holds)))
+        .chain(modules)
+        .chain([(Cell::Parts, state.parts)])
+        .collect()
+}
+
+impl Space {
+    /// What is known of the memories at the start of every scan: those that are 0 (nothing), and those that are equal to another one.
+    fn known_of(&mut self, ir: &Ir) -> HashMap<usize, Option<usize>> {
+        let memory = |n: &usize| ir.bits[*n].role == BitRole::Memory;
+        let mut known: HashMap<usize, Option<usize>> = (0..ir.bits.len()).filter(memory).map(|n| (n, None)).collect();
+        loop {
+            let after = self.scan(ir, BOTH, &known, &HashSet::new());
+            // Those that were alike stay alike when they end alike; the first of them stands for all.
+            let mut first: HashMap<(Option<usize>, usize), usize> = HashMap::new();
+            let mut next = HashMap::new();
+            for n in (0..ir.bits.len()).filter(memory) {
+                let (was, holds) = (known[&n], after.bits[n]);
+                let is = if was.is_none() && holds == 0 { None } else { Some(*first.entry((was, holds)).or_insert(n)) };
+                next.insert(n, is);
+            }
+            if next == known || self.over {
+                return known;
+            }
+            known = next;
+        }
+    }
+
+    /// One scan of `ir`. What is of no meaning at its start is `own`: temporaries, and the cells of `loose`.
+    fn scan(&mut self, ir: &Ir, own: usize, known: &HashMap<usize, Option<usize>>, loose: &HashSet<Cell>) -> State {
+        let mut bits = Vec::new();
+        for (n, cell) in ir.bits.iter().enumerate() {
+            let is = known.get(&n).copied().unwrap_or(Some(n));
+            let bit = match is {
+                _ if loose.contains(&Cell::Bit(n)) && own != BOTH => self.ask(Question::Bit(n as u32, own)),
+                None => 0,
+                Some(_) if cell.role == BitRole::Temporary => self.ask(Question::Bit(n as u32, own)),
+                Some(n) => self.ask(Question::Bit(n as u32, BOTH)),
+            };
+            bits.push(bit);
+        }
+        let (mut words, mut modules) = (Vec::new(), Vec::new());
+        for (cell, n) in ir.words.iter().zip(0..) {
+            let loose = cell.role == WordRole::Temporary || loose.contains(&Cell::Word(n as usize));
+            words.push(self.term(Term::Cell(n, cell.bytes, if loose { own } else { BOTH })));
+            modules.push(self.of(&format!("module {n}"), &[]));
+        }
+        let mut state = State { acc: self.ask(Question::Acc(own)), bits, words, modules, parts: self.of("parts", &[]) };
+        let rungs = ir.rungs.iter().flat_map(|rung| &rung.steps).map(|step| &step.op);
+        for op in ir.begin.iter().chain(rungs).chain(&ir.end) {
+            if !self.over {
+                self.run(ir, op, &mut state);
+            }
+        }
+        state
+    }
+
+    fn run(&mut self, ir: &Ir, op: &Op, s: &mut State) {
+        match op {
+            Op::Acc(value) => s.acc = usize::from(*value),
+            Op::Load { bit, negated } => s.acc = self.bit(s, *bit, *negated),
+            Op::And { bit, negated } => {
+                let bit = self.bit(s, *bit, *negated);
+                s.acc = self.choose(s.acc, bit, 0);
+            }
+            Op::Or { bit, negated } => {
+                let bit = self.bit(s, *bit, *negated);
+                s.acc = self.choose(s.acc, 1, bit);
+            }
+            Op::Store { bit, negated } => {
+                s.bits[bit.0 as usize] = if *negated { self.choose(s.acc, 0, 1) } else { s.acc };
+            }
+            Op::Put { bit, value } => s.bits[bit.0 as usize] = usize::from(*value),
+            Op::Rising(bit) => {
+                let was = std::mem::replace(&mut s.bits[bit.0 as usize], s.acc);
+                let not = self.choose(was, 0, 1);
+                s.acc = self.choose(s.acc, not, 0);
+            }
+            Op::Falling(bit) => {
+                let was = std::mem::replace(&mut s.bits[bit.0 as usize], s.acc);
+                s.acc = self.choose(s.acc, 0, was);
+            }
+            Op::AndCompare(compare) => {
+                let holds = self.compare(s, compare);
+                s.acc = self.choose(s.acc, holds, 0);
+            }
+            Op::Move { dst, src } => {
+                let value = self.value(s, *src);
+                if self.modules {
+                    let module = &mut s.modules[dst.0 as usize];
+                    *module = self.of("moved", &[*module, value]);
+                }
+                self.set(ir, s, *dst, value);
+            }
+            Op::Math { op, dst, a, b } => {
+                let width = ir.width(*op, *dst, *a, *b);
+                let (a, b) = (self.value(s, *a), self.value(s, *b));
+                let value = self.math(*op, a, b, width);
+                self.set(ir, s, *dst, value);
+            }
+            Op::Logic { dst, is } => {
+                s.bits[dst.0 as usize] = match *is {
+                    Logic::Copy(a) => self.bit(s, a, false),
+                    Logic::Not(a) => self.bit(s, a, true),
+                    Logic::And(a, b) => self.choose(s.bits[a.0 as usize], s.bits[b.0 as usize], 0),
+                    Logic::Or(a, b) => self.choose(s.bits[a.0 as usize], 1, s.bits[b.0 as usize]),
+                };
+            }
+            Op::Lookup { dst, index, table } => {
+                let table = &ir.tables[*table as usize];
+                let value = self.of(&format!("{} {:?}", table.bytes, table.values), &[s.words[index.0 as usize]]);
+                self.set(ir, s, *dst, value);
+            }
+            // A voltage stays the same for a scan.
+            Op::ReadAdc { dst, input } => {
+                let value = self.of(&format!("adc {input}"), &[]);
+                self.set(ir, s, *dst, value);
+            }
+            Op::SetPwm { duty } => self.happens("duty", *duty, s),
+            Op::Send { value } => self.happens("send", *value, s),
+            Op::Receive { dst } => {
+                let (waits, byte) = (self.of("waits", &[s.parts]), self.of("byte", &[s.parts]));
+                s.acc = self.ask(Question::True(waits));
+                let value = self.either(s.acc, byte, s.words[dst.0 as usize]);
+                self.set(ir, s, *dst, value);
+                s.parts = self.of("received", &[s.parts]);
+            }
+            Op::Recall { dst, addr } => {
+                let value = self.of(&format!("cell {addr} {}", ir.words[dst.0 as usize].bytes), &[s.parts]);
+                self.set(ir, s, *dst, value);
+            }
+            Op::Persist { src, addr, busy, scans } => {
+                let how = format!("{addr} {scans} {}", ir.words[src.0 as usize].bytes);
+                let from = [s.words[src.0 as usize], s.words[busy.0 as usize], s.parts];
+                let value = self.of(&format!("busy {how}"), &from);
+                self.set(ir, s, *busy, value);
+                s.parts = self.of(&format!("persist {how}"), &from);
+            }
+            Op::Module { is, word, limit } => {
+                let (one, none) = (self.term(Term::Const(1)), self.term(Term::Const(0)));
+                let acc = self.either(s.acc, one, none);
+                let at = word.0 as usize;
+                let from = [acc, s.words[at], s.modules[at], self.value(s, *limit)];
+                let [q, value, module] = ["q", "value", "state"].map(|part| self.of(&format!("{part} {is:?}"), &from));
+                s.acc = self.ask(Question::True(q));
+                self.set(ir, s, *word, value);
+                s.modules[at] = module;
+            }
+            Op::If { cond, then, otherwise } => {
+                let holds = match cond {
+                    Cond::Acc => s.acc,
+                    Cond::Bit(bit) => self.bit(s, *bit, false),
+                    Cond::Compare(compare) => self.compare(s, compare),
+                };
+                let mut no = s.clone();
+                then.iter().for_each(|op| self.run(ir, op, s));
+                otherwise.iter().for_each(|op| self.run(ir, op, &mut no));
+                s.acc = self.choose(holds, s.acc, no.acc);
+                s.bits.iter_mut().zip(no.bits).for_each(|(yes, no)| *yes = self.choose(holds, *yes, no));
+                s.words.iter_mut().zip(no.words).for_each(|(yes, no)| *yes = self.either(holds, *yes, no));
+                s.modules.iter_mut().zip(no.modules).for_each(|(yes, no)| *yes = self.either(holds, *yes, no));
+                s.parts = self.either(holds, s.parts, no.parts);
+            }
+        }
+    }
+
+    /// Something goes out by a part of the chip.
+    fn happens(&mut self, what: &str, value: Value, s: &mut State) {
+        let value = self.value(s, value);
+        s.parts = self.of(what, &[s.parts, value]);
+    }
+
+    fn bit(&mut self, s: &State, bit: Bit, negated: bool) -> usize {
+        let bit = s.bits[bit.0 as usize];
+        if negated { self.choose(bit, 0, 1) } else { bit }
+    }
+
+    fn value(&mut self, s: &State, value: Value) -> usize {
+        match value {
+            Value::Cell(word) => s.words[word.0 as usize],
+            Value::Const(value) => self.term(Term::Const(value)),
+        }
+    }
+
+    fn set(&mut self, ir: &Ir, s: &mut State, word: Word, value: usize) {
+        s.words[word.0 as usize] = self.fit(value, ir.words[word.0 as usize].bytes);
+    }
+
+    /// A term in so many bytes.
+    fn fit(&mut self, term: usize, bytes: u8) -> usize {
+        if let Some(known) = self.fitted.get(&(term, bytes)) {
+            return *known;
+        }
+        let fitted = match self.terms[term].clone() {
+            Term::Const(value) => self.term(Term::Const(wrapped(value.into(), bytes))),
+            Term::Cell(_, own, _) if own <= bytes => term,
+            Term::If(by, yes, no) => {
+                let (yes, no) = (self.fit(yes, bytes), self.fit(no, bytes));
+                self.either(by, yes, no)
+            }
+            Term::Cell(..) | Term::Of(..) => self.of(&format!("bytes {bytes}"), &[term]),
+        };
+        self.fitted.insert((term, bytes), fitted);
+        fitted
+    }
+
+    fn math(&mut self, op: Math, a: usize, b: usize, bytes: u8) -> usize {
+        let (Term::Const(x), Term::Const(y)) = (&self.terms[a], &self.terms[b]) else {
+            return self.of(&format!("{op:?} {bytes}"), &[a, b]);
+        };
+        let (x, y) = (i64::from(*x), i64::from(*y));
+        let value = match op {
+            Math::Add => x + y,
+            Math::Sub => x - y,
+            Math::Mul => x * y,
+            Math::Div if y == 0 => {
+                if x >= 0 {
+                    -1
+                } else {
+                    1
+                }
+            }
+            Math::Div => x / y,
+        };
+        self.term(Term::Const(wrapped(value, bytes)))
+    }
+
+    fn compare(&mut self, s: &State, compare: &Compare) -> usize {
+        let (a, b) = (s.words[compare.a.0 as usize], self.value(s, compare.b));
+        match compare.rel {
+            Rel::Eq => self.related(a, b, true),
+            Rel::Lt => self.related(a, b, false),
+            Rel::Ne | Rel::Ge => {
+                let other = self.related(a, b, compare.rel == Rel::Ne);
+                self.choose(other, 0, 1)
+            }
+        }
+    }
+
+    /// a = b, or a < b.
+    fn related(&mut self, a: usize, b: usize, equal: bool) -> usize {
+        if self.over {
+            return 0;
+        }
+        if let Some(known) = self.related.get(&(a, b, equal)) {
+            return *known;
+        }
+        let related = match (self.terms[a].clone(), self.terms[b].clone()) {
+            _ if a == b => usize::from(equal),
+            (Term::Const(x), Term::Const(y)) => usize::from(if equal { x == y } else { x < y }),
+            (Term::If(by, yes, no), _) => {
+                let (yes, no) = (self.related(yes, b, equal), self.related(no, b, equal));
+                self.choose(by, yes, no)
+            }
+            (_, Term::If(by, yes, no)) => {
+                let (yes, no) = (self.related(a, yes, equal), self.related(a, no, equal));
+                self.choose(by, yes, no)
+            }
+            _ if equal => self.ask(Question::Equal(a.min(b), a.max(b))),
+            _ => self.ask(Question::Less(a, b)),
+        };
+        self.related.insert((a, b, equal), related);
+        related
+    }
+
+    fn of(&mut self, what: &str, terms: &[usize]) -> usize {
+        self.term(Term::Of(what.to_owned(), terms.to_vec()))
+    }
+
+    fn either(&mut self, by: usize, yes: usize, no: usize) -> usize {
+        match by {
+            0 => no,
+            1 => yes,
+            _ if yes == no => yes,
+            _ => self.term(Term::If(by, yes, no)),
+        }
+    }
+
+    fn term(&mut self, term: Term) -> usize {
+        let next = self.terms.len();
+        self.over |= next > NODES;
+        *self.numbers.entry(term.clone()).or_insert_with(|| {
+            self.terms.push(term);
+            next
+        })
+    }
+
+    fn ask(&mut self, question: Question) -> usize {
+        let next = self.questions.len();
+        let question = *self.questions.entry(question).or_insert(next);
+        self.node(question, 0, 1)
+    }
+
+    fn node(&mut self, question: usize, no: usize, yes: usize) -> usize {
+        if no == yes {
+            return no;
+        }
+        let next = self.nodes.len();
+        self.over |= next > NODES;
+        *self.known.entry((question, no, yes)).or_insert_with(|| {
+            self.nodes.push((question, no, yes));
+            next
+        })
+    }
+
+    /// Where `by` holds `yes`, else `no`.
+    fn choose(&mut self, by: usize, yes: usize, no: usize) -> usize {
+        match (by, yes, no) {
+            (0, ..) => return no,
+            (1, ..) => return yes,
+            (_, 1, 0) => return by,
+            _ if yes == no => return yes,
+            _ if self.over => return 0,
+            _ => {}
+        }
+        if let Some(known) = self.chosen.get(&(by, yes, no)) {
+            return *known;
+        }
+        let first = [by, yes, no].map(|n| self.nodes[n].0).into_iter().min().unwrap_or(usize::MAX);
+        let [lows, highs] = [false, true].map(|side| {
+            [by, yes, no].map(|n| match self.nodes[n] {
+                (question, low, high) if question == first => {
+                    if side {
+                        high
+                    } else {
+                        low
+                    }
+                }
+                _ => n,
+            })
+        });
+        let low = self.choose(lows[0], lows[1], lows[2]);
+        let high = self.choose(highs[0], highs[1], highs[2]);
+        let chosen = self.node(first, low, high);
+        self.chosen.insert((by, yes, no), chosen);
+        chosen
+    }
+}
+
+/// `value` in so many bytes, with sign.
+fn wrapped(value: i64, bytes: u8) -> i32 {
+    let unused = 64 - 8 * u32::from(bytes.clamp(1, 4));
+    (value << unused >> unused) as i32
+}
