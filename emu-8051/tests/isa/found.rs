@@ -71,3 +71,18 @@ fn a_hand_in_power_down_acts_now() {
     let at: Vec<u64> = events.0.iter().map(|e| e.at().cycle).collect();
     assert_eq!(at, [501], "the write ends with cycle 500");
 }
+
+/// PCON written by hand at the cycle in which a pin is driven: the oscillator stops at the end of that cycle, after the edge.
+#[test]
+fn a_hand_puts_to_sleep_in_the_cycle_of_an_edge() {
+    for name in ["P1.0", "P3.2", "P3.4"] {
+        let mut cpu = machine("at89s52", &["sjmp $"], Options::default());
+        let pin = cpu.chip().pins.iter().position(|pin| pin.name == name).expect("a pin") as emu_core::PinId;
+        cpu.run(50, &mut ());
+        assert!(cpu.poke("sfr", 0x87, 2));
+        let now = cpu.cycle();
+        cpu.drive(emu_core::Time::at(now), pin, emu_core::Level::Low);
+        cpu.run(now + 100, &mut ());
+        assert_eq!(cpu.level(pin), emu_core::Level::Low, "{name}");
+    }
+}
