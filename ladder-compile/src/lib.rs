@@ -195,13 +195,7 @@ pub(crate) fn finish(
     mut told: Vec<Diagnostic>,
 ) -> Result<Compiled, Vec<Diagnostic>> {
     if built.worst + built.poll > built.shortest {
-        let cause = format!(
-            "a scan takes up to {} machine cycles (and {} to notice the match), but the cycle of {} us at {} Hz has only {}",
-            built.worst, built.poll, job.cycle_us, job.clock_hz, built.shortest
-        );
-        let hint = "choose a longer cycle or a faster clock";
-        let error = Diagnostic::new(Severity::Error, codes::CYCLE_SHORT, &program.file, Pos::default(), cause, hint);
-        return Err(vec![error]);
+        return Err(vec![refusal::too_long(program, job, &built)]);
     }
     let map = mapping::map_of(program, job, &built);
     let warn = |severity, code, cause: String, hint: &str| {

@@ -1,13 +1,19 @@
 //! What a back end refuses, as diagnostics with the figures.
 
+use std::collections::{BTreeSet, HashMap};
+
 use diag::{Diagnostic, Pos, Severity};
 use ladder::Program;
+use ladder::symbols::uses;
 
 use crate::codes;
-use crate::target::{Job, Refusal};
+use crate::target::{Built, Job, Refusal};
 
-/// How many rungs are named when the code does not fit.
+/// How many rungs are named when something does not fit.
 const LARGEST: usize = 5;
+
+/// The longest cycle that a program can ask for, in microseconds: what its reader takes.
+const READABLE: u64 = 1_000_000_000_000;
 
 /// The diagnostics of a refusal, one for each reason.
 pub(crate) fn tell(refusal: &Refusal, program: &Program, job: &Job<'_>) -> Vec<Diagnostic> {
@@ -15,16 +21,13 @@ pub(crate) fn tell(refusal: &Refusal, program: &Program, job: &Job<'_>) -> Vec<D
     let mut pos = Pos::default();
     let (code, cause, hint) = match refusal {
         Refusal::Code { needed, available, rungs } => {
-            let mut sizes: Vec<(usize, u64)> = rungs.iter().copied().enumerate().collect();
-            sizes.sort_by_key(|&(number, bytes)| (std::cmp::Reverse(bytes), number));
-            let largest: Vec<String> =
-                sizes.iter().take(LARGEST).map(|(n, bytes)| format!("rung {} with {bytes}", n + 1)).collect();
-            let most = if largest.is_empty() { String::new() } else { format!("; most in {}", largest.join(", ")) };
+            let most = largest(rungs);
             let cause = format!("the code needs {needed} bytes, {chip} has {available}{most}");
             (codes::FLASH_FULL, cause, "shorten the program or take a larger chip".to_owned())
         }
         Refusal::Ram { needed, available } => {
-            let cause = format!("data and stack need {needed} bytes of RAM, {chip} has {available}");
+            let most = largest(&data_of_rungs(program));
+            let cause = format!("data and stack need {needed} bytes of RAM, {chip} has {available}{most}");
             (codes::RAM_FULL, cause, "use fewer integers and relays".to_owned())
         }
         Refusal::Period { shortest, longest } if cycle > *longest => {
@@ -34,6 +37,7 @@ pub(crate) fn tell(refusal: &Refusal, program: &Program, job: &Job<'_>) -> Vec<D
             (codes::CYCLE_LONG, cause, format!("choose a cycle of {shortest} to {longest} us, or another clock"))
         }
         Refusal::Period { shortest, longest } => {
+            let longest = longest.min(&READABLE);
             let cause = format!(
                 "the cycle of {cycle} us is shorter than the timer of {chip} can pace: at {clock} Hz at least {shortest} us"
             );
@@ -68,4 +72,44 @@ pub(crate) fn tell(refusal: &Refusal, program: &Program, job: &Job<'_>) -> Vec<D
         Refusal::Internal(what) => (codes::INTERNAL, what.clone(), "please report this with the program".to_owned()),
     };
     vec![Diagnostic::new(Severity::Error, code, &program.file, pos, cause, hint)]
+}
+
+/// The error of a scan that is longer than the period.
+pub(crate) fn too_long(program: &Program, job: &Job<'_>, built: &Built) -> Diagnostic {
+    let cause = format!(
+        "a scan takes up to {} machine cycles (and {} to notice the match), but the cycle of {} us at {} Hz has only {}{}",
+        built.worst,
+        built.poll,
+        job.cycle_us,
+        job.clock_hz,
+        built.shortest,
+        largest(&built.rungs)
+    );
+    // As machine cycles and the cycle time are to each other now.
+    let needed = u128::from(built.worst + built.poll) * u128::from(built.period.den) * u128::from(job.cycle_us);
+    let least = needed.div_ceil(u128::from(built.period.num.max(1)));
+    let hint = format!("choose a cycle of {least} us or more, or a faster clock");
+    Diagnostic::new(Severity::Error, codes::CYCLE_SHORT, &program.file, Pos::default(), cause, hint)
+}
+
+/// The rungs that need most of something, in words that end a sentence.
+fn largest(rungs: &[u64]) -> String {
+    let mut sizes: Vec<(usize, u64)> = rungs.iter().copied().enumerate().filter(|&(_, size)| size > 0).collect();
+    sizes.sort_by_key(|&(number, size)| (std::cmp::Reverse(size), number));
+    let named: Vec<String> =
+        sizes.iter().take(LARGEST).map(|(number, size)| format!("rung {} with {size}", number + 1)).collect();
+    if named.is_empty() { String::new() } else { format!("; most in {}", named.join(", ")) }
+}
+
+/// Bytes of the integers that each rung uses.
+fn data_of_rungs(program: &Program) -> Vec<u64> {
+    let symbols: HashMap<String, u64> =
+        program.symbols().into_iter().filter(|s| !s.kind.is_bit()).map(|s| (s.name, s.bytes.into())).collect();
+    let mut used: Vec<BTreeSet<String>> = vec![BTreeSet::new(); program.rungs.len()];
+    for (id, element, _) in program.elements() {
+        if let Some(names) = used.get_mut(id.rung as usize) {
+            uses(element, &mut |name, _| _ = names.insert(name.to_owned()));
+        }
+    }
+    used.iter().map(|names| names.iter().filter_map(|name| symbols.get(name)).sum()).collect()
 }

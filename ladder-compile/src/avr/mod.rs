@@ -27,7 +27,7 @@ use arch::{Asm, Avr, Jump};
 use compare::Row;
 use devices::Devices;
 use layout::Layout;
-use pace::{NoPace, Pace};
+use pace::Pace;
 use regs::{Regs, has_bits};
 use runtime::{Around, Routine};
 use select::{Known, Select};
@@ -52,13 +52,8 @@ struct Plan<'a> {
 pub fn build(job: &Job<'_>) -> Result<Built, Refusal> {
     let chip = job.target.chip;
     let regs = Regs::new(chip);
-    let pace = pace::pace(job.clock_hz, job.cycle_us, pace::lead(&regs)).map_err(|none| Refusal::Period {
-        shortest: 1,
-        longest: match none {
-            NoPace::Longer(longest) => longest,
-            NoPace::Zero => 1,
-        },
-    })?;
+    let pace = pace::pace(job.clock_hz, job.cycle_us, pace::lead(&regs))
+        .map_err(|(shortest, longest)| Refusal::Period { shortest, longest })?;
     let uses = Uses::of(job.ir);
     let layout = layout::layout(job, &uses, pace.fraction_bytes())
         .map_err(|needed| Refusal::Ram { needed, available: chip.ram_len.into() })?;

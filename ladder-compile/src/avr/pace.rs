@@ -49,15 +49,6 @@ pub struct Fraction {
     pub bytes: u16,
 }
 
-/// Why a cycle time cannot be paced.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoPace {
-    /// Zero.
-    Zero,
-    /// Longer than so many microseconds.
-    Longer(u64),
-}
-
 /// Clocks from the reset of the prescaler to the start of the timer: the OUT or STS that selects the clock.
 #[must_use]
 pub fn lead(regs: &Regs) -> u64 {
@@ -67,11 +58,9 @@ pub fn lead(regs: &Regs) -> u64 {
 /// Chooses the finest tick with which a period fits; `lead` as [`lead`] has it.
 ///
 /// # Errors
-/// The cycle is zero, or longer than the timer can pace.
-pub fn pace(clock_hz: u64, cycle_us: u64, lead: u64) -> Result<Pace, NoPace> {
-    if cycle_us == 0 || clock_hz == 0 {
-        return Err(NoPace::Zero);
-    }
+/// Shortest and longest period in microseconds.
+pub fn pace(clock_hz: u64, cycle_us: u64, lead: u64) -> Result<Pace, (u64, u64)> {
+    let clock_hz = clock_hz.max(1);
     let (num, den) = reduced(u128::from(clock_hz) * u128::from(cycle_us), 1_000_000);
     for (prescale, select) in PRESCALERS {
         let (all, whole) = reduced(num, den * u128::from(prescale));
@@ -102,7 +91,8 @@ pub fn pace(clock_hz: u64, cycle_us: u64, lead: u64) -> Result<Pace, NoPace> {
         });
     }
     let slowest = PRESCALERS.last().map_or(1, |&(prescale, _)| prescale);
-    Err(NoPace::Longer((MOST_TICKS * u128::from(slowest) * 1_000_000 / u128::from(clock_hz)) as u64))
+    let longest = MOST_TICKS * u128::from(slowest) * 1_000_000 / u128::from(clock_hz);
+    Err((1_000_000u64.div_ceil(clock_hz), longest as u64))
 }
 
 fn reduced(num: u128, den: u128) -> (u128, u128) {

@@ -65,8 +65,9 @@ impl Fraction {
 /// The shortest and the longest period in microseconds, where this one is not between them.
 pub fn pace(clock_hz: u64, cycle_us: u64) -> Result<Pace, (u64, u64)> {
     let (num, den) = reduced(u128::from(clock_hz) * u128::from(cycle_us), 12_000_000);
-    let us = |cycles: u64| u128::from(cycles) * 12_000_000 / u128::from(clock_hz.max(1));
-    let range = || (us(1).max(1) as u64, us(MOST * MOST_TURNS) as u64);
+    let us = |cycles: u64| u128::from(cycles) * 12_000_000;
+    let hz = u128::from(clock_hz.max(1));
+    let range = || (us(1).div_ceil(hz) as u64, (us(MOST * MOST_TURNS) / hz) as u64);
     if num < den {
         return Err(range());
     }

@@ -111,10 +111,12 @@ pub fn pace(clock_hz: u64, cycle_us: u64, free: Free) -> Result<Pace, (u64, u64)
         let by = By::Timer1(first as u32, fraction);
         return Ok(Pace { period, prescale: prescale as u32, ticks: ticks as u32, by });
     }
-    let us = |cycles: u128| (cycles * 4_000_000 / u128::from(clock_hz.max(1))) as u64;
     let (ticks, rest) = (num / den, num % den);
     if !(extend::FEWEST..extend::MOST).contains(&ticks) || den > 1 << 31 {
-        return Err((us(if free.ccp1 { 2 } else { extend::FEWEST }) + 1, us(extend::MOST)));
+        let (us, hz) = (|cycles: u128| cycles * 4_000_000, u128::from(clock_hz.max(1)));
+        let fewest = if free.ccp1 { 2 } else { extend::FEWEST };
+        // A period of MOST machine cycles is one too many.
+        return Err((us(fewest).div_ceil(hz) as u64, ((us(extend::MOST) - 1) / hz) as u64));
     }
     let (rest, whole) = (rest as u32, den as u32);
     // The first period is the short one: what is left of it is below the whole.
