@@ -44,8 +44,16 @@ pub struct CompileArgs {
     #[arg(long, value_name = "FILE")]
     map: Option<String>,
     /// How hard to work on small code: 1 is the default; with 0 every operation on bits is a template of its own.
-    #[arg(short = 'O', long = "optimise", value_name = "LEVEL", default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..=1))]
+    #[arg(long, value_name = "LEVEL", default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..=1))]
     optimise: u8,
+    /// -O0 and -O1 are --optimise 0 and --optimise 1; -O alone is -O1.
+    #[arg(short = 'O', conflicts_with = "optimise")]
+    small: bool,
+    // The digits are flags behind -O rather than its value, which would be the word behind -O where no digit is.
+    #[arg(short = '0', hide = true, requires = "small", conflicts_with = "one")]
+    zero: bool,
+    #[arg(short = '1', hide = true, requires = "small")]
+    one: bool,
     /// In a sketch: for how many milliseconds an input must be steady before it counts.
     #[arg(long, value_name = "MS")]
     debounce: Option<u32>,
@@ -116,6 +124,13 @@ fn pin(text: &str) -> Result<(String, String), String> {
     }
 }
 
+impl CompileArgs {
+    /// -O0 or --optimise 0 was not given.
+    fn optimises(&self) -> bool {
+        self.optimise > 0 && !self.zero
+    }
+}
+
 /// Compiles a program. When anything fails no file is written.
 pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let main = args.output.clone().unwrap_or_else(|| named(&args.program.file, args.emit.ending()));
@@ -139,7 +154,7 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
         mcu: chip.name.to_owned(),
         pins: args.target.pins.clone(),
         clock_hz: args.target.clock,
-        optimise: args.optimise > 0,
+        optimise: args.optimises(),
     };
     let compiled = match ladder_compile::compile(&read.program, &options) {
         Ok(compiled) => compiled,
@@ -179,7 +194,7 @@ fn source(args: &CompileArgs, main: &str, terminal: &Terminal) -> Result<u8, Fai
         ("--mcu", args.mcu.is_some() && !sketch, "C and byte code are for any chip"),
         ("--pin", !args.target.pins.is_empty() && !sketch, "C and byte code have no pins"),
         ("--clock", args.target.clock.is_some(), "a source takes its cycle from the program, and has no oscillator"),
-        ("-O0", args.optimise == 0, "sources have one form only"),
+        ("-O0", !args.optimises(), "sources have one form only"),
     ];
     if let Some((flag, _, why)) = idle.iter().find(|(_, given, _)| *given) {
         return Err(Failure::Usage(format!("{why}; leave {flag} out, or write an image with --emit hex")));

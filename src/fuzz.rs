@@ -32,10 +32,11 @@ cannot be used; 5 the records that were added are not yet the whole campaign.";
 /// Time after which a bar shows how far the campaign is.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Time between two records on the disk.
-const SAVING: Duration = Duration::from_secs(5);
+/// Time after which what is done is written. With the batch that is running it is at most about a second's work that gets lost,
+/// or one program of each job.
+const SAVING: Duration = Duration::from_millis(500);
 
-/// Programs of a job before results are collected.
+/// Most programs of a job before results are collected.
 const BATCH: usize = 16;
 
 /// Flags of `emu fuzz`.
@@ -55,15 +56,15 @@ pub struct FuzzArgs {
     #[arg(long, value_name = "K", default_value_t = 250, value_parser = clap::value_parser!(u64).range(1..))]
     scans: u64,
     /// Programs at a time; by default as many as there are processors.
-    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
-    jobs: usize,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
     /// Only every N-th program, beginning with the I-th.
     #[arg(long, value_name = "I/N", value_parser = shard, default_value = "1/1")]
     shard: Shard,
-    /// Folder for the programs that show a difference, each with the command that replays it.
+    /// Folder for the programs that show a difference, each with the command that replays it. It is made at the start.
     #[arg(long, value_name = "DIR")]
     save: Option<String>,
-    /// File for the record, written now and then and at the end, always whole.
+    /// File for the record, written at the start, about every second and at the end, always whole.
     #[arg(long, value_name = "FILE.json")]
     out: Option<String>,
     /// Go on where the record of --out stands, if there is one.
@@ -105,6 +106,11 @@ fn shard(text: &str) -> Result<Shard, String> {
 
 /// Runs a campaign or a shard of one, or adds records.
 pub fn fuzz(args: &FuzzArgs, terminal: &Terminal) -> Result<u8, Failure> {
+    let printed = if args.json { "--json" } else { "the figures" };
+    let outputs: Vec<_> =
+        std::iter::once((printed, "-")).chain(args.out.as_deref().map(|out| ("--out", out))).collect();
+    output::owners(&outputs)?;
+    args.merge.iter().try_for_each(|file| output::spares(file, &outputs))?;
     if !args.merge.is_empty() {
         return merge(args);
     }
@@ -125,21 +131,30 @@ pub fn fuzz(args: &FuzzArgs, terminal: &Terminal) -> Result<u8, Failure> {
     }
     let Some(Shard { done, .. }) = record.shards.first().copied() else { return Ok(exit::OK) };
     let mine = args.shard.programs(record.plan.programs);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.jobs).build();
-    let pool = pool.map_err(|error| Failure::Usage(format!("no threads for --jobs {}: {error}", args.jobs)))?;
-    let batch = pool.current_num_threads() * BATCH;
+    let jobs = args.jobs.unwrap_or(0);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.into()).build();
+    let pool = pool.map_err(|error| Failure::Usage(format!("no threads for --jobs {jobs}: {error}")))?;
+    let threads = pool.current_num_threads();
+    folder(args)?;
+    // What was found before and could not be saved is saved now.
+    keep(args, &record, &record.findings)?;
+    if mine == 0 {
+        let Shard { index, of, .. } = args.shard;
+        output::tell(&format!("note: shard {index}/{of} has none of {} programs\n", record.plan.programs));
+    }
     let (start, mut saved) = (Instant::now(), Instant::now());
-    let mut bar = None;
-    let numbers: Vec<u64> = (done..mine).map(|k| args.shard.number(k)).collect();
-    for numbers in numbers.chunks(batch) {
-        let plan = &record.plan;
+    let (mut bar, mut next, mut batch) = (None, done, threads);
+    while next < mine {
+        let numbers: Vec<u64> = (next..mine).take(batch).map(|k| args.shard.number(k)).collect();
+        next += numbers.len() as u64;
+        let (plan, begun) = (&record.plan, Instant::now());
         let trials: Vec<Trial> = pool.install(|| numbers.par_iter().map(|&number| fuzz::trial(plan, number)).collect());
-        for trial in &trials {
-            record.add(trial);
-            trial.findings().iter().try_for_each(|finding| save(args, finding))?;
-        }
-        if let Some(out) = args.out.as_ref().filter(|_| saved.elapsed() >= SAVING) {
-            keep(out, &record)?;
+        // Jobs wait for each other at the end of a batch, so it is made longer, but not for long.
+        batch = if begun.elapsed() > SAVING / 2 { threads } else { (batch * 2).min(threads * BATCH) };
+        trials.iter().for_each(|trial| record.add(trial));
+        let found: Vec<Finding> = trials.iter().flat_map(|trial| trial.findings().to_vec()).collect();
+        if saved.elapsed() >= SAVING || !found.is_empty() {
+            keep(args, &record, &found)?;
             saved = Instant::now();
         }
         if terminal.live && start.elapsed() >= PATIENCE {
@@ -150,6 +165,7 @@ pub fn fuzz(args: &FuzzArgs, terminal: &Terminal) -> Result<u8, Failure> {
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
+    keep(args, &record, &[])?;
     finish(args, &record)
 }
 
@@ -158,16 +174,14 @@ fn merge(args: &FuzzArgs) -> Result<u8, Failure> {
     let records = args.merge.iter().map(|file| read(file)).collect::<Result<Vec<Record>, Failure>>()?;
     let first = args.merge.first().map_or("-", String::as_str);
     let sum = Record::merge(records).map_err(|why| refused(first, why, "give each shard of one campaign once"))?;
-    sum.findings.iter().try_for_each(|finding| save(args, finding))?;
+    folder(args)?;
+    keep(args, &sum, &sum.findings)?;
     let code = finish(args, &sum)?;
     Ok(if code == exit::OK && !sum.complete { exit::LIMIT } else { code })
 }
 
 /// The result out.
 fn finish(args: &FuzzArgs, record: &Record) -> Result<u8, Failure> {
-    if let Some(out) = &args.out {
-        keep(out, record)?;
-    }
     if args.json {
         output::json(record)?;
     } else {
@@ -176,21 +190,30 @@ fn finish(args: &FuzzArgs, record: &Record) -> Result<u8, Failure> {
     Ok(if record.findings.is_empty() { exit::OK } else { exit::FAILED })
 }
 
-/// Writes a program that shows something.
-fn save(args: &FuzzArgs, finding: &Finding) -> Result<(), Failure> {
+/// Makes the folder of --save, and sees that files can be made in it: a campaign of days must not find out at its first
+/// difference.
+fn folder(args: &FuzzArgs) -> Result<(), Failure> {
     let Some(folder) = &args.save else { return Ok(()) };
     fs::create_dir_all(folder).map_err(|error| {
         let cause = format!("the folder cannot be made: {}", codes::reason(&error));
         Failure::Refused(vec![about_file(UNWRITABLE, folder, cause, "check the path")], Texts::default())
     })?;
-    let file = Path::new(folder).join(&finding.file);
-    output::files(&[(&file.to_string_lossy(), finding.program.as_bytes())])
+    // Dropped, it leaves nothing behind.
+    output::Pending::new(&Path::new(folder).join("fuzz.ld").to_string_lossy()).map(drop)
 }
 
-/// Writes the record, whole or not at all.
-fn keep(out: &str, record: &Record) -> Result<(), Failure> {
-    let text = serde_json::to_string_pretty(record).map_err(|e| Failure::writing(out, &e.into()))?;
-    output::files(&[(out, (text + "\n").as_bytes())])
+/// Writes the record, whole or not at all, and then the programs that show something: where there is no room for them, the
+/// record has them.
+fn keep(args: &FuzzArgs, record: &Record, found: &[Finding]) -> Result<(), Failure> {
+    if let Some(out) = &args.out {
+        let text = serde_json::to_string_pretty(record).map_err(|e| Failure::writing(out, &e.into()))?;
+        output::files(&[(out, (text + "\n").as_bytes())])?;
+    }
+    let Some(folder) = &args.save else { return Ok(()) };
+    found.iter().try_for_each(|finding| {
+        let file = Path::new(folder).join(&finding.file);
+        output::files(&[(&file.to_string_lossy(), finding.program.as_bytes())])
+    })
 }
 
 fn read(file: &str) -> Result<Record, Failure> {
@@ -201,6 +224,12 @@ fn read(file: &str) -> Result<Record, Failure> {
     if record.schema != fuzz::FUZZ_SCHEMA {
         let cause = format!("has the schema {}, known is {}", record.schema, fuzz::FUZZ_SCHEMA);
         return Err(refused(file, cause, "take the emu that wrote it"));
+    }
+    // Programs are written into the folder of --save and nowhere else.
+    let plain = |name: &str| Path::new(name).file_name().is_some_and(|own| own == name);
+    if let Some(finding) = record.findings.iter().find(|finding| !plain(&finding.file)) {
+        let cause = format!("has a program whose file is no plain name: {:?}", finding.file);
+        return Err(refused(file, cause, "give a file of emu fuzz --out"));
     }
     Ok(record)
 }

@@ -79,14 +79,15 @@ impl What {
     }
 }
 
-/// Reads a file of inputs by scan: columns of X and of analog inputs count. Its faults are told with their places.
-pub fn table(file: &str, evaluator: &Evaluator) -> Result<Vec<Change>, Failure> {
+/// Reads a file of inputs by scan: columns of X and of analog inputs count. Gives the last scan, where there is one, and the
+/// changes in their order. Its faults are told with their places.
+pub fn table(file: &str, evaluator: &Evaluator) -> Result<(Option<u64>, Vec<Change>), Failure> {
     let bytes = input::bytes(file)?;
     let text = String::from_utf8_lossy(&bytes).into_owned();
     read(file, &text, evaluator).map_err(|fault| Failure::Refused(vec![*fault], Texts::one(file, bytes)))
 }
 
-fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<Vec<Change>, Box<Diagnostic>> {
+fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<(Option<u64>, Vec<Change>), Box<Diagnostic>> {
     let mut lines = (1u32..).zip(text.lines()).map(|(number, line)| (number, cells(line)));
     let fault = |pos: Pos, cause: String, hint: &str| {
         Box::new(Diagnostic::new(Severity::Error, INPUTS, file, pos, cause, hint))
@@ -138,7 +139,7 @@ fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<Vec<Change>, Bo
             }
         }
     }
-    Ok(changes)
+    Ok(((before > 0).then_some(before), changes))
 }
 
 /// The values of a line, trimmed, each with its column from 1.

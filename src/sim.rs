@@ -157,11 +157,10 @@ fn unsupported(program: &Program, refusal: &Unsupported) -> diag::Diagnostic {
 
 /// The number of scans, and all changes in the order in which they are made.
 fn changes(args: &SimArgs, evaluator: &Evaluator) -> Result<(u64, Vec<Change>), Failure> {
-    let mut changes = Vec::new();
-    if let Some(file) = &args.inputs {
-        changes = given::table(file, evaluator)?;
-    }
-    let last = changes.last().map(|change| change.scan);
+    let (last, mut changes) = match &args.inputs {
+        Some(file) => given::table(file, evaluator)?,
+        None => (None, Vec::new()),
+    };
     let scans = args.scans.or(last).unwrap_or(USUAL_SCANS).min(MAX_SCANS);
     for text in &args.set {
         let what = What::new(evaluator, text).map_err(|why| Failure::value("--set <NAME=VALUE>", text, &why))?;

@@ -49,13 +49,25 @@ impl Shard {
     /// How many of `programs` are its own.
     #[must_use]
     pub fn programs(&self, programs: u64) -> u64 {
-        (programs + self.of.saturating_sub(self.index)) / self.of.max(1)
+        match programs.checked_sub(self.index) {
+            Some(after) => after / self.of.max(1) + 1,
+            None => 0,
+        }
     }
 
     /// The number of its `k`-th program, from 0.
     #[must_use]
     pub fn number(&self, k: u64) -> u64 {
         k * self.of + self.index.saturating_sub(1)
+    }
+
+    /// The first of `programs` that belongs to another shard too, which may be of another split.
+    fn shares(&self, other: &Shard, programs: u64) -> Option<u64> {
+        let (dense, sparse) = if self.of <= other.of { (self, other) } else { (other, self) };
+        // After as many numbers as the other split has shards, the places in it repeat.
+        let mut numbers = (0..sparse.programs(programs).min(dense.of)).map(|k| sparse.number(k));
+        let of = dense.of.max(1);
+        numbers.find(|number| number % of == dense.index.saturating_sub(1))
     }
 }
 
@@ -260,14 +272,15 @@ impl Record {
             sum.shards.extend(other.shards);
         }
         sum.shards.sort();
-        let of = sum.shards.first().map_or(1, |shard| shard.of);
+        let programs = sum.plan.programs;
+        let wrong =
+            |shard: &&Shard| shard.index == 0 || shard.index > shard.of || shard.done > shard.programs(programs);
+        if let Some(Shard { index, of, done }) = sum.shards.iter().find(wrong) {
+            return Err(format!("there is no shard {index}/{of} of {programs} programs with {done} of them done"));
+        }
         for (n, shard) in sum.shards.iter().enumerate() {
-            if shard.of != of || shard.index == 0 || shard.index > of || shard.done > shard.programs(sum.plan.programs)
-            {
-                return Err(format!("shard {}/{} is none of {of}", shard.index, shard.of));
-            }
-            if sum.shards.iter().skip(n + 1).any(|other| other.index == shard.index) {
-                return Err(format!("shard {}/{} is there twice", shard.index, shard.of));
+            for other in sum.shards.iter().skip(n + 1) {
+                together(shard, other, programs)?;
             }
         }
         sum.findings.sort_by(|a, b| (a.number, &a.mcu).cmp(&(b.number, &b.mcu)));
@@ -296,4 +309,18 @@ impl Record {
         };
         out
     }
+}
+
+/// Two shards can be added: they are of one split, and not the same.
+fn together(a: &Shard, b: &Shard, programs: u64) -> Result<(), String> {
+    let name = |shard: &Shard| format!("{}/{}", shard.index, shard.of);
+    if a.of == b.of {
+        return if a.index == b.index { Err(format!("shard {} is there twice", name(a))) } else { Ok(()) };
+    }
+    Err(match a.shares(b, programs) {
+        Some(number) => {
+            format!("shards {} and {} hold the same programs, the first is program {number}", name(a), name(b))
+        }
+        None => format!("shards {} and {} are of different splits", name(a), name(b)),
+    })
 }

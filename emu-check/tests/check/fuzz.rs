@@ -127,7 +127,7 @@ fn a_small_campaign_finds_nothing_and_has_everything() {
 
 #[test]
 fn shards_share_all_programs() {
-    for (programs, of) in [(1, 1), (10, 3), (3, 10), (1_000, 7), (0, 4)] {
+    for (programs, of) in [(1, 1), (10, 3), (3, 10), (1_000, 7), (0, 4), (2, 9)] {
         let mut all: Vec<u64> = Vec::new();
         for index in 1..=of {
             let shard = Shard { index, of, done: 0 };
@@ -144,12 +144,15 @@ fn records_that_do_not_belong_together() {
     let other = Plan { seed: 99, ..plan.clone() };
     let record = |plan: &Plan, index, of, done| Record::new(plan.clone(), Shard { index, of, done });
     #[rustfmt::skip]
-    let cases: [(&str, Vec<Record>); 6] = [
+    let cases: [(&str, Vec<Record>); 9] = [
         ("nothing to add",       vec![]),
         ("different campaigns",  vec![record(&plan, 1, 2, 0), record(&other, 2, 2, 0)]),
-        ("is none of",           vec![record(&plan, 1, 2, 0), record(&plan, 2, 3, 0)]),
-        ("is none of",           vec![record(&plan, 0, 2, 0)]),
-        ("is none of",           vec![record(&plan, 1, 2, 6)]),
+        ("first is program 0",   vec![record(&plan, 1, 3, 0), record(&plan, 1, 1, 0)]),
+        ("first is program 4",   vec![record(&plan, 1, 2, 0), record(&plan, 2, 3, 0)]),
+        ("1/2 and 2/4 are of different splits", vec![record(&plan, 1, 2, 0), record(&plan, 2, 4, 0)]),
+        ("no shard 0/2",         vec![record(&plan, 0, 2, 0)]),
+        ("no shard 3/2",         vec![record(&plan, 3, 2, 0)]),
+        ("no shard 1/2",         vec![record(&plan, 1, 2, 6)]),
         ("is there twice",       vec![record(&plan, 2, 3, 0), record(&plan, 1, 3, 0), record(&plan, 2, 3, 1)]),
     ];
     for (why, records) in cases {
