@@ -39,6 +39,9 @@ const SAVING: Duration = Duration::from_millis(500);
 /// Most programs of a job before results are collected.
 const BATCH: usize = 16;
 
+/// The largest figure of a record that is believed; sums of very many of them still fit.
+const FIGURE_MAX: u64 = 1 << 48;
+
 /// Flags of `emu fuzz`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -216,6 +219,17 @@ fn keep(args: &FuzzArgs, record: &Record, found: &[Finding]) -> Result<(), Failu
     })
 }
 
+/// A figure that is too large to be added up with others.
+fn beyond(value: &serde_json::Value) -> Option<u64> {
+    use serde_json::Value;
+    match value {
+        Value::Number(figure) => figure.as_u64().filter(|&figure| figure > FIGURE_MAX),
+        Value::Array(values) => values.iter().find_map(beyond),
+        Value::Object(values) => values.values().find_map(beyond),
+        Value::Null | Value::Bool(_) | Value::String(_) => None,
+    }
+}
+
 fn read(file: &str) -> Result<Record, Failure> {
     let bytes = input::bytes(file)?;
     let record: Record = serde_json::from_slice(&bytes).map_err(|error| {
@@ -224,6 +238,11 @@ fn read(file: &str) -> Result<Record, Failure> {
     if record.schema != fuzz::FUZZ_SCHEMA {
         let cause = format!("has the schema {}, known is {}", record.schema, fuzz::FUZZ_SCHEMA);
         return Err(refused(file, cause, "take the emu that wrote it"));
+    }
+    let figures = serde_json::json!([record.tallies, record.shards.iter().map(|shard| shard.done).collect::<Vec<_>>()]);
+    if let Some(figure) = beyond(&figures) {
+        let cause = format!("has the figure {figure}, which no campaign reaches");
+        return Err(refused(file, cause, "give a file of emu fuzz --out"));
     }
     // Programs are written into the folder of --save and nowhere else.
     let plain = |name: &str| Path::new(name).file_name().is_some_and(|own| own == name);
