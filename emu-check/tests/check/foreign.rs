@@ -20,8 +20,13 @@ fn own(program: &Program, mcu: &str, with_map: bool, scans: u64) -> Option<Forei
         ladder_compile::Special::Analog { pin, name } => Some((name.clone(), pin.clone())),
         _ => None,
     }));
-    let options = Options { mcu: mcu.to_owned(), scans, pins, ..Options::default() };
-    let foreign = Foreign { file: "own.hex", image: &image, map: with_map.then_some(&compiled.map) };
+    let options = Options { mcu: mcu.to_owned(), pins, ..Options::default() };
+    let foreign = Foreign {
+        file: "own.hex",
+        image: &image,
+        map: with_map.then_some(("own.json", &compiled.map)),
+        scans: Some(scans),
+    };
     let report = check_foreign(program, &foreign, &options, &mut |_, _| {});
     Some(report.unwrap_or_else(|faults| panic!("{} on {mcu}: {faults:?}", program.file)))
 }
@@ -111,8 +116,8 @@ fn own_head(file: &str, hz: u32, rungs: &str) -> Program {
 fn codes(program: &Program, mcu: &str, source: &str, pins: [(&str, &str); 2]) -> (Vec<&'static str>, ForeignReport) {
     let image = assembled(mcu, source);
     let pins = pins.map(|(name, pin)| (name.to_owned(), pin.to_owned())).to_vec();
-    let options = Options { mcu: mcu.to_owned(), scans: 600, pins, ..Options::default() };
-    let foreign = Foreign { file: "theirs.hex", image: &image, map: None };
+    let options = Options { mcu: mcu.to_owned(), pins, ..Options::default() };
+    let foreign = Foreign { file: "theirs.hex", image: &image, map: None, scans: Some(600) };
     let report = check_foreign(program, &foreign, &options, &mut |_, _| {})
         .unwrap_or_else(|faults| panic!("{mcu}: {faults:?}\n{source}"));
     let mut codes: Vec<&str> = report.findings.iter().map(|finding| finding.code).collect();
@@ -221,8 +226,8 @@ fn unusable_images_are_refused() {
         let image = assembled(mcu, &source);
         let pins = [("Xa", "PD2"), ("Ya", "PB5")].map(|(name, pin)| (name.to_owned(), pin.to_owned()));
         let pins = if pinned { pins.to_vec() } else { Vec::new() };
-        let options = Options { mcu: mcu.to_owned(), scans: 50, pins, ..Options::default() };
-        let foreign = Foreign { file: "theirs.hex", image: &image, map: None };
+        let options = Options { mcu: mcu.to_owned(), pins, ..Options::default() };
+        let foreign = Foreign { file: "theirs.hex", image: &image, map: None, scans: Some(50) };
         let faults = check_foreign(&program, &foreign, &options, &mut |_, _| {}).expect_err(what);
         assert!(faults.iter().any(|fault| fault.code == code), "{what}: {faults:?}");
     }
