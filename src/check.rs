@@ -60,9 +60,9 @@ pub struct CheckArgs {
     /// Seed of everything random, stimulus and RAM: a number. It is fixed unless given, so that runs can be repeated.
     #[arg(long, value_name = "N", default_value_t = Options::default().seed)]
     seed: u64,
-    /// Number of scans to compare, at least 1.
-    #[arg(long, value_name = "N", default_value_t = Options::default().scans, value_parser = clap::value_parser!(u64).range(1..))]
-    scans: u64,
+    /// Number of scans to compare, at least 1: 2,000 unless given; with --image 20,000 or more, as long as new states are seen.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    scans: Option<u64>,
     #[command(flatten)]
     target: Target,
     /// Check this HEX or ELF file, which another compiler made of the program, instead of an image of our own. The chip is that of
@@ -127,6 +127,22 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
         return foreign(args, image, &chips, &programs, terminal);
     }
     if let Some(via) = args.via {
+        let sketch = via == emu_check::via::Via::Arduino;
+        if via == emu_check::via::Via::Native && !args.mcu.is_empty() {
+            return Err(Failure::Usage(
+                "--via native runs on this computer, so there is no chip to name by --mcu".to_owned(),
+            ));
+        }
+        if args.target.clock.is_some() {
+            return Err(Failure::Usage(
+                "--clock has no meaning with --via: emitted sources are checked without it".to_owned(),
+            ));
+        }
+        if !sketch && !args.target.pins.is_empty() {
+            return Err(Failure::Usage(
+                "--pin has a meaning with --via arduino only: other sources have no pins".to_owned(),
+            ));
+        }
         let chips = if chips.is_empty() {
             vec![Options::default().mcu]
         } else {
@@ -139,7 +155,7 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
     for read in &programs {
         pairs.extend(chips.iter().map(|chip| (read, slowed(options(args, chip), read, all))));
     }
-    let bar = Bar::new(terminal, (pairs.len() as u64).saturating_mul(args.scans));
+    let bar = Bar::new(terminal, (pairs.len() as u64).saturating_mul(args.scans.unwrap_or(Options::default().scans)));
     let clocks: BTreeSet<String> = pairs.iter().filter_map(|(_, options)| lowered(args, options)).collect();
     let outcomes: Vec<Outcome> = pairs
         .par_iter()
@@ -212,8 +228,9 @@ fn foreign(
     let row = family::chip(chip).map_err(Failure::Usage)?;
     let image = input::image(file, row, terminal)?;
     let map = args.map.as_deref().map(map).transpose()?;
-    let wanted = emu_check::Foreign { file, image: &image, map: map.as_ref() };
-    let bar = Bar::new(terminal, args.scans);
+    let wanted =
+        emu_check::Foreign { file, image: &image, map: args.map.as_deref().zip(map.as_ref()), scans: args.scans };
+    let bar = Bar::new(terminal, args.scans.unwrap_or(emu_check::MOST));
     let mut told = 0;
     let mut progress = |done: u64, _: u64| bar.add(done - std::mem::replace(&mut told, done));
     let checked = emu_check::check_foreign(&read.program, &wanted, &options(args, chip), &mut progress);
@@ -224,6 +241,7 @@ fn foreign(
             if args.json {
                 output::json(&checked)?;
             } else {
+                report(terminal, &checked.notes, &Texts::default());
                 output::print(checked.text())?;
             }
             Ok(if checked.agreed { exit::OK } else { exit::FAILED })
@@ -240,7 +258,7 @@ fn options(args: &CheckArgs, chip: &str) -> Options {
     Options {
         mcu: chip.to_owned(),
         seed: args.seed,
-        scans: args.scans,
+        scans: args.scans.unwrap_or(Options::default().scans),
         pins: args.target.pins.clone(),
         clock_hz: args.target.clock,
         rungs: true,

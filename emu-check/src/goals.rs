@@ -154,6 +154,11 @@ impl Goals {
         self.open > 0
     }
 
+    /// Possible goals that have not been reached.
+    pub fn remaining(&self) -> usize {
+        self.open
+    }
+
     /// How many open goals a scan with this step would reach.
     pub fn gain(&self, eval: &Evaluator, hints: &Hints, step: &Step) -> usize {
         let mut eval = eval.clone();

@@ -59,7 +59,9 @@ use places::Places;
 
 pub use codes::CODES;
 pub use coverage::{Class, ClassCoverage, Coverage, Missing};
-pub use foreign::{FOREIGN_CODES, Finding, Foreign, ForeignDifference, ForeignReport, Period, check_foreign, read_map};
+pub use foreign::{
+    FOREIGN_CODES, Finding, Foreign, ForeignDifference, ForeignReport, MOST, Period, check_foreign, read_map,
+};
 pub use html::{Entry, html};
 pub use junit::junit;
 pub use report::{Difference, Figures, Report, RungFigures, SCHEMA, What};

@@ -6,6 +6,7 @@ use ladder_compile::Compiled;
 
 use crate::Options;
 use crate::codes;
+use crate::coverage::Coverage;
 use crate::family::Target;
 use crate::goals::Goals;
 use crate::locate::locate;
@@ -98,11 +99,8 @@ pub(crate) fn run<'a, C: Target, F: Fn(u64) -> C>(
     progress(sums.scans, options.scans);
     let coverage = goals.coverage(program);
     let mut notes = compiled.notes.clone();
-    if mismatch.is_none() && !coverage.full {
-        let open = coverage.missing.iter().filter(|m| m.impossible.is_none()).count();
-        let cause = format!("{open} states of the program were not seen in {} scans", sums.scans);
-        let hint = "give more --scans or another --seed; the coverage names them";
-        notes.push(Diagnostic::new(Severity::Note, codes::NOT_COVERED, &program.file, Pos::default(), cause, hint));
+    if mismatch.is_none() {
+        notes.extend(not_covered(program, &coverage, sums.scans));
     }
     let map = &compiled.map;
     let rungs = map.rungs.iter().zip(&sums.rungs).map(|(rung, &cycles_max)| RungFigures {
@@ -137,6 +135,15 @@ pub(crate) fn run<'a, C: Target, F: Fn(u64) -> C>(
         },
         notes,
     }
+}
+
+/// The note that something was not seen in so many scans.
+pub(crate) fn not_covered(program: &Program, coverage: &Coverage, scans: u64) -> Option<Diagnostic> {
+    let open = coverage.missing.iter().filter(|m| m.impossible.is_none()).count();
+    let cause = format!("{open} states of the program were not seen in {scans} scans");
+    let hint = "give more --scans or another --seed; the coverage names them";
+    let note = || Diagnostic::new(Severity::Note, codes::NOT_COVERED, &program.file, Pos::default(), cause, hint);
+    (!coverage.full).then(note)
 }
 
 /// Finds out all that can be said about a mismatch in the last step of `run`.

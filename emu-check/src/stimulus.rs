@@ -53,6 +53,8 @@ enum Inputs {
     Sweep,
     /// Each in a mode of its own.
     Modes,
+    /// The same, and a mode may last long.
+    Slow,
 }
 
 /// What is written in a run.
@@ -88,6 +90,9 @@ const ROUND: [Kind; 6] = [
     (Inputs::Modes, Writes::First,    40),
     (Inputs::Modes, Writes::Nothing, 160),
 ];
+
+/// Of a check without writes the run after each of those: `patience` scans long, with inputs that may stay for as long.
+const PATIENT: Kind = (Inputs::Slow, Writes::Rare, 0);
 
 /// Up to so many inputs all combinations are tried.
 pub(crate) const SWEEP: usize = 8;
@@ -125,6 +130,8 @@ pub(crate) struct Stimulus {
     /// Input combinations of a sweep that are still to come.
     sweep: Vec<u32>,
     wishes: Wishes,
+    /// Scans of the long run after each round; 0 for none.
+    patience: usize,
 }
 
 impl Stimulus {
@@ -141,7 +148,18 @@ impl Stimulus {
             analog: Vec::new(),
             sweep: Vec::new(),
             wishes,
+            patience: 0,
         }
+    }
+
+    /// With a run of so many scans after each round: what is reached by time alone is reached there.
+    pub fn patient(seed: u64, wishes: Wishes, patience: usize) -> Stimulus {
+        Stimulus { patience, ..Stimulus::new(seed, wishes) }
+    }
+
+    /// True in a long run.
+    pub fn is_long(&self) -> bool {
+        self.kind.0 == Inputs::Slow
     }
 
     /// When a new run begins: the seed of its random RAM.
@@ -151,12 +169,12 @@ impl Stimulus {
         }
         self.kind = match self.runs.checked_sub(OPENING.len()) {
             None => OPENING[self.runs],
-            Some(n) => ROUND[n % ROUND.len()],
+            Some(n) => ROUND.get(n % self.round()).copied().unwrap_or((PATIENT.0, PATIENT.1, self.patience)),
         };
         if let Some(n) = self.runs.checked_sub(OPENING.len())
             && self.kind.1 == Writes::Nothing
         {
-            self.kind.2 *= 1 + n / ROUND.len();
+            self.kind.2 *= 1 + n / self.round();
         }
         self.runs += 1;
         self.first = true;
@@ -174,6 +192,11 @@ impl Stimulus {
         }
         self.left = self.kind.2.max(self.sweep.len());
         Some(self.rng.next_u64())
+    }
+
+    /// Runs of a round.
+    fn round(&self) -> usize {
+        ROUND.len() + usize::from(self.patience > 0)
     }
 
     /// The next scan's step; `eval` is in the state before it. Where writing is allowed, several are drawn and tried: for
@@ -258,11 +281,17 @@ impl Stimulus {
 
     /// The inputs, each moved by its mode.
     fn moved(&mut self) -> Vec<bool> {
+        let longest = if self.is_long() { self.patience as u64 / 4 } else { 0 };
         let rng = &mut self.rng;
         let step = |(input, (mode, left)): (&bool, &mut (Mode, u64))| {
             if *left == 0 {
                 *left = 3 + rng.below(40);
+                // Long stays of all lengths, from some scans to a share of the run.
+                while *left * 2 < longest && !rng.one_in(6) {
+                    *left *= 2;
+                }
                 *mode = match rng.below(6) {
+                    0..4 if *left > 43 => Mode::Hold(rng.one_in(2)),
                     0 | 1 => Mode::Hold(!*input),
                     2 => Mode::Pulse(true, 2 + rng.below(12)),
                     3 => Mode::Pulse(false, 2 + rng.below(12)),

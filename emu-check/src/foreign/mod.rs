@@ -11,6 +11,7 @@ mod codes;
 mod course;
 mod ear;
 mod pace;
+mod patience;
 mod report;
 
 use diag::{Diagnostic, Pos, Severity};
@@ -30,8 +31,10 @@ use crate::{Options, run};
 
 use board::Board;
 use course::{Course, Starts, wire};
+use patience::{Budget, patience};
 
 pub use codes::FOREIGN_CODES;
+pub use patience::MOST;
 pub use report::{Finding, ForeignDifference, ForeignReport, Period};
 
 /// An image that another compiler has made.
@@ -41,8 +44,10 @@ pub struct Foreign<'a> {
     pub file: &'a str,
     /// What the file holds, for the chip of the options.
     pub image: &'a Image,
-    /// Where its symbols are, if that is known.
-    pub map: Option<&'a Map>,
+    /// Where its symbols are, if that is known, with the name of the file that tells it.
+    pub map: Option<(&'a str, &'a Map)>,
+    /// Scans to compare, at least 1; else as many as `docs/foreign.md` says, at most [`MOST`].
+    pub scans: Option<u64>,
 }
 
 /// A difference, without its place in the check.
@@ -67,7 +72,7 @@ impl Wrong {
 /// Runs of the stimulus of which each begins with a reset: the first two, and then one in so many.
 const RESETS: u64 = 4;
 
-/// Checks the image against the program, for as many scans as `options` say.
+/// Checks the image against the program. Of `options` all but the scans counts.
 ///
 /// # Errors
 /// Why there is nothing to check: the evaluator refuses the program, pins are not known, no pacing is found in the image, or
@@ -82,7 +87,7 @@ pub fn check_foreign(
         vec![Diagnostic::new(Severity::Error, code, file, Pos::default(), cause, hint)]
     };
     let zero = "a check of no scans compares nothing".to_owned();
-    if options.scans == 0 {
+    if foreign.scans == Some(0) {
         return Err(error(crate::codes::NOTHING, &program.file, zero, "give --scans 1 or more"));
     }
     let eval = Evaluator::new(program).map_err(|refusal| vec![run::no_meaning(program, &refusal)])?;
@@ -94,7 +99,7 @@ pub fn check_foreign(
         let hint = "give the program a CYCLE= and a CRYSTAL= above 0";
         return Err(error(crate::codes::NOTHING, &program.file, zero, hint));
     };
-    let board = Board::new(program, options, &eval, (chip, pace), foreign.map)?;
+    let board = Board::new(program, options, &eval, (chip, pace), foreign.map.map(|(_, map)| map))?;
     let job = Check { program, foreign, options, board, eval, progress };
     on_machines(chip, foreign.image, pace.clock_hz, job).map_err(|cause| {
         let hint = "are chip (--mcu), clock (--clock, CRYSTAL=) and CYCLE= those that the image was made for?";
@@ -112,6 +117,13 @@ pub fn read_map(file: &str, bytes: &[u8]) -> Result<Map, Diagnostic> {
         let cause = format!("is no map: {error}");
         Diagnostic::new(Severity::Error, codes::NO_MAP, file, Pos::default(), cause, hint)
     })
+}
+
+/// The command that repeats a check up to scan `scans`.
+fn replay(program: &Program, foreign: &Foreign<'_>, options: &Options, scans: u64) -> String {
+    let mut command = run::replay(program, options, scans) + &format!(" --image {}", run::quoted(foreign.file));
+    foreign.map.iter().for_each(|(file, _)| command += &format!(" --map {}", run::quoted(file)));
+    command
 }
 
 /// A check that is ready to run.
@@ -148,20 +160,21 @@ impl Job for Check<'_> {
         // Nothing of the image's memory is known.
         hints.writable.fill(false);
         let mut goals = Goals::new(program, &eval);
-        let mut stimulus = Stimulus::new(options.seed, Wishes::new(program, &eval));
+        let mut stimulus = Stimulus::patient(options.seed, Wishes::new(program, &eval), patience(program));
+        let mut budget = Budget::new(foreign.scans, patience(program) as u64);
         let (mut scans, mut runs, mut blocks) = (0, 0, 0u64);
         let (mut compared, mut longest) = (0, 0);
         let mut findings: Vec<Finding> = Vec::new();
         let mut timed = Starts::default();
         let mut course: Option<Course<'_, C>> = None;
         let mut wrong = None;
-        while scans < options.scans && wrong.is_none() {
+        while scans < budget.scans && wrong.is_none() {
             if scans % 64 == 0 {
-                progress(scans, options.scans);
+                progress(scans, budget.scans);
             }
             if let Some(seed) = stimulus.begin(&hints) {
                 blocks += 1;
-                if blocks <= 3 || blocks % RESETS == 0 {
+                if blocks <= 3 || blocks % RESETS == 0 || stimulus.is_long() {
                     runs += 1;
                     course = Some(Course::start(fresh(seed), &eval, &board, &hints, found));
                 }
@@ -171,7 +184,11 @@ impl Job for Check<'_> {
             let mut step = stimulus.step(&hints, &course.eval, &goals);
             step.writes.clear();
             match course.scan(&step) {
-                Ok(seen) => goals.mark(&seen),
+                Ok(seen) => {
+                    let before = goals.remaining();
+                    goals.mark(&seen);
+                    budget.seen(scans, goals.remaining() < before);
+                }
                 Err(found) => wrong = Some((found, course.starts.scans.max(1), course.cycle())),
             }
             compared += std::mem::take(&mut course.compared);
@@ -185,7 +202,7 @@ impl Job for Check<'_> {
                 timed = course.starts;
             }
         }
-        progress(scans, options.scans);
+        progress(scans, budget.scans);
         let period = Period::new(&board.pace, timed);
         findings.extend(period.as_ref().and_then(|period| period.finding(&board.pace)));
         let difference = wrong.map(|(wrong, scan_of_run, cycle)| ForeignDifference {
@@ -198,8 +215,10 @@ impl Job for Check<'_> {
             symbol: wrong.symbol.and_then(|symbol| eval.symbols().get(symbol)).map(|symbol| symbol.name.clone()),
             expected: wrong.expected,
             found: wrong.found,
-            replay: run::replay(program, options, scans) + &format!(" --image {}", run::quoted(foreign.file)),
+            replay: replay(program, foreign, options, scans),
         });
+        let coverage = goals.coverage(program);
+        let unseen = run::not_covered(program, &coverage, scans).filter(|_| difference.is_none());
         Ok(ForeignReport {
             schema: SCHEMA,
             program: program.file.clone(),
@@ -216,7 +235,8 @@ impl Job for Check<'_> {
             scan_cycles_max: longest,
             scan_start: found.start * board.chip.word_bytes.max(1),
             left_out: board.left_out.clone(),
-            coverage: goals.coverage(program),
+            coverage,
+            notes: unseen.into_iter().collect(),
         })
     }
 }

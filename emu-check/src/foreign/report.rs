@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use diag::Diagnostic;
 use serde::Serialize;
 
 use crate::contract::Pace;
@@ -46,6 +47,8 @@ pub struct ForeignReport {
     pub left_out: Vec<String>,
     /// What of the program was exercised.
     pub coverage: Coverage,
+    /// What the check has to say besides; never errors.
+    pub notes: Vec<Diagnostic>,
 }
 
 /// The first difference of a check.
@@ -170,7 +173,11 @@ impl ForeignReport {
                 self.scan_start
             );
         }
-        text + &self.coverage.line()
+        text += &self.coverage.line();
+        if self.difference.is_none() {
+            text += &self.coverage.missed();
+        }
+        text
     }
 }
 

@@ -20,8 +20,13 @@ fn own(program: &Program, mcu: &str, with_map: bool, scans: u64) -> Option<Forei
         ladder_compile::Special::Analog { pin, name } => Some((name.clone(), pin.clone())),
         _ => None,
     }));
-    let options = Options { mcu: mcu.to_owned(), scans, pins, ..Options::default() };
-    let foreign = Foreign { file: "own.hex", image: &image, map: with_map.then_some(&compiled.map) };
+    let options = Options { mcu: mcu.to_owned(), pins, ..Options::default() };
+    let foreign = Foreign {
+        file: "own.hex",
+        image: &image,
+        map: with_map.then_some(("own.json", &compiled.map)),
+        scans: Some(scans),
+    };
     let report = check_foreign(program, &foreign, &options, &mut |_, _| {});
     Some(report.unwrap_or_else(|faults| panic!("{} on {mcu}: {faults:?}", program.file)))
 }
@@ -111,8 +116,8 @@ fn own_head(file: &str, hz: u32, rungs: &str) -> Program {
 fn codes(program: &Program, mcu: &str, source: &str, pins: [(&str, &str); 2]) -> (Vec<&'static str>, ForeignReport) {
     let image = assembled(mcu, source);
     let pins = pins.map(|(name, pin)| (name.to_owned(), pin.to_owned())).to_vec();
-    let options = Options { mcu: mcu.to_owned(), scans: 600, pins, ..Options::default() };
-    let foreign = Foreign { file: "theirs.hex", image: &image, map: None };
+    let options = Options { mcu: mcu.to_owned(), pins, ..Options::default() };
+    let foreign = Foreign { file: "theirs.hex", image: &image, map: None, scans: Some(600) };
     let report = check_foreign(program, &foreign, &options, &mut |_, _| {})
         .unwrap_or_else(|faults| panic!("{mcu}: {faults:?}\n{source}"));
     let mut codes: Vec<&str> = report.findings.iter().map(|finding| finding.code).collect();
@@ -221,9 +226,34 @@ fn unusable_images_are_refused() {
         let image = assembled(mcu, &source);
         let pins = [("Xa", "PD2"), ("Ya", "PB5")].map(|(name, pin)| (name.to_owned(), pin.to_owned()));
         let pins = if pinned { pins.to_vec() } else { Vec::new() };
-        let options = Options { mcu: mcu.to_owned(), scans: 50, pins, ..Options::default() };
-        let foreign = Foreign { file: "theirs.hex", image: &image, map: None };
+        let options = Options { mcu: mcu.to_owned(), pins, ..Options::default() };
+        let foreign = Foreign { file: "theirs.hex", image: &image, map: None, scans: Some(50) };
         let faults = check_foreign(&program, &foreign, &options, &mut |_, _| {}).expect_err(what);
         assert!(faults.iter().any(|fault| fault.code == code), "{what}: {faults:?}");
+    }
+}
+
+/// `fault | what replaces what`: each shows after a thousand scans or more, and a check that is not told how long finds it.
+#[test]
+fn slow_faults_are_found_by_default() {
+    let text = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nIO LIST\nEND\nPROGRAM\n\
+        RUNG\n CONTACTS Rbeat 1\n TON Tup 400000\n TOF Tdown 600000\n COIL Rbeat 0 0 0\nEND\n\
+        RUNG\n CONTACTS Rbeat 0\n CTC Cday 14\nEND\n\
+        RUNG\n GEQ Cday 9\n LES Cday 13\n COIL Ynight 0 0 0\nEND\nRUNG\n CONTACTS Xa 0\n COIL Ya 0 0 0\nEND\n";
+    let program = common::parse("day.ld", text);
+    let cases =
+        [("CTC Cday 14", "CTC Cday 13"), ("GEQ Cday 9", "GEQ Cday 10"), ("LES Cday 13", "LES Cday 14"), ("", "")];
+    for (right, wrong) in cases {
+        let other = common::parse("day.ld", &text.replace(right, wrong));
+        let wanted = ladder_compile::Options { mcu: "atmega128".to_owned(), ..ladder_compile::Options::default() };
+        let compiled = ladder_compile::compile(&other, &wanted).expect("an image");
+        let chip = ladder_compile::chip("atmega128").expect("a chip");
+        let image = load_hex("own.hex", compiled.hex.as_bytes(), chip.hex).expect("an image").image;
+        let pins = compiled.map.pins.iter().map(|pin| (pin.name.clone(), pin.pin.clone())).collect();
+        let options = Options { mcu: "atmega128".to_owned(), pins, ..Options::default() };
+        let foreign = Foreign { file: "own.hex", image: &image, map: None, scans: None };
+        let report = check_foreign(&program, &foreign, &options, &mut |_, _| {}).expect("a report");
+        assert_eq!(report.agreed, right.is_empty(), "{wrong}: {}", report.text());
+        assert!(report.difference.is_some() || report.scans >= 20_000, "{}", report.text());
     }
 }
