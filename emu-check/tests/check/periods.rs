@@ -29,7 +29,7 @@ const AGREE: &[(&str, u64, u64)] = &[
 const REFUSED: &[(&str, u64, u64, &str)] = &[
     ("atmega328p", 16_000_000,    10_000_000, "at most 4194304 us"),
     ("8051",       12_000_000,    20_000_000, "at most 16711680 us"),
-    ("pic16f873",   4_000_000, 4_300_000_000, "at most 4294967295 us"),
+    ("pic16f873",   4_000_000, 4_300_000_000, "at most 4294967294 us"),
 ];
 
 fn checked(mcu: &str, clock: u64, cycle: u64) -> Result<emu_check::Report, Vec<diag::Diagnostic>> {

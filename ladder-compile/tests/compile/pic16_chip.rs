@@ -353,7 +353,7 @@ fn what_the_chip_cannot_do_is_refused_with_the_figures() {
         .map(|n| format!("RUNG\nCONTACTS Xa 0\nPARALLEL\nDIV a b c\nMUL b c a\nADD c a {n}\nEND\nEND\n"))
         .collect();
     for (text, mcu, words) in [
-        (head(900_000_000, 20_000_000, 9600) + coil, "pic16f873", "858993459"),
+        (head(900_000_000, 20_000_000, 9600) + coil, "pic16f873", "858993458"),
         (head(10_000, 32_768, 9600) + "RUNG\nUART_SEND a\nEND\n", "pic16f877", "2048"),
         (head(10_000, 4_000_000, 9600) + "RUNG\nSET_PWM a 100\nEND\n", "pic16f877", "245"),
         (head(10_000, 4_000_000, 9600) + &many, "pic16f873", "192"),
