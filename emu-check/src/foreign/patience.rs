@@ -18,7 +18,7 @@ pub(crate) fn patience(program: &Program) -> usize {
                 times = times.saturating_add(delay.div_ceil(program.settings.cycle_us.max(1)));
             }
             Element::Counter { max: Operand::Const { value, .. }, .. } => {
-                count = count.max(u64::from(value.unsigned_abs()).saturating_add(1));
+                count = count.max(value.unsigned_abs().saturating_add(1));
             }
             _ => {}
         }
