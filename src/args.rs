@@ -4,7 +4,10 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use emu_core::chip::Chip;
 use ladder::Dialect;
 
-use crate::{asm, check, chips, compile, disasm, draw, explain, family, fuzz, run, shell, sim};
+use crate::{
+    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, family, fuzz, lockstep, run, shell, sim,
+    waveform,
+};
 
 const TOUR: &str = "\
 A short tour:
@@ -57,16 +60,26 @@ pub enum Verb {
     Check(check::CheckArgs),
     /// Run a HEX or ELF image, or an assembly source, on an emulated chip.
     Run(Box<run::RunArgs>),
+    /// Step through a program on an emulated chip, forwards and backwards.
+    Debug(Box<debug::DebugArgs>),
+    /// Serve an editor that debugs (Debug Adapter Protocol).
+    Dap(dap::DapArgs),
     /// Compile a ladder program to Intel HEX.
     Compile(compile::CompileArgs),
     /// Assemble a source to Intel HEX, for any chip.
     Asm(asm::AsmArgs),
     /// Run a ladder program on the reference evaluator, scan by scan.
     Sim(sim::SimArgs),
+    /// Draw a waveform (VCD), as text or as a picture.
+    Wave(waveform::WaveArgs),
+    /// Find the first difference of two traces.
+    Diff(diff::DiffArgs),
     /// Print the instructions of an image.
     Disasm(disasm::DisasmArgs),
     /// Check random ladder programs on chips of all families.
     Fuzz(fuzz::FuzzArgs),
+    /// Run an image beside another simulator, up to the first instruction at which they differ.
+    Lockstep(lockstep::LockstepArgs),
     /// Draw the rungs of a ladder program as text.
     Draw(draw::DrawArgs),
     /// List the chips.
@@ -91,7 +104,10 @@ impl Verb {
             Verb::Sim(args) => args.json,
             Verb::Fuzz(args) => args.json,
             Verb::Compile(args) => args.json,
-            Verb::Draw(_) | Verb::Explain(_) | Verb::Completions(_) | Verb::Man => false,
+            Verb::Lockstep(args) => args.json,
+            Verb::Diff(args) => args.json,
+            Verb::Dap(_) | Verb::Debug(_) | Verb::Wave(_) | Verb::Draw(_) | Verb::Explain(_) => false,
+            Verb::Completions(_) | Verb::Man => false,
         }
     }
 
@@ -99,12 +115,17 @@ impl Verb {
     pub fn name(&self) -> &'static str {
         match self {
             Verb::Run(_) => "run",
+            Verb::Debug(_) => "debug",
+            Verb::Dap(_) => "dap",
             Verb::Check(_) => "check",
             Verb::Compile(_) => "compile",
             Verb::Asm(_) => "asm",
             Verb::Sim(_) => "sim",
             Verb::Fuzz(_) => "fuzz",
+            Verb::Wave(_) => "wave",
+            Verb::Diff(_) => "diff",
             Verb::Disasm(_) => "disasm",
+            Verb::Lockstep(_) => "lockstep",
             Verb::Draw(_) => "draw",
             Verb::Chips(_) => "chips",
             Verb::Explain(_) => "explain",

@@ -1,5 +1,7 @@
 //! `emu check`: compile, run on the chip, compare every scan with the reference evaluator.
 
+mod scenario;
+
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -30,6 +32,7 @@ Examples:
   emu check examples/tank.ld --mcu atmega328p,pic16f877 --pin Ypump=PB5 --json
   emu check welder.ld --image welder.hex --dialect ldmicro-2.3     an image that LDmicro made
   emu check examples/*.ld --mcu all --junit out.xml --report out.html
+  emu check examples/welder.ld --mcu all --scenario examples/welder.toml
 
 Exit codes: 0 chip and reference agree; 1 they differ: the report says where and how to see it again; 3 the program is
 refused (with --mcu all: by every chip). The same seed gives the same run for ever.";
@@ -72,6 +75,11 @@ pub struct CheckArgs {
     /// Where the symbols of that image are: a map as `emu compile --map` writes it. They are compared as well, then.
     #[arg(long, value_name = "FILE", requires = "image")]
     map: Option<String>,
+    /// Play a scenario (docs/scenario.md) instead of random stimuli, on the evaluator and on the chips: the verdicts must be the
+    /// same, and so must everything that a check compares, scan by scan. Exit code 1 where an expectation was not met or the
+    /// verdicts differ, 5 where something was still waited for at the limit.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["via", "image", "junit", "report"])]
+    scenario: Option<String>,
     /// Write the outcomes as JUnit XML, a test case for each program and chip.
     #[arg(long, value_name = "FILE", conflicts_with = "via")]
     junit: Option<String>,
@@ -125,6 +133,12 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
     }
     if let Some(image) = &args.image {
         return foreign(args, image, &chips, &programs, terminal);
+    }
+    if let Some(file) = &args.scenario {
+        scenario::usable(args, programs.len())?;
+        let Some(read) = programs.first() else { return Ok(exit::USAGE) };
+        let options: Vec<Options> = chips.iter().map(|chip| slowed(options(args, chip), read, all)).collect();
+        return scenario::check(args, file, read, &options, all, terminal);
     }
     if let Some(via) = args.via {
         let sketch = via == emu_check::via::Via::Arduino;

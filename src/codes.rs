@@ -39,6 +39,26 @@ pub const SLOWED: &str = "CLI013";
 /// A record of a campaign cannot be used.
 pub const RECORD: &str = "CLI014";
 
+/// What an editor sends is not the protocol.
+pub const PROTOCOL: &str = "CLI040";
+/// A file is no map of the image.
+pub const MAP: &str = "TRC001";
+
+/// A file is no trace.
+pub const NO_TRACE: &str = "TRC002";
+
+/// A line of a trace is malformed.
+pub const TRACE_LINE: &str = "TRC003";
+
+/// A waveform is malformed.
+pub const MALFORMED_WAVE: &str = "WAV001";
+
+/// A waveform contradicts itself.
+pub const WRONG_WAVE: &str = "WAV002";
+
+/// A waveform is too large to be drawn.
+pub const TOO_LARGE_WAVE: &str = "WAV003";
+
 /// All of them.
 #[rustfmt::skip]
 pub const CODES: &[Code] = &[
@@ -99,6 +119,31 @@ pub const CODES: &[Code] = &[
         explain: "A file of `emu fuzz --out` is JSON and belongs to one campaign: seed, number of programs, scans and chips. With --resume \
                   it must be the record of the same shard, and --merge takes each shard of one campaign once. Mend: give the \
                   flags with which it was begun, or another file." },
+    Code { code: PROTOCOL, title: "what came in is not the Debug Adapter Protocol",
+        explain: "`emu dap` reads messages of an editor, each with a head that gives its length. What came in has no such head, a length \
+                  that cannot be, or ends in the middle of a message, so that nobody knows where the next one begins. Mend: let the \
+                  editor start it, as docs/dap.md shows; nothing is typed by hand." },
+    Code { code: MAP, title: "a file is no map of the image",
+        explain: "--map takes the JSON that `emu compile PROGRAM.ld --map FILE` writes beside the image: where rungs and symbols of a ladder \
+                  program are. It is refused when it is something else, of another version, or for another chip than --mcu. Mend: \
+                  compile the program again and give both files." },
+    Code { code: NO_TRACE, title: "a file is no trace",
+        explain: "`emu diff` compares files that `emu run --trace` wrote. Their first line says so: `emu-trace 1 mcu=.. hz=..`, or the same \
+                  as a JSON document. Another number is a version that this emu does not read. Mend: record both again." },
+    Code { code: TRACE_LINE, title: "a line of a trace is malformed",
+        explain: "Each line of a trace begins with a machine cycle and holds an instruction, an interrupt or the end; in JSON lines each is a \
+                  document with `cycle`. The line named is none of these: most often the file was cut off or changed by hand. \
+                  docs/trace.md has both shapes. Mend: record it again." },
+    Code { code: MALFORMED_WAVE, title: "a waveform is malformed",
+        explain: "`emu wave` reads VCD files (IEEE 1364-2005, section 18): a head of declarations that ends with $enddefinitions, then moments \
+                  (#100) and changes (1!, b101 !). The line named is none of these, or the file ends within one. Mend: write the \
+                  file again with the tool that it comes from, and let that end by itself." },
+    Code { code: WRONG_WAVE, title: "a waveform contradicts itself",
+        explain: "A moment lies before the one in front of it, a signal changes that was not declared, a value has more bits than its \
+                  signal, or there is no signal at all. Mend: write the file again with the tool that it comes from." },
+    Code { code: TOO_LARGE_WAVE, title: "a waveform is too large to be drawn",
+        explain: "Up to 4,000,000 changes of the signals that are drawn are kept, and 100,000 signals. Mend: name fewer signals with \
+                  --only, or record a shorter time." },
 ];
 
 /// An error about a whole file.

@@ -117,7 +117,8 @@ pub struct Target {
     pub clock: Option<u64>,
 }
 
-fn pin(text: &str) -> Result<(String, String), String> {
+/// Reads `NAME=PIN`.
+pub fn pin(text: &str) -> Result<(String, String), String> {
     match text.split_once('=').map(|(name, pin)| (name.trim(), pin.trim())) {
         Some((name, pin)) if !name.is_empty() && !pin.is_empty() => Ok((name.to_owned(), pin.to_owned())),
         _ => Err("write a symbol and a pin, as in Xstart=PD2".to_owned()),

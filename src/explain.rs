@@ -5,7 +5,7 @@ use diag::Code;
 
 use crate::fail::{Failure, exit};
 use crate::nearest::nearest;
-use crate::{codes, output};
+use crate::{codes, lockstep, output, run};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -29,6 +29,8 @@ pub struct ExplainArgs {
 pub fn all() -> Vec<&'static Code> {
     let tables = [
         codes::CODES,
+        run::COVER_CODES,
+        lockstep::CODES,
         emu_core::image::CODES,
         emu_core::image::LINE_CODES,
         emu_core::image::SYMBOL_CODES,
@@ -37,9 +39,12 @@ pub fn all() -> Vec<&'static Code> {
         emu_ap101::config::CODES,
         ladder::CODES,
         ladder_compile::CODES,
+        ladder_view::CODES,
         emu_check::via::CODES,
+        emu_debug::snapshot::CODES,
         emu_check::CODES,
         emu_check::FOREIGN_CODES,
+        scenario::CODES,
     ];
     let mut all: Vec<&Code> = tables.into_iter().flatten().collect();
     all.sort_by_key(|c| c.code);

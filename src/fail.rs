@@ -47,6 +47,18 @@ impl Failure {
         Failure::Refused(vec![about_file(UNWRITABLE, file, cause, hint)], Texts::default())
     }
 
+    /// It in a sentence, for those who tell of it themselves.
+    pub fn sentence(&self) -> String {
+        match self {
+            Failure::Usage(text) => text.clone(),
+            Failure::Refused(all, _) => {
+                let each: Vec<_> = all.iter().map(|d| format!("{} {} ({})", d.file, d.cause, d.code)).collect();
+                each.join("; ")
+            }
+            Failure::Pipe => "nobody reads it".to_owned(),
+        }
+    }
+
     /// The value of a flag makes no sense.
     pub fn value(flag: &str, value: &str, why: &str) -> Failure {
         Failure::Usage(format!("invalid value '{value}' for '{flag}': {why}"))

@@ -105,7 +105,7 @@ pub trait Job {
     /// What comes of it.
     type Out;
     /// Does it, with a machine after power-up.
-    fn on<C: Cpu>(self, cpu: C) -> Self::Out;
+    fn on<C: Cpu + 'static>(self, cpu: C) -> Self::Out;
 }
 
 /// Builds the machine of `chip`, with `image` in its memories, and does `job` with it.

@@ -7,11 +7,17 @@
 //!   family.rs  the families of chips          sink.rs    what the name of a result stands for
 //!   guess.rs   which chip a HEX file was made for   held.rs    why a chip can never go on
 //!   attach.rs  devices at the pins            sources.rs the text of source lines
+//!   snapshots.rs  states of machines as files
 //!   lint.rs    what `run --lint` found              store.rs  files that keep what a memory holds
 //!   avr.rs     flags of the AVR family        mcs51.rs  flags of the 8051 family
 //!   pic16.rs   flags of the PIC16 family       ap101.rs  flags and configuration of AP101
-//!   fuzz.rs    campaigns of random programs
+//!   fuzz.rs    campaigns of random programs          machine.rs the flags of a machine, and what they come to
+//!   debug.rs   the debugger by commands       dap.rs    the debugger for editors
+//!   lockstep.rs beside another simulator
+//!   diff.rs    the first difference of two traces   waveform.rs  waveforms drawn
 //!   given.rs   what `sim` gives a program       trace.rs   what `sim` saw
+//!   scenarios.rs  files of scenarios, and what is told of their end
+//!   watch.rs   the panel: `sim --watch`
 //! ```
 
 #![forbid(unsafe_code)]
@@ -26,6 +32,9 @@ mod chips;
 mod cod;
 mod codes;
 mod compile;
+mod dap;
+mod debug;
+mod diff;
 mod disasm;
 mod draw;
 mod explain;
@@ -37,6 +46,8 @@ mod guess;
 mod held;
 mod input;
 mod lint;
+mod lockstep;
+mod machine;
 mod made_for;
 mod mcs51;
 mod nearest;
@@ -44,15 +55,20 @@ mod output;
 mod pic16;
 mod report;
 mod run;
+mod scenarios;
 mod shell;
 mod sim;
 mod sink;
+mod snapshots;
 mod sources;
 mod store;
 mod summary;
 mod trace;
 mod via;
+#[cfg(feature = "tui")]
+mod watch;
 mod wave;
+mod waveform;
 
 use std::panic;
 use std::process::ExitCode;
@@ -96,10 +112,15 @@ fn verb(verb: Verb, terminal: &Terminal) -> Result<u8, Failure> {
         Verb::Run(args) => run::run(&args, terminal),
         Verb::Check(args) => check::check(&args, terminal),
         Verb::Fuzz(args) => fuzz::fuzz(&args, terminal),
+        Verb::Debug(args) => debug::debug(&args, terminal),
+        Verb::Dap(args) => dap::dap(&args, terminal),
         Verb::Compile(args) => compile::compile(&args, terminal),
         Verb::Asm(args) => asm::asm(&args, terminal),
         Verb::Sim(args) => sim::sim(&args, terminal),
+        Verb::Diff(args) => diff::diff(&args),
+        Verb::Wave(args) => waveform::wave(&args),
         Verb::Disasm(args) => disasm::disasm(&args, terminal),
+        Verb::Lockstep(args) => lockstep::lockstep(&args, terminal),
         Verb::Draw(args) => draw::draw(&args, terminal),
         Verb::Chips(args) => chips::chips(&args),
         Verb::Explain(args) => explain::explain(&args),

@@ -168,7 +168,8 @@ pub fn spares(input: &str, outputs: &[(&str, &str)]) -> Result<(), Failure> {
     }
 }
 
-fn same_place(a: &str, b: &str) -> bool {
+/// True for two names of one file.
+pub fn same_place(a: &str, b: &str) -> bool {
     let whole = |file: &str| {
         let path = Path::new(file);
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));

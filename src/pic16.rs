@@ -21,12 +21,6 @@ const CONFIG: u16 = 0x2000;
 #[group(id = "pic16")]
 #[command(next_help_heading = "Only for the PIC16 family")]
 pub struct Flags {
-    /// Carry out the messages in this .cod file, as gpsim does: parts outside the chip, commands, assertions. The program passes
-    /// (exit code 0, else 1, and 4 when it does what is no instruction) when the first message that halts it says PASSED. Runs
-    /// without start-up times, at the frequency of --clock, else at the one that the messages give, else at 20 MHz or the chip's
-    /// most; the file gives the symbols too.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["until", "peek", "vcd", "uart", "uart_in", "expect_uart", "fail_uart", "timeout", "lint", "attach"])]
-    pub cod: Option<String>,
     /// The configuration word at 2007h, in place of that of the image: 0x3F3A.
     #[arg(long, value_name = "WORD", value_parser = word)]
     config: Option<u16>,

@@ -20,6 +20,8 @@ pub struct Terminal {
     pub color: bool,
     /// Standard error is a terminal.
     pub live: bool,
+    /// With colours on a full-screen view, which is on standard output.
+    pub screen: bool,
 }
 
 impl Terminal {
@@ -28,12 +30,12 @@ impl Terminal {
         let live = std::io::stderr().is_terminal();
         let set = |name| std::env::var_os(name).is_some_and(|v| !v.is_empty());
         let forced = set("CLICOLOR_FORCE") && std::env::var_os("CLICOLOR_FORCE").is_some_and(|v| v != "0");
-        let color = match color {
+        let wanted = |auto| match color {
             args::Color::Always => true,
             args::Color::Never => false,
-            args::Color::Auto => !set("NO_COLOR") && (forced || live),
+            args::Color::Auto => !set("NO_COLOR") && auto,
         };
-        Terminal { color, live }
+        Terminal { color: wanted(forced || live), live, screen: wanted(std::io::stdout().is_terminal()) }
     }
 }
 

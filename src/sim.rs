@@ -1,5 +1,7 @@
 //! `emu sim`: what a ladder program means, scan by scan, without any chip.
 
+mod scenario;
+
 use std::io::{self, BufWriter, Write};
 
 use clap::Args;
@@ -21,7 +23,12 @@ Examples:
   emu sim examples/welder.ld --scans 10 --set Xtrigger=1
   emu sim examples/welder.ld --scans 320 --at 21:Xtrigger=1 --at 181:Xtrigger=0 --wave
   emu sim examples/modulo5.ld --scans 30 --at 3:Xpulse=1 --at 4:Xpulse=0 --csv trace.csv --vcd trace.vcd
-  emu sim program.ld --set Alevel=512 --uart-in '5:start\\n' --json";
+  emu sim program.ld --set Alevel=512 --uart-in '5:start\\n' --json
+  emu sim examples/traffic.ld --watch --realtime
+  emu sim examples/welder.ld --scenario examples/welder.toml
+
+Exit codes: 0 all well; with --scenario 1 where an expectation was not met and 5 where something was still waited for at its
+limit.";
 
 /// Most scans.
 const MAX_SCANS: u64 = 1_000_000;
@@ -56,6 +63,14 @@ pub struct SimArgs {
     /// as fast as the line is, or behind those before them. Repeatable.
     #[arg(long, value_name = "SCAN:TEXT")]
     uart_in: Vec<String>,
+    /// Play a scenario: docs/scenario.md. Its verdict is the result; --csv, --vcd, --wave and --json write the scans as well, and --scans
+    /// is its limit.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["set", "at", "inputs", "uart_in"])]
+    scenario: Option<String>,
+    /// Take a waveform (VCD) as stimulus: wires with the name of an input X.. or of an analog input drive it from the first scan on that
+    /// begins at their time or later.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["set", "at", "inputs", "uart_in"])]
+    stimulus: Option<String>,
     /// Write comma-separated values: a head line, then a line for each scan; - is standard output.
     #[arg(long, value_name = "FILE")]
     csv: Option<String>,
@@ -68,6 +83,9 @@ pub struct SimArgs {
     /// One JSON document.
     #[arg(long)]
     pub json: bool,
+    #[cfg(feature = "tui")]
+    #[command(flatten)]
+    watch: crate::watch::WatchArgs,
 }
 
 /// Most values of a trace, which is held in memory as a whole.
@@ -80,15 +98,21 @@ pub fn sim(args: &SimArgs, terminal: &Terminal) -> Result<u8, Failure> {
     }
     let used = outputs(args)?;
     let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
+    if args.scenario.is_some() || args.stimulus.is_some() {
+        return scenario::play(args, &read, &used, terminal);
+    }
     let mut evaluator = match Evaluator::new(&read.program) {
         Ok(evaluator) => evaluator,
         Err(refusal) => return Err(Failure::Refused(vec![unsupported(&read.program, &refusal)], read.texts)),
     };
     let (scans, changes) = changes(args, &evaluator)?;
+    #[cfg(feature = "tui")]
+    if args.watch.wanted() {
+        return crate::watch::watch(&args.watch, &read.program, evaluator, &changes, terminal);
+    }
     let bytes = arrivals(args, scans, &read.program)?;
-    let sends = |element: &Element| matches!(element, Element::UartSend { .. } | Element::FormattedString { .. });
     let symbols = evaluator.symbols().to_vec();
-    let mut trace = Trace::new(&symbols, &evaluator, read.program.elements().any(|(_, element, _)| sends(element)));
+    let mut trace = Trace::new(&symbols, &evaluator, sends(&read.program));
     let most = MAX_VALUES / (trace.width() as u64).max(1);
     if scans > most {
         let why = format!("with {} values a scan at most {most} scans are traced at once", trace.width());
@@ -109,18 +133,31 @@ pub fn sim(args: &SimArgs, terminal: &Terminal) -> Result<u8, Failure> {
         evaluator.scan();
         trace.note(&evaluator);
     }
-    let (file, cycle_us) = (&args.program.file, read.program.settings.cycle_us);
+    results(args, &read.program, &trace)?;
+    if used.is_empty() {
+        output::print(trace.table())?;
+    }
+    Ok(exit::OK)
+}
+
+/// The program has elements that send bytes.
+fn sends(program: &Program) -> bool {
+    let sends = |element: &Element| matches!(element, Element::UartSend { .. } | Element::FormattedString { .. });
+    program.elements().any(|(_, element, _)| sends(element))
+}
+
+/// Writes what was asked for.
+fn results(args: &SimArgs, program: &Program, trace: &Trace<'_>) -> Result<(), Failure> {
+    let (file, cycle_us) = (&args.program.file, program.settings.cycle_us);
     write(args.csv.as_deref(), |mut out| out.write_all(trace.csv().as_bytes()).and_then(|()| out.flush()))?;
     write(args.vcd.as_deref(), |out| trace.vcd(file, cycle_us, out))?;
     if args.json {
         output::json(&trace.json(file, cycle_us))?;
     } else if args.wave {
-        let bits = symbols.iter().enumerate().filter(|(_, s)| s.kind.is_bit());
+        let bits = trace.symbols.iter().enumerate().filter(|(_, s)| s.kind.is_bit());
         output::print(wave::draw(&bits.map(|(i, s)| (s.name.as_str(), i)).collect::<Vec<_>>(), &trace.rows))?;
-    } else if used.is_empty() {
-        output::print(trace.table())?;
     }
-    Ok(exit::OK)
+    Ok(())
 }
 
 /// The results other than the table, which must not meet.
@@ -130,7 +167,7 @@ fn outputs(args: &SimArgs) -> Result<Vec<(&'static str, &str)>, Failure> {
     let all = [("--json", printed(args.json)), ("--wave", printed(args.wave)), ("--csv", csv), ("--vcd", vcd)];
     let used: Vec<_> = all.into_iter().filter(|(_, file)| !file.is_empty()).collect();
     output::owners(&used)?;
-    for input in std::iter::once(&args.program.file).chain(&args.inputs) {
+    for input in std::iter::once(&args.program.file).chain(&args.inputs).chain(&args.scenario).chain(&args.stimulus) {
         output::spares(input, &used)?;
     }
     Ok(used)

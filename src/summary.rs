@@ -32,19 +32,26 @@ pub struct Story<'a, C> {
     pub held: Option<String>,
 }
 
+/// Why a run ended, in a word.
+pub fn reason(reason: Reason) -> &'static str {
+    match reason {
+        Reason::Limit => "limit",
+        Reason::Halted => "halted",
+        Reason::Until(..) => "until",
+        Reason::Expected => "expect-uart",
+        Reason::Failed => "fail-uart",
+        Reason::Illegal { .. } => "illegal",
+        Reason::Fault { .. } => "fault",
+        Reason::Host => "timeout",
+        Reason::Interrupted => "interrupted",
+        Reason::Over => "scenario",
+    }
+}
+
 impl<C: Cpu> Story<'_, C> {
     /// One word for the end.
     fn reason(&self) -> &'static str {
-        match self.ended.reason {
-            Reason::Limit => "limit",
-            Reason::Halted => "halted",
-            Reason::Until(..) => "until",
-            Reason::Expected => "expect-uart",
-            Reason::Failed => "fail-uart",
-            Reason::Illegal { .. } => "illegal",
-            Reason::Fault { .. } => "fault",
-            Reason::Host => "timeout",
-        }
+        reason(self.ended.reason)
     }
 
     /// Program word at which the run ended: of the instruction that did it, else of the next one.
@@ -88,7 +95,7 @@ impl<C: Cpu> Story<'_, C> {
             }
             Reason::Fault { fault, .. } => Some(format!("{}: {fault}", self.instruction())),
             Reason::Halted => self.held.clone(),
-            Reason::Limit | Reason::Host => None,
+            Reason::Limit | Reason::Host | Reason::Interrupted | Reason::Over => None,
         }
     }
 

@@ -19,15 +19,20 @@ pub fn draw(bits: &[(&str, usize)], rows: &[Vec<Option<i32>>]) -> String {
         out.push_str(&format!("{name:>width$}  "));
         for column in rows.chunks(per_column) {
             let level = |row: &Vec<Option<i32>>| row.get(position).is_some_and(|v| v.is_some_and(|v| v != 0));
-            out.push(match (column.iter().all(level), column.iter().any(level)) {
-                (true, _) => '▔',
-                (false, false) => '▁',
-                (false, true) => '▒',
-            });
+            out.push(glyph(column.iter().all(level), column.iter().any(level)));
         }
         out.push('\n');
     }
     out
+}
+
+/// A column of a bit: all of it is high, or some of it.
+pub fn glyph(all: bool, any: bool) -> char {
+    match (all, any) {
+        (true, _) => '▔',
+        (false, false) => '▁',
+        (false, true) => '▒',
+    }
 }
 
 #[cfg(test)]

@@ -149,7 +149,8 @@ fn faulty_images_give_their_code_and_exit_3() {
 #[test]
 fn every_flag_is_documented() {
     let page = fs::read_to_string(root().join("docs/cli.md")).expect("docs/cli.md");
-    for verb in ["check", "fuzz", "run", "compile", "sim", "disasm", "draw", "chips", "explain", "completions"] {
+    for verb in ["check", "fuzz", "run", "debug", "compile", "sim", "disasm", "draw", "chips", "explain", "completions"]
+    {
         let out = emu(&root(), &[verb.to_owned(), "--help".to_owned()], b"");
         let help = String::from_utf8_lossy(&out.stdout);
         assert!(help.contains("Example"), "{verb} has no example");

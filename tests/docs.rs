@@ -1,4 +1,4 @@
-//! Every `console` block of the README and of the tutorials is run, and prints what the page says.
+//! Every `console` block of the README, of the pages of the full screens and of the tutorials is run, and prints what the page says.
 //!
 //! A block is a run of `$ emu ..` lines, each followed by what it prints (standard output, then standard error). A line of
 //! `...` stands for any number of lines. Blocks of one page share a folder in which `examples` is that of the repository.
@@ -67,7 +67,7 @@ fn copy(from: &Path, to: &Path) {
 
 #[test]
 fn every_command_of_the_pages_prints_what_they_say() {
-    let mut pages = vec![root().join("README.md")];
+    let mut pages = vec![root().join("README.md"), root().join("docs/watch.md"), root().join("docs/tui.md")];
     if let Ok(entries) = fs::read_dir(root().join("docs/tutorials")) {
         pages.extend(entries.flatten().map(|e| e.path()));
     }

@@ -6,9 +6,13 @@
 
 #![forbid(unsafe_code)]
 
+mod nearest;
+
 use std::fmt;
 
 use serde::Serialize;
+
+pub use nearest::{distance, nearest};
 
 /// One row of a crate's table of codes, the text behind `emu explain`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

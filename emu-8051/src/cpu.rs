@@ -8,6 +8,7 @@ use emu_core::engine::{self, Looks};
 use emu_core::image::Image;
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
+use emu_core::state::Damaged;
 
 use crate::chips::{self, Part};
 use crate::hot::Hot;
@@ -218,6 +219,16 @@ impl Cpu for Mcs51 {
         })
     }
 
+    fn regs(&self, into: &mut Vec<u32>) {
+        into.clear();
+        into.extend(self.ram.iter().skip(self.hot.bank as usize).take(8).map(|byte| u32::from(*byte)));
+        into.extend([self.hot.acc, self.hot.b, self.hot.psw().into(), self.hot.sp, self.hot.dptr, self.pc()]);
+    }
+
+    fn depth(&self) -> u32 {
+        self.hot.sp
+    }
+
     fn set_reg(&mut self, name: &str, value: u32) -> bool {
         match register(name) {
             Some(Register::Bank(n)) => self.ram[self.hot.bank as usize + n] = value as u8,
@@ -296,6 +307,15 @@ impl Cpu for Mcs51 {
         let now = self.cycle();
         self.soc.drive(at.cycle, now, pin, level);
         self.hot.time.force();
+    }
+
+    fn save(&self) -> Vec<u8> {
+        self.to_bytes()
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), Damaged> {
+        *self = self.of_bytes(bytes)?;
+        Ok(())
     }
 
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {

@@ -4,7 +4,9 @@
 //! branching). Rows that reach bytes or bits by address name a second kind, for addresses in RAM.
 
 use emu_core::chip::Isa;
-use emu_core::table::{Alias, EncodeError, Line, Op, Row, Site, bits_of, disassemble as disassemble_line, words_of};
+use emu_core::table::{
+    Alias, EncodeError, Flow, Line, Op, Operand, Row, Site, bits_of, disassemble as disassemble_line, words_of,
+};
 
 use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, Rel, Ri, Rn};
 
@@ -257,7 +259,18 @@ mcs51_table!(emu_core::define_isa {});
 
 /// The table as tools see it. Erased program memory is all ones, which happens to be `mov R7,A`.
 pub const ISA: Isa =
-    Isa { disassemble, erased: 0xFF, rows: ROWS, word_bits: WORD_BITS, aliases: ALIASES, site, lacks: |_| false };
+    Isa { disassemble, erased: 0xFF, rows: ROWS, word_bits: WORD_BITS, aliases: ALIASES, site, lacks: |_| false, flow };
+
+/// What the instruction of a row may do to the order in which a program runs. Only one jump to a relative target has no condition.
+fn flow(row: usize) -> Flow {
+    let relative = |row: &Row| row.operands.iter().any(|slot| slot.kind.name == Rel::KIND.name && !slot.kind.wide);
+    match (KINDS.get(row), ROWS.get(row)) {
+        (Some(Kind::Reti), _) => Flow::EndsInterrupt,
+        (Some(Kind::Sjmp), _) => Flow::Straight,
+        (_, Some(row)) if relative(row) => Flow::Either,
+        _ => Flow::Straight,
+    }
+}
 
 /// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
 #[rustfmt::skip]

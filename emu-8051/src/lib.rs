@@ -19,6 +19,7 @@ mod hot;
 mod place;
 mod predecode;
 mod record;
+mod state;
 mod turn;
 
 pub use cpu::{Mcs51, Options, Readings};

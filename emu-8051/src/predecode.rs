@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use emu_core::engine::Mark;
+use emu_core::state::Changes;
 use emu_core::table::{Op, Site};
 
 use crate::isa::{Kind, Mcs51Op, ROWS, SHAPES, row_of};
@@ -38,6 +39,8 @@ pub struct Code {
     traps: BTreeSet<u32>,
     external: External,
     size: u32,
+    /// What differs from the bytes that it was built with.
+    pub changes: Changes<u8>,
 }
 
 impl Code {
@@ -51,8 +54,8 @@ impl Code {
         let erased = decode([0xFF; 3], 0, external);
         let ops = || Box::new([erased; SPAN]);
         let (marked, plain) = ([ops(), ops()], ops());
-        let mut code =
-            Code { bytes, ops: marked, plain, loops: BTreeMap::new(), traps: BTreeSet::new(), external, size };
+        let (loops, traps, changes) = (BTreeMap::new(), BTreeSet::new(), Changes::NONE);
+        let mut code = Code { bytes, ops: marked, plain, loops, traps, external, size, changes };
         code.predecode(0, used as u32);
         code.predecode(size, SPAN as u32);
         code
@@ -60,7 +63,8 @@ impl Code {
 
     /// Writes a byte of program memory.
     pub fn poke(&mut self, addr: u16, value: u8) {
-        self.bytes[usize::from(addr)] = value;
+        let old = std::mem::replace(&mut self.bytes[usize::from(addr)], value);
+        self.changes.note(addr.into(), old, value);
         // The byte may belong to an instruction that begins up to two bytes before; the jump that closes a loop around it
         // may stand some bytes ahead.
         for pc in u32::from(addr) + SPAN as u32 - 2..=u32::from(addr) + SPAN as u32 + REACH {

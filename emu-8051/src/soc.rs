@@ -18,6 +18,7 @@ mod clock;
 mod irq;
 mod power;
 mod regs;
+mod state;
 
 use crate::chips::{self, Part};
 use crate::cpu::{Options, Readings};

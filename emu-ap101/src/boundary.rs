@@ -34,9 +34,11 @@ pub enum Phase {
     Run { begun: u64 },
 }
 
+emu_core::state! { enum Phase { 0 = Off, 1 = Reload { from, due }, 2 = Ready { at }, 3 = Run { begun } } }
+
 /// The probe looks closer than the hot loop shows.
 const fn careful<P: Probe>() -> bool {
-    P::INSN || P::DATA || P::LINT || P::SUBCYCLE
+    P::EVERY || P::DATA || P::LINT || P::SUBCYCLE
 }
 
 impl Ap101 {

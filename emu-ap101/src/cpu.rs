@@ -6,6 +6,7 @@ use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, NEVER, Probe, Reset, Stop, Subcycle};
 use emu_core::image::Image;
 use emu_core::pins::{Level, PinId, Time};
+use emu_core::state::Damaged;
 
 use crate::boundary::Phase;
 use crate::chips::AP101;
@@ -278,6 +279,15 @@ impl Cpu for Ap101 {
     /// M is 0 after a cold start, so no bit of it is ever unknown.
     fn ram_at(&self, _: u32) -> Option<u32> {
         None
+    }
+
+    fn save(&self) -> Vec<u8> {
+        self.to_bytes()
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), Damaged> {
+        *self = self.of_bytes(bytes)?;
+        Ok(())
     }
 
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {

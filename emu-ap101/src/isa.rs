@@ -5,7 +5,7 @@
 //! address that is a plain bit of memory has a kind of its own.
 
 use emu_core::chip::Isa;
-use emu_core::table::{Alias, EncodeError, Line, Op, Row, Site, disassemble as disassemble_line};
+use emu_core::table::{Alias, EncodeError, Flow, Line, Op, Row, Site, disassemble as disassemble_line};
 
 use crate::operands::{A, D, Target, X};
 
@@ -92,6 +92,10 @@ pub const ISA: Isa = Isa {
     aliases: ALIASES,
     site: |pc, _| site(pc),
     lacks: |_| false,
+    flow: |row| match KINDS.get(row) {
+        Some(Kind::Jmpc | Kind::JmpcX) => Flow::Either,
+        _ => Flow::Straight,
+    },
 };
 
 /// A plain NOP, and a blank word.

@@ -18,6 +18,7 @@ mod cpu;
 mod exec;
 mod predecode;
 mod soc;
+mod state;
 mod steady;
 mod turn;
 

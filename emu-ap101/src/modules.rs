@@ -4,6 +4,9 @@
 //! from which it measures and says what it is at any other. In the unit *program cycle*, and in counters, it is the element of the
 //! same name of ladder diagrams (docs/semantics.md, dialect `ldmicro-2.3`) with the preset as P: numbers of 16 bits with a sign.
 
+use emu_core::NEVER;
+use emu_core::state::{Damaged, State, Tape};
+
 /// What a module is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -106,6 +109,26 @@ pub struct Module {
     ran: bool,
     /// The program cycle in which it advanced last, by its first machine cycle.
     advanced: Option<u64>,
+}
+
+/// That it has advanced counts only in the program cycle that has begun at [`Tape::now`].
+impl State for Module {
+    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+        let Module { settings: _, hz: _, preset, level, begun, since, kept, count, out, ran, advanced } = self;
+        let mut word = *count as u16;
+        preset.state(tape)?;
+        level.state(tape)?;
+        begun.state(tape)?;
+        since.state(tape)?;
+        kept.state(tape)?;
+        word.state(tape)?;
+        out.state(tape)?;
+        ran.state(tape)?;
+        let this = tape.flag(*advanced == Some(tape.now()))?;
+        *advanced = this.then_some(tape.now());
+        *count = word as i16;
+        tape.demand(*since != NEVER && *kept != NEVER)
+    }
 }
 
 impl Module {

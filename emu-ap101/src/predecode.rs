@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use emu_core::state::Changes;
 use emu_core::table::{Op, Site};
 
 use crate::config::{Config, Inputs, MODULES, Program};
@@ -88,13 +89,15 @@ pub struct Code {
     pub programs: Vec<Ops>,
     pub wiring: Wiring,
     traps: BTreeSet<u32>,
+    /// What differs from the words that it was built with.
+    pub changes: Changes<u16>,
 }
 
 impl Code {
     /// Program memory filled with `words`, which has `programs`.
     pub fn new(words: Box<[u16; SPAN]>, programs: &[Program], wiring: Wiring) -> Code {
         let programs = programs.iter().map(|&program| Ops { program, ops: Box::new([SLOW; OPS]) }).collect();
-        let mut code = Code { words, programs, wiring, traps: BTreeSet::new() };
+        let mut code = Code { words, programs, wiring, traps: BTreeSet::new(), changes: Changes::NONE };
         for pc in 0..SPAN as u32 {
             code.predecode(pc);
         }
@@ -108,7 +111,8 @@ impl Code {
 
     /// Changes a word.
     pub fn poke(&mut self, pc: u32, word: u16) {
-        self.words[pc as usize % SPAN] = word;
+        let old = std::mem::replace(&mut self.words[pc as usize % SPAN], word);
+        self.changes.note(pc as usize % SPAN, old, word);
         self.predecode(pc);
     }
 

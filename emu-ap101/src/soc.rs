@@ -2,6 +2,7 @@
 
 use emu_core::outside::{Drives, Log};
 use emu_core::pins::{Event, Level, PinId, Time};
+use emu_core::state::{Damaged, State, Tape};
 
 use crate::chips::{CLEAR, FIRST_OUTPUT, PINS, POWER};
 use crate::config::{Config, INPUTS, Inputs, MODULES, OUTPUTS};
@@ -40,6 +41,27 @@ pub struct Soc {
     dipped: bool,
     /// Since the last boundary a cold start was asked for.
     rose: bool,
+}
+
+impl State for Soc {
+    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+        #[rustfmt::skip]
+        let Soc {
+            log, input_channels: _, output_channels: _, live: _, cells, outputs, written, modules, outside, drives, begun, moved, dipped, rose,
+        } = self;
+        *begun = tape.now();
+        cells.state(tape)?;
+        outputs.state(tape)?;
+        written.state(tape)?;
+        tape.all(modules.as_mut_slice())?;
+        tape.all(outside.as_mut_slice())?;
+        drives.state(tape)?;
+        moved.state(tape)?;
+        dipped.state(tape)?;
+        rose.state(tape)?;
+        *log = Log::OFF;
+        Ok(())
+    }
 }
 
 /// What stands on a pin, as a bit: nothing reads 0.

@@ -6,6 +6,9 @@
 
 use std::sync::Arc;
 
+use emu_core::NEVER;
+use emu_core::state::{Damaged, State, Tape};
+
 use crate::cpu::Ap101;
 use crate::modules::Module;
 use crate::operands::CELLS;
@@ -20,7 +23,7 @@ const MOST_BLIND: u64 = 1 << 16;
 const TURNS: u32 = 16;
 
 /// What the next program cycle depends on, besides what stands on pins, outputs and presets.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Held {
     current: Option<usize>,
     a: bool,
@@ -60,6 +63,55 @@ pub struct Looks {
     at: u64,
     blind: u64,
     known: Known,
+}
+
+/// When a machine halts hangs on when it was looked at.
+impl Ap101 {
+    /// What is known of how it repeats itself.
+    pub(crate) fn known_state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+        let (now, counted) = (self.hot.time.now(), self.hot.time.instructions());
+        self.looks.at.state(tape)?;
+        self.looks.blind.state(tape)?;
+        tape.demand(self.looks.at != NEVER && self.looks.blind <= MOST_BLIND)?;
+        let tag = tape.byte(match self.looks.known {
+            Known::Nothing => 0,
+            Known::Was(..) => 1,
+            Known::Repeats(_) => 2,
+        })?;
+        self.looks.known = match (tag, self.looks.known.clone()) {
+            (0, _) => Known::Nothing,
+            (1, known) => {
+                let (mut held, mut left) = match known {
+                    Known::Was(held, left) => (Held::clone(&held), left),
+                    _ => (self.held(now), TURNS),
+                };
+                let Held { current, a, cells, modules, cycle, instructions, overruns } = &mut held;
+                current.state(tape)?;
+                a.state(tape)?;
+                cells.state(tape)?;
+                tape.all(modules)?;
+                cycle.state(tape)?;
+                instructions.state(tape)?;
+                overruns.state(tape)?;
+                left.state(tape)?;
+                tape.demand(*cycle <= now && *instructions <= counted && *overruns <= self.overruns)?;
+                Known::Was(Arc::new(held), left)
+            }
+            (2, known) => {
+                let mut round = match known {
+                    Known::Repeats(round) => round,
+                    _ => Round { cycles: 0, instructions: 0, overruns: 0 },
+                };
+                round.cycles.state(tape)?;
+                round.instructions.state(tape)?;
+                round.overruns.state(tape)?;
+                tape.demand((1..=now).contains(&round.cycles) && round.instructions <= counted)?;
+                Known::Repeats(round)
+            }
+            _ => return Err(Damaged),
+        };
+        Ok(())
+    }
 }
 
 impl Looks {

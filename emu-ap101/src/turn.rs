@@ -53,6 +53,11 @@ impl<P: Probe> Turn<'_, P> {
         let turn = &mut self;
         while turn.hot.time.goes_on() {
             let op = &ops[turn.hot.na as usize % OPS];
+            if P::INSN && op.kind != Kind::Slow && turn.probe.insn(turn.hot.time.now(), turn.hot.na) {
+                turn.hot.stop = true;
+                turn.hot.time.force();
+                break;
+            }
             ap101_table!(dispatch { (turn, op, op.kind, break) });
         }
         self.hot

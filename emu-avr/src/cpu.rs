@@ -8,6 +8,7 @@ use emu_core::engine::{self, Looks};
 use emu_core::image::Image;
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
+use emu_core::state::Damaged;
 
 use crate::chips::{self, Part};
 use crate::flags::Flags;
@@ -183,6 +184,16 @@ impl Cpu for Avr {
         })
     }
 
+    fn regs(&self, into: &mut Vec<u32>) {
+        into.clear();
+        into.extend(self.data.bytes.iter().take(32).map(|byte| u32::from(*byte)));
+        into.extend([u32::from(self.hot.flags.pack()), u32::from(self.hot.sp), self.pc()]);
+    }
+
+    fn depth(&self) -> u32 {
+        u16::MAX.wrapping_sub(self.hot.sp).into()
+    }
+
     fn set_reg(&mut self, name: &str, value: u32) -> bool {
         match register(name) {
             Some(Register::General(n)) => self.data.bytes[n] = value as u8,
@@ -266,6 +277,15 @@ impl Cpu for Avr {
         self.soc.put(at.cycle, now, Put::Supply(millivolts));
         self.hot.time.force();
         true
+    }
+
+    fn save(&self) -> Vec<u8> {
+        self.to_bytes()
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), Damaged> {
+        *self = self.of_bytes(bytes)?;
+        Ok(())
     }
 
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {

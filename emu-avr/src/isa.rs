@@ -3,7 +3,7 @@
 //! Order of rows: the instruction set manual's groups (arithmetic and logic, branches, bits, data transfer, control).
 
 use emu_core::chip::Isa;
-use emu_core::table::{Alias, EncodeError, Line, Op, Row, Site, disassemble as disassemble_line, find};
+use emu_core::table::{Alias, EncodeError, Flow, Line, Op, Row, Site, disassemble as disassemble_line, find};
 
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 
@@ -308,6 +308,16 @@ pub const fn isa<const FLASH: u32>() -> Isa {
         aliases: ALIASES,
         site: |pc, len| Site { pc, len, next_len: 1, pc_mask: FLASH / 2 - 1 },
         lacks: |row| matches!(KINDS.get(row), Some(&kind) if lacks(FLASH, kind)),
+        flow,
+    }
+}
+
+/// What the instruction of a row may do to the order in which a program runs. Only what has a condition takes more cycles or fewer.
+fn flow(row: usize) -> Flow {
+    match (KINDS.get(row), ROWS.get(row)) {
+        (Some(Kind::Reti), _) => Flow::EndsInterrupt,
+        (_, Some(row)) if row.varies() => Flow::Either,
+        _ => Flow::Straight,
     }
 }
 

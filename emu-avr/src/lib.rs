@@ -18,6 +18,7 @@ pub mod periph;
 mod predecode;
 mod record;
 pub mod soc;
+mod state;
 mod turn;
 
 pub use cpu::{Avr, Options};

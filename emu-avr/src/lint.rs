@@ -64,6 +64,11 @@ impl Lints {
         Lints { ground: Arc::new(ground), live: None }
     }
 
+    /// The machine is another one: it is looked at anew.
+    pub fn forget(&mut self) {
+        self.live = None;
+    }
+
     /// The chip is reset: what registers of the core and of the chip hold is known.
     pub fn reset(&mut self) {
         if let Some(live) = &mut self.live {

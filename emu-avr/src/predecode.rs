@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use emu_core::engine::Mark;
+use emu_core::state::Changes;
 use emu_core::table::{Op, Row, Site};
 
 use crate::chips::Part;
@@ -27,6 +28,8 @@ pub struct Code {
     loops: BTreeMap<u32, (u32, Vec<u16>)>,
     part: &'static Part,
     traps: BTreeSet<u32>,
+    /// What differs from the bytes that it was built with.
+    pub changes: Changes<u8>,
 }
 
 impl Code {
@@ -37,7 +40,8 @@ impl Code {
         ops[..bytes.len() / 2].fill(Op { kind: Kind::Illegal, arg: [0; 3] });
         let (ops, plain) = ([ops.clone(), ops.clone()], ops);
         let used = bytes.iter().rposition(|&b| b != 0xFF).map_or(0, |at| at as u32 / 2 + 1);
-        let mut code = Code { bytes, ops, plain, loops: BTreeMap::new(), part, traps: BTreeSet::new() };
+        let mut code =
+            Code { bytes, ops, plain, loops: BTreeMap::new(), part, traps: BTreeSet::new(), changes: Changes::NONE };
         code.predecode(0, used);
         code
     }
@@ -56,7 +60,8 @@ impl Code {
 
     /// Writes a byte of program memory.
     pub fn poke(&mut self, addr: usize, value: u8) {
-        self.bytes[addr] = value;
+        let old = std::mem::replace(&mut self.bytes[addr], value);
+        self.changes.note(addr, old, value);
         // The byte may belong to an instruction that begins a word before, or be skipped over by one before that; the
         // branch that closes a loop around it may stand some words ahead.
         let pc = (addr / 2) as u32 + WORDS as u32;

@@ -3,8 +3,7 @@
 //! Nothing ticks. `due` is the next cycle at which anything can be noticed outside of a unit: a pin that moves, a byte that ends,
 //! an enabled interrupt, a reset. Everything else is worked out when it is read.
 
-use std::collections::VecDeque;
-use std::sync::Arc;
+use std::{collections::VecDeque, sync::Arc};
 
 use emu_core::cpu::{Bus, NEVER, Reset, Wake};
 use emu_core::outside::{Drives, Log};
@@ -82,6 +81,7 @@ mod pins;
 mod power;
 mod regs;
 mod sleep;
+mod state;
 
 pub use memory::LOW;
 pub use pins::Put;

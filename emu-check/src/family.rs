@@ -108,6 +108,12 @@ pub(crate) fn nature(chip: &Chip, pin: PinId) -> Option<Nature> {
     Some(Nature { pull_up, high })
 }
 
+/// A board has to pull an output at this pin up: the chip only lets it go.
+#[must_use]
+pub fn needs_pull_up(chip: &Chip, pin: PinId) -> bool {
+    nature(chip, pin).is_some_and(|nature| nature.high == High::Open)
+}
+
 /// Pins that carry something else than a port, by what the chip's data say of them.
 const RESERVED: [&str; 9] = ["XTAL1", "XTAL2", "RESET", "reset", "MCLR", "OSC1", "OSC2", "absent", "PEN"];
 

@@ -27,6 +27,8 @@ mod locate;
 mod lockstep;
 mod peripherals;
 mod places;
+mod play;
+mod play_chip;
 mod pulse;
 mod reach;
 mod report;
@@ -46,7 +48,8 @@ mod wiring;
 mod wishes;
 
 use diag::{Diagnostic, Pos, Severity};
-use emu_core::image;
+use emu_core::chip::Chip;
+use emu_core::image::{self, Image};
 use ladder::Program;
 use ladder_compile::Compiled;
 use ladder_eval::Evaluator;
@@ -59,13 +62,17 @@ use places::Places;
 
 pub use codes::CODES;
 pub use coverage::{Class, ClassCoverage, Coverage, Missing};
+pub use family::needs_pull_up;
 pub use foreign::{
     FOREIGN_CODES, Finding, Foreign, ForeignDifference, ForeignReport, MOST, Period, check_foreign, read_map,
 };
 pub use html::{Entry, html};
 pub use junit::junit;
+pub use play::{LadderSite, Outside, Rehearsal};
+pub use play_chip::{Performance, Performances, Row, differing, document, perform, rehearse, word};
 pub use report::{Difference, Figures, Report, RungFigures, SCHEMA, What};
 pub use table::{Outcome, Refused, Summary, table};
+pub use wire::{Slot, edges};
 
 /// How a program is checked.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -133,13 +140,32 @@ pub fn check_compiled(
     options: &Options,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Report, Vec<Diagnostic>> {
+    if options.scans == 0 {
+        let cause = "0 scans were asked for, which compares nothing".to_owned();
+        let hint = "give --scans 1 or more";
+        return Err(vec![Diagnostic::new(Severity::Error, codes::NOTHING, &program.file, Pos::default(), cause, hint)]);
+    }
+    let Prepared { chip, image, places, hints, eval } = prepared(program, compiled, options)?;
+    let disagreements = contract::disagreements(program, options, &places.pace, (&compiled.map, chip));
+    let hz = places.pace.clock_hz;
+    let job = Check { program, compiled, options, places, hints, eval, disagreements, progress };
+    Ok(on_machines(chip, &image, hz, job))
+}
+
+/// An image and its program, ready for the bench.
+pub(crate) struct Prepared {
+    pub chip: &'static Chip,
+    pub image: Image,
+    pub places: Places,
+    pub hints: Hints,
+    pub eval: Evaluator,
+}
+
+/// Looks up all that a bench needs.
+pub(crate) fn prepared(program: &Program, compiled: &Compiled, options: &Options) -> Result<Prepared, Vec<Diagnostic>> {
     let error = |code, cause: String, hint: &str| {
         vec![Diagnostic::new(Severity::Error, code, &program.file, Pos::default(), cause, hint)]
     };
-    if options.scans == 0 {
-        let cause = "0 scans were asked for, which compares nothing".to_owned();
-        return Err(error(codes::NOTHING, cause, "give --scans 1 or more"));
-    }
     let eval = Evaluator::new(program).map_err(|refusal| vec![run::no_meaning(program, &refusal)])?;
     let map = &compiled.map;
     let Some(chip) = ladder_compile::chip(&options.mcu) else {
@@ -159,9 +185,7 @@ pub fn check_compiled(
     })?;
     let places = Places::new(program, map, chip, &eval, pace)?;
     let hints = Hints::new(program, &eval);
-    let disagreements = contract::disagreements(program, options, &pace, (map, chip));
-    let job = Check { program, compiled, options, places, hints, eval, disagreements, progress };
-    Ok(on_machines(chip, &loaded.image, pace.clock_hz, job))
+    Ok(Prepared { chip, image: loaded.image, places, hints, eval })
 }
 
 /// A check that is ready to run.

@@ -19,6 +19,8 @@ struct Awaited {
     byte: u8,
     from: u64,
     to: u64,
+    /// That scan, from 1.
+    scan: u64,
 }
 
 /// What is on its way. All times are clocks since power-up.
@@ -31,6 +33,10 @@ pub(crate) struct Lines {
     over: u64,
     /// Clocks of the longest scan, with the wait for its match.
     busy: u64,
+    /// Scans by which bytes arrive later than they could.
+    pub delay: u64,
+    /// Bytes that the chip has sent, each with the scan that did.
+    pub heard: VecDeque<(u64, u8)>,
 }
 
 impl Lines {
@@ -40,6 +46,11 @@ impl Lines {
         Lines { busy, ..Lines::default() }
     }
 
+    /// A byte can begin on its way to the receiver.
+    pub fn free(&self, eval: &Evaluator) -> bool {
+        self.incoming.is_none() && !eval.waiting()
+    }
+
     /// At the end of a scan: puts voltages for the next on analog inputs, and begins a byte to the receiver where none is under way
     /// and none waits.
     pub fn prepare<C: Target>(&mut self, rig: &mut Rig<'_, C>, eval: &Evaluator, step: &Step) {
@@ -47,12 +58,12 @@ impl Lines {
         for (&(_, pin), &value) in peripherals.analog.iter().zip(&step.analog) {
             peripherals.put(&mut rig.cpu, pin, value);
         }
-        let Some(byte) = step.byte.filter(|_| self.incoming.is_none() && !eval.waiting()) else { return };
+        let Some(byte) = step.byte.filter(|_| self.free(eval)) else { return };
         if peripherals.receive.is_none() {
             return;
         }
         let now = peripherals.clock(Time::at(rig.cpu.cycle() + 1));
-        let next = rig.started() + 1;
+        let next = rig.started() + 1 + self.delay;
         let starts = |scan: u64| rig.starts(scan).saturating_mul(peripherals.clocks);
         if let Some(Arrival { start, scan }) = arrival(peripherals.bit, now, next, self.busy, starts) {
             peripherals.send(&mut rig.cpu, start, byte);
@@ -73,7 +84,7 @@ impl Lines {
     pub fn evaluated<C: Target>(&mut self, rig: &mut Rig<'_, C>, eval: &Evaluator) {
         let now = rig.clock();
         if let Some(byte) = eval.sent() {
-            self.awaited.push_back(Awaited { byte, from: now, to: u64::MAX });
+            self.awaited.push_back(Awaited { byte, from: now, to: u64::MAX, scan: rig.started() });
         }
         let busy = self.busy;
         if let Some((_, meter)) = rig.tap.as_mut().and_then(|tap| tap.pwm.as_mut())
@@ -108,6 +119,7 @@ impl Lines {
                 return differs(expected, format!("begun in clock {}", frame.start));
             }
             self.over = frame.start + bit.times(BITS);
+            self.heard.push_back((awaited.scan, frame.byte));
             compared += 1;
         }
         let pin = *pin;

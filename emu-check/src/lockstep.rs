@@ -88,7 +88,7 @@ pub(crate) struct Pair<'a, C> {
     pub eval: Evaluator,
     places: &'a Places,
     hints: &'a Hints,
-    lines: Lines,
+    pub lines: Lines,
     first: bool,
     worst: u64,
     /// Machine cycles from the end of a scan until the chip waits.
@@ -98,9 +98,18 @@ pub(crate) struct Pair<'a, C> {
 impl<'a, C: Target> Pair<'a, C> {
     /// Both sides from power-up.
     pub fn start<F: Fn(u64) -> C>(bench: &Bench<'a, C, F>, ram_seed: u64) -> Result<Self, Mismatch> {
+        Pair::with_cells(bench, ram_seed, bench.places.peripherals.eeprom(ram_seed))
+    }
+
+    /// The same, with what the EEPROM holds.
+    pub fn with_cells<F: Fn(u64) -> C>(
+        bench: &Bench<'a, C, F>,
+        ram_seed: u64,
+        cells: impl IntoIterator<Item = u8>,
+    ) -> Result<Self, Mismatch> {
         let (places, hints) = (bench.places, bench.hints);
         let (mut cpu, mut eval) = ((bench.power_up)(ram_seed), bench.eval.clone());
-        for (addr, byte) in (0..).zip(places.peripherals.eeprom(ram_seed)) {
+        for (addr, byte) in (0..).zip(cells) {
             cpu.poke("eeprom", addr, byte);
             eval.set_eeprom(addr as usize, byte);
         }

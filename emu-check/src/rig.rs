@@ -173,7 +173,7 @@ impl<'a, C: Target> Rig<'a, C> {
 
     /// At a scan's start: the stack pointer of the first scan's start and the present one, where they differ.
     pub fn stack_moved(&mut self) -> Option<(u32, u32)> {
-        let now = self.cpu.depth()?;
+        let now = Target::depth(&self.cpu)?;
         let first = *self.stack.get_or_insert(now);
         (first != now).then_some((first, now))
     }

@@ -153,6 +153,32 @@ pub(crate) fn levels(bit: Bit, byte: u8) -> impl Iterator<Item = (u64, bool)> {
     (0..BITS).filter(move |&n| n == 0 || level(n) != level(n - 1)).map(move |n| (bit.times(n), level(n)))
 }
 
+/// When a byte may arrive at a program. All times are clocks since power-up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Slot {
+    /// Oscillator, in Hz.
+    pub hz: u64,
+    /// Bits per second, above 0.
+    pub baud: u64,
+    /// Not before this clock.
+    pub now: u64,
+    /// Start of a scan, and how long after it that scan is over.
+    pub scan: (u64, u64),
+    /// From the start of one scan to that of the next.
+    pub period: u64,
+    /// It has arrived before the scan that comes so many after that one.
+    pub after: u64,
+}
+
+/// The edges of a byte that arrives while the chip waits for the next scan; nothing where no scan leaves room for that.
+#[must_use]
+pub fn edges(byte: u8, slot: Slot) -> Vec<(u64, bool)> {
+    let bit = Bit { hz: slot.hz, baud: slot.baud.max(1) };
+    let starts = |scan: u64| slot.scan.0.saturating_add(scan.saturating_mul(slot.period.max(1)));
+    let arrival = arrival(bit, slot.now, slot.after.max(1), slot.scan.1, starts);
+    arrival.map_or(Vec::new(), |at| levels(bit, byte).map(|(after, high)| (at.start + after, high)).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

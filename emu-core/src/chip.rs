@@ -2,7 +2,7 @@
 
 use crate::image::Space;
 use crate::pins::PinId;
-use crate::table::{Alias, Line, Row, Site};
+use crate::table::{Alias, Flow, Line, Row, Site};
 
 /// The families of chips, each a crate with one instruction table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -34,6 +34,8 @@ pub struct Isa {
     pub site: fn(pc: u32, len: u32) -> Site,
     /// The chip does not have the instruction of this row, by its position in the table.
     pub lacks: fn(row: usize) -> bool,
+    /// What the instruction of this row, by its position in the table, may do to the order in which a program runs.
+    pub flow: fn(row: usize) -> Flow,
 }
 
 /// A chip.

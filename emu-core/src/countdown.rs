@@ -1,5 +1,11 @@
 //! The clock of a hot loop: machine cycles, the deadline and the count of instructions in three words.
 
+use crate::cpu::END_OF_TIME;
+use crate::state::{Damaged, State, Tape};
+
+/// The last cycle that a state may have: a run to the end of time may end somewhat behind it.
+const LATEST: u64 = END_OF_TIME + (1 << 32);
+
 /// Bits of the budget that count instructions. A deadline is never further away than a count fits.
 const COUNT_BITS: u32 = 24;
 
@@ -13,6 +19,18 @@ pub struct Countdown {
     budget: i64,
     /// Instructions executed before the deadline was set.
     counted: u64,
+}
+
+/// Where the deadline lies, and how far it is, says nothing of the machine.
+impl State for Countdown {
+    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+        let (mut cycle, mut instructions) = (self.now(), self.instructions());
+        cycle.state(tape)?;
+        instructions.state(tape)?;
+        tape.set_now(cycle);
+        *self = Countdown { end: cycle, budget: 0, counted: instructions };
+        tape.demand(cycle <= LATEST && instructions <= END_OF_TIME)
+    }
 }
 
 impl Countdown {

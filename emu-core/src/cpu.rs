@@ -3,11 +3,13 @@
 use crate::chip::Chip;
 use crate::lint::Lint;
 use crate::pins::{Event, Level, PinId, Time};
+use crate::state::Damaged;
 
 /// Why a chip is reset.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Reset {
     /// Supply voltage came up.
+    #[default]
     PowerOn,
     /// The reset pin.
     External,
@@ -97,7 +99,7 @@ pub enum RamInit {
     Zero,
 }
 
-/// A chip as a value: `Clone` is the snapshot. Same inputs, same bytes, for ever.
+/// A chip as a value: `Clone` is the snapshot within a process, [`Cpu::save`] that for a file. Same inputs, same bytes, for ever.
 pub trait Cpu: Clone {
     /// The chip's row of data.
     fn chip(&self) -> &'static Chip;
@@ -115,6 +117,12 @@ pub trait Cpu: Clone {
     fn set_pc(&mut self, pc: u32);
     /// Value of the register `name` (as listed in [`Chip::cpu_regs`]); `None` where there is none.
     fn reg(&self, name: &str) -> Option<u32>;
+    /// Puts the values of all registers into `into`, in the order of [`Chip::cpu_regs`]: what reads them at every instruction asks for
+    /// none by name.
+    fn regs(&self, into: &mut Vec<u32>) {
+        into.clear();
+        into.extend(self.chip().cpu_regs.iter().map(|name| self.reg(name).unwrap_or(0)));
+    }
     /// Sets a register; false where there is none of that name.
     fn set_reg(&mut self, name: &str, value: u32) -> bool;
     /// Reads one byte of a memory space without any side effect; `None` outside of it.
@@ -155,6 +163,23 @@ pub trait Cpu: Clone {
         let chip = self.chip();
         let first = u32::from(chip.ram_start);
         (first..first + u32::from(chip.ram_len)).contains(&addr).then_some(addr)
+    }
+    /// All that a program or the world outside could ever see of the machine, as bytes for [`Cpu::restore`]: equal machines give equal
+    /// ones. Program memory is among it where the program has changed it; traps, logs and what the machine was built of are not.
+    fn save(&self) -> Vec<u8>;
+    /// Makes this the machine that was saved. It is to be one of the same chip, image and options; its traps stay.
+    ///
+    /// # Errors
+    /// The bytes are no state of such a machine, which is as it was then.
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), Damaged>;
+    /// Return addresses, as program words, of a stack that lies in no memory space, the one pushed last first; its places that hold
+    /// none are among them. Empty where there is no such stack.
+    fn return_stack(&self) -> Vec<u32> {
+        Vec::new()
+    }
+    /// How deep the stack is now: a call makes it greater, a return smaller, by whatever it takes. 0 where there is no stack.
+    fn depth(&self) -> u32 {
+        0
     }
     /// Runs until machine cycle `until` (at most [`END_OF_TIME`]) is reached or something stops it; always to an instruction
     /// boundary.
@@ -223,6 +248,9 @@ pub trait Bus: Clone {
 pub trait Probe {
     /// [`Probe::insn`] is called.
     const INSN: bool = false;
+    /// [`Probe::insn`] is called at every turn of a loop that only waits. Where it need not be, turns that are like the one before are
+    /// jumped over, and a turn that is not is seen.
+    const EVERY: bool = Self::INSN;
     /// [`Probe::data`] is called.
     const DATA: bool = false;
     /// [`Probe::event`] is called, and the chip logs edges and bytes.
@@ -270,6 +298,7 @@ impl Probe for () {}
 /// Two probes at once; nest for more.
 impl<A: Probe, B: Probe> Probe for (A, B) {
     const INSN: bool = A::INSN || B::INSN;
+    const EVERY: bool = A::EVERY || B::EVERY;
     const DATA: bool = A::DATA || B::DATA;
     const EVENTS: bool = A::EVENTS || B::EVENTS;
     const LINT: bool = A::LINT || B::LINT;
@@ -299,6 +328,7 @@ impl<A: Probe, B: Probe> Probe for (A, B) {
 
 impl<P: Probe> Probe for &mut P {
     const INSN: bool = P::INSN;
+    const EVERY: bool = P::EVERY;
     const DATA: bool = P::DATA;
     const EVENTS: bool = P::EVENTS;
     const LINT: bool = P::LINT;

@@ -206,7 +206,7 @@ fn escape<E: Engine, P: Probe>(cpu: &mut E, deadline: u64, probe: &mut P) -> Opt
             if cpu.halted() {
                 return Some(Stop::Halted);
             }
-            if cpu.looks().skip && !P::INSN {
+            if cpu.looks().skip && !P::EVERY {
                 repeat(cpu, deadline, start, counted);
             }
         }
@@ -219,7 +219,7 @@ fn escape<E: Engine, P: Probe>(cpu: &mut E, deadline: u64, probe: &mut P) -> Opt
 
 /// True when loops that only look may be jumped over: the probe wants to see every turn of none.
 fn jumps_over<E: Engine, P: Probe>(cpu: &mut E) -> bool {
-    cpu.looks().skip && !P::INSN && !P::DATA
+    cpu.looks().skip && !P::EVERY && !P::DATA
 }
 
 /// Adds whole turns like the one that began at the cycle `start`, up to `limit`.
@@ -244,6 +244,10 @@ fn jump_over_turns<E: Engine, P: Probe>(cpu: &mut E, end: u32, deadline: u64, pr
         // A loop within the loop is looked at for itself.
         let inner = pc != end && cpu.mark(pc) != Mark::Plain;
         if cpu.cycle() >= deadline || cpu.has_trap(pc) || inner || !(head..=end).contains(&pc) {
+            return;
+        }
+        if P::INSN && probe.insn(cpu.cycle(), pc) {
+            *cpu.stop() = true;
             return;
         }
         if cpu.single(pc, probe).is_err() {

@@ -15,6 +15,7 @@ pub mod parts;
 pub mod pins;
 pub mod rng;
 pub mod slices;
+pub mod state;
 pub mod table;
 
 pub use chip::{Chip, Family, Isa, PinDef, Reg};

@@ -4,11 +4,21 @@ use std::collections::VecDeque;
 
 use crate::cpu::NEVER;
 use crate::pins::{Event, Level, PinId, Time};
+use crate::state::{Damaged, State, Tape};
 
 /// Drives from outside that are to come (of a pin to a level, if nothing else is said), in order of time; those of one moment in
 /// the order in which they were asked for. Moments are machine cycles, or clocks where a chip counts those.
 #[derive(Debug, Clone)]
 pub struct Drives<T = (PinId, Level)>(VecDeque<(u64, T)>);
+
+/// In the order in which they come.
+impl<T: State + Default> State for Drives<T> {
+    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+        self.0.state(tape)?;
+        let in_order = self.0.iter().zip(self.0.iter().skip(1)).all(|(first, second)| first.0 <= second.0);
+        tape.demand(in_order && self.0.iter().all(|drive| drive.0 != NEVER))
+    }
+}
 
 impl<T: Copy> Drives<T> {
     /// None.

@@ -9,6 +9,8 @@ pub struct Time {
     pub phase: u8,
 }
 
+crate::state! { Time { cycle, phase } }
+
 impl Time {
     /// The first clock of `cycle`.
     #[must_use]
@@ -101,6 +103,8 @@ pub struct Pin {
     before: bool,
     changed: u64,
 }
+
+crate::state! { Pin { own, pull_up, outside, high, before, changed } }
 
 impl Pin {
     /// A pin that nothing drives and that reads high until something has pulled it low.

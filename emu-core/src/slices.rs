@@ -110,6 +110,8 @@ struct Shown {
     looks: Vec<Look>,
     /// Cycle and place of the traps of the plan.
     traps: Vec<(u64, u32)>,
+    /// [`Cpu::save`] at every look.
+    states: Vec<Vec<u8>>,
     memories: Vec<Option<u8>>,
 }
 
@@ -123,7 +125,7 @@ impl<C: Cpu> Subject<C> {
     fn run(&self, plan: &Plan<C>, more: &[u32], skip: bool, mut go: impl FnMut(&mut C, u64) -> Stop) -> Shown {
         let mut cpu = plan.start.clone();
         (self.set_skip)(&mut cpu, skip);
-        let mut shown = Shown { looks: Vec::new(), traps: Vec::new(), memories: Vec::new() };
+        let mut shown = Shown { looks: Vec::new(), traps: Vec::new(), states: Vec::new(), memories: Vec::new() };
         let mut set = BTreeSet::new();
         for &pc in more {
             cpu.trap(pc, true);
@@ -144,6 +146,7 @@ impl<C: Cpu> Subject<C> {
                 stood = if (cpu.cycle(), cpu.instructions()) == before { stood + 1 } else { 0 };
             };
             shown.looks.push(self.look(&cpu, stop));
+            shown.states.push(cpu.save());
             match act {
                 Act::Poke(space, addr, value) => _ = cpu.poke(space, addr, value),
                 Act::Pc(pc) => cpu.set_pc(pc),
@@ -230,6 +233,26 @@ impl<C: Cpu> Subject<C> {
         };
         check("clones", plan, &wanted, &run(&[], true, &mut cloned));
 
+        let mut told = None;
+        let mut saved = |cpu: &mut C, until: u64| {
+            let bytes = cpu.save();
+            (self.spoil)(cpu);
+            cpu.run(cpu.cycle() + 20, &mut ());
+            for machine in [&mut *cpu, &mut plan.start.clone()] {
+                assert_eq!(machine.restore(&bytes), Ok(()), "at {}\n{}", machine.cycle(), plan.what);
+                assert!(machine.save() == bytes, "what was saved at {} is another\n{}", machine.cycle(), plan.what);
+            }
+            let to = (cpu.cycle() + 50 * slice(rng)).min(until);
+            let mut stop = cpu.run(to, &mut ());
+            // That a trap was told of is no part of what is saved.
+            if matches!(stop, Stop::Trap { .. }) && told == Some((cpu.cycle(), cpu.instructions())) {
+                stop = cpu.run(to, &mut ());
+            }
+            told = matches!(stop, Stop::Trap { .. }).then(|| (cpu.cycle(), cpu.instructions()));
+            stop
+        };
+        check("saved", plan, &wanted, &run(&[], true, &mut saved));
+
         let mut picky = Log::<true, true, true> { stops: Some(Rng::new(rng.next_u64())), ..Log::default() };
         check("stops", plan, &wanted, &run(&[], true, &mut |cpu, until| cpu.run(until, &mut picky)));
         assert!(picky.irqs == irqs && picky.events == events.events, "stops: interrupts or events\n{}", plan.what);
@@ -260,6 +283,10 @@ fn check<C>(way: &str, plan: &Plan<C>, wanted: &Shown, found: &Shown) {
             assert_eq!(f, w, "{way}, look {n}: byte {addr:03x} of what is seen\n{}", plan.what);
         }
         assert_eq!(f.3, w.3, "{way}, look {n}: pins\n{}", plan.what);
+    }
+    for (n, (w, f)) in wanted.states.iter().zip(&found.states).enumerate() {
+        let differs = (0..w.len().max(f.len())).find(|&at| w.get(at) != f.get(at));
+        assert_eq!(differs, None, "{way}, look {n}: byte of what is saved\n{}", plan.what);
     }
     assert_eq!(found.traps, wanted.traps, "{way}: traps\n{}", plan.what);
     let differs = (0..wanted.memories.len()).find(|&at| wanted.memories[at] != found.memories[at]);

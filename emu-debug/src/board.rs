@@ -80,12 +80,23 @@ impl Board {
 
     /// Runs the chip as [`Cpu::run`] does, with the devices.
     pub fn run<C: Cpu, P: Probe>(&mut self, cpu: &mut C, until: u64, probe: &mut P) -> Stop {
+        self.run_by(cpu, until, probe, |cpu, until, probe| cpu.run(until, probe))
+    }
+
+    /// The same, where the machine itself is run by `go` in place of [`Cpu::run`]: in as many runs as it likes.
+    pub fn run_by<C: Cpu, P: Probe>(
+        &mut self,
+        cpu: &mut C,
+        until: u64,
+        probe: &mut P,
+        go: impl Fn(&mut C, u64, &mut P) -> Stop,
+    ) -> Stop {
         if self.state.fitted.is_empty() {
-            return cpu.run(until, probe);
+            return go(cpu, until, probe);
         }
         loop {
             let (ahead, edges) = self.look_ahead(cpu, until);
-            let stop = cpu.run(ahead, probe);
+            let stop = go(cpu, ahead, probe);
             // The probe may have stopped it before.
             let now = self.clocks(Time::at(cpu.cycle()));
             for (t, pin, high) in edges.into_iter().take_while(|edge| edge.0 <= now) {

@@ -95,7 +95,13 @@ impl Close {
 
 impl Watch {
     /// Memory, address and value of an access as they are told, if it touches the range.
-    fn hit(&self, chip: &Chip, space: &'static str, addr: u16, value: u8) -> Option<(&'static str, u16, u8)> {
+    pub(crate) fn hit(
+        &self,
+        chip: &Chip,
+        space: &'static str,
+        addr: u16,
+        value: u8,
+    ) -> Option<(&'static str, u16, u8)> {
         let at = u32::from(addr);
         let within =
             |space: &str, at: u32| self.range.space == space && (self.range.start..self.range.end).contains(&at);

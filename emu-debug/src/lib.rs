@@ -9,8 +9,15 @@
 //!   cod/         programs that check themselves, as gpsim does
 //!   sender.rs    bytes to the edges of a serial line
 //!   devices/     devices at the pins             board.rs  the chip run with them
+//!   snapshot.rs  the state of a machine as a file
 //!   source.rs    addresses as symbols and source lines, and back
 //!   lints.rs     what programs do that is seldom meant, collected
+//!   coverage/    what of a program was executed      profile.rs  where the cycles went
+//!   lockstep/    beside a simulator of somebody else
+//!   host.rs     who has a run in hand: a scenario, or the patience of the user
+//!   scene.rs    names and times of scenarios on a chip with its image
+//!   trace/       what every instruction does, as lines and as signals
+//!   debug/       the debugger without a face: breakpoints, steps, time travel
 //!   bits.rs      bits with addresses of their own, and the bytes that they are parts of
 //! ```
 //!
@@ -22,24 +29,35 @@ pub mod bits;
 pub mod board;
 pub mod close;
 pub mod cod;
+pub mod coverage;
+pub mod debug;
 pub mod devices;
+pub mod host;
 pub mod lints;
+pub mod lockstep;
 pub mod place;
+pub mod profile;
 pub mod run;
+pub mod scene;
 pub mod sender;
+pub mod snapshot;
 pub mod source;
 pub mod stimulus;
 pub mod text;
 pub mod time;
 pub mod tools;
+pub mod trace;
 pub mod uart;
 pub mod until;
 pub mod wave;
 
 pub use board::{Board, Fitted};
 pub use close::Close;
+pub use coverage::Coverage;
+pub use host::{Going, Host, Patience, Watched};
 pub use lints::{Found, Lints};
 pub use place::{Names, Range};
+pub use profile::Profile;
 pub use run::{Ended, Plan, Reason, run};
 pub use sender::Sender;
 pub use source::Source;

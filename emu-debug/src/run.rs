@@ -6,16 +6,15 @@ use emu_core::pins::{Level, PinId};
 
 use crate::board::Board;
 use crate::close::{Access, Close, RamTrap, Watch};
+use crate::host::{Going, Host, Patience, SLICE, Watched};
 use crate::lints::{Found, Lints};
 use crate::place::Range;
 use crate::time::Clock;
 use crate::tools::Tools;
+use crate::trace::{self, Look};
 use crate::uart::Uart;
 use crate::until::Until;
 use crate::wave::Wave;
-
-/// Machine cycles after which the host is asked whether to go on.
-const SLICE: u64 = 1 << 22;
 
 /// What ends a run.
 #[derive(Debug, Clone, Default)]
@@ -32,6 +31,8 @@ pub struct Plan {
     pub trap_ram: bool,
     /// Bytes of data memory that the image filled, which count as written.
     pub filled: Vec<Range>,
+    /// The machine goes on in another run: what it has not sent to the end is left to that.
+    pub goes_on: bool,
     /// What the program does that is seldom meant is collected.
     pub lint: bool,
 }
@@ -65,6 +66,10 @@ pub enum Reason {
     },
     /// The host did not want to go on.
     Host,
+    /// The host was told to end it.
+    Interrupted,
+    /// What the host had the machine for is over.
+    Over,
 }
 
 /// How a run ended.
@@ -92,7 +97,7 @@ pub fn run<C: Cpu>(
     go_on: &mut dyn FnMut(&[u8]) -> bool,
 ) -> std::io::Result<Ended> {
     let clock = Clock { hz: 1, clocks_per_cycle: cpu.clocks_per_cycle() };
-    run_on(&mut Board::new(Vec::new(), clock), cpu, plan, wave, go_on)
+    run_on(&mut Board::new(Vec::new(), clock), cpu, plan, wave, &mut Patience(go_on))
 }
 
 /// [`run`] with the devices of a board.
@@ -104,27 +109,76 @@ pub fn run_on<C: Cpu>(
     cpu: &mut C,
     plan: &Plan,
     wave: Option<Wave>,
-    go_on: &mut dyn FnMut(&[u8]) -> bool,
+    host: &mut dyn Host<C>,
 ) -> std::io::Result<Ended> {
-    let (watches, fetches) = (plan.watches(), plan.fetches());
-    if watches.is_empty() && fetches.is_empty() && !plan.trap_ram && !plan.lint {
-        return run_with((cpu, board), plan, wave, (), |()| None, go_on).map(|(ended, ())| ended);
+    run_along((cpu, board), plan, wave, (), host).map(|(ended, ())| ended)
+}
+
+/// A probe that a run takes along.
+pub trait Along: Probe {
+    /// The run stands at a trap that the plan does not wait for, before the instruction at the program word `pc`, and goes on.
+    fn passes<C: Cpu>(&mut self, cpu: &C, pc: u32) {
+        let _ = (cpu, pc);
     }
-    let ram = RamTrap { at: &|addr| cpu.ram_at(addr), filled: &plan.filled };
-    let close = Close::new(cpu.chip(), watches.iter().map(|(_, w)| *w).collect(), plan.trap_ram.then_some(&ram));
-    let close = close.with_fetches(fetches.iter().map(|(_, pc)| *pc).collect());
-    let saw = |close: &Close| {
-        let fault = close.fault.map(|(pc, fault)| Reason::Fault { pc, fault });
-        let access = || close.seen.and_then(|a| Some(Reason::Until(watches.get(a.watch)?.0, Some(a))));
-        let fetched = || close.fetched.and_then(|i| Some(Reason::Until(fetches.get(i)?.0, None)));
-        fault.or_else(access).or_else(fetched)
-    };
-    if plan.lint {
-        let both = (close, Lints::new(cpu.chip(), &ram));
-        let (ended, (_, lints)) = run_with((cpu, board), plan, wave, both, |(close, _)| saw(close), go_on)?;
-        return Ok(Ended { lints: lints.found(), ..ended });
+}
+
+impl Along for () {}
+impl Along for Look<'_> {}
+
+/// [`run_on`] with a probe along.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_along<C: Cpu, A: Along>(
+    (cpu, board): (&mut C, &mut Board),
+    plan: &Plan,
+    wave: Option<Wave>,
+    along: A,
+    host: &mut dyn Host<C>,
+) -> std::io::Result<(Ended, A)> {
+    if !plan.looks_closer() {
+        let by = |cpu: &mut C, until, tools: &mut Tools<((), A)>| cpu.run(until, tools);
+        let none = |_: &((), A)| None;
+        let (ended, (_, along)) = run_with((cpu, board), plan, wave, ((), along), (none, by), host)?;
+        return Ok((ended, along));
     }
-    run_with((cpu, board), plan, wave, close, saw, go_on).map(|(ended, _)| ended)
+    let (close, lints) = plan.close(cpu);
+    if let Some(lints) = lints {
+        let by = |cpu: &mut C, until, tools: &mut Tools<((Close, Lints), A)>| cpu.run(until, tools);
+        let saw = |((close, _), _): &((Close, Lints), A)| plan.saw(close);
+        let both = ((close, lints), along);
+        let (ended, ((_, lints), along)) = run_with((cpu, board), plan, wave, both, (saw, by), host)?;
+        return Ok((Ended { lints: lints.found(), ..ended }, along));
+    }
+    let by = |cpu: &mut C, until, tools: &mut Tools<(Close, A)>| cpu.run(until, tools);
+    let saw = |(close, _): &(Close, A)| plan.saw(close);
+    let (ended, (_, along)) = run_with((cpu, board), plan, wave, (close, along), (saw, by), host)?;
+    Ok((ended, along))
+}
+
+/// [`run_on`], with each instruction shown to `look`, which is given back.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_looking<'a, C: Cpu>(
+    board: &mut Board,
+    cpu: &mut C,
+    plan: &Plan,
+    (wave, look): (Option<Wave>, Look<'a>),
+    host: &mut dyn Host<C>,
+) -> std::io::Result<(Ended, Look<'a>)> {
+    let (close, lints) = plan.close(cpu);
+    // What cannot be written any more is no reason to run on.
+    let saw = |close: &Close, look: &Look<'_>| plan.saw(close).or(look.has_failed().then_some(Reason::Host));
+    if let Some(lints) = lints {
+        let saw = |((close, _), look): &((Close, Lints), Look<'_>)| saw(close, look);
+        let both = ((close, lints), look);
+        let (ended, ((_, lints), look)) = run_with((cpu, board), plan, wave, both, (saw, trace::go), host)?;
+        return Ok((Ended { lints: lints.found(), ..ended }, look));
+    }
+    let saw = |(close, look): &(Close, Look<'_>)| saw(close, look);
+    let (ended, (_, look)) = run_with((cpu, board), plan, wave, (close, look), (saw, trace::go), host)?;
+    Ok((ended, look))
 }
 
 /// Levels of all pins of a chip, in the order of its pins.
@@ -138,6 +192,29 @@ pub fn shown<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<Option<Level>> {
 }
 
 impl Plan {
+    /// Every instruction and every access has to be looked at.
+    fn looks_closer(&self) -> bool {
+        let close = |until: &Until| matches!(until, Until::Read(_) | Until::Write(_) | Until::Fetch(_));
+        self.trap_ram || self.lint || self.until.iter().any(close)
+    }
+
+    /// What looks at them.
+    fn close<C: Cpu>(&self, cpu: &C) -> (Close, Option<Lints>) {
+        let ram = RamTrap { at: &|addr| cpu.ram_at(addr), filled: &self.filled };
+        let watches = self.watches().into_iter().map(|(_, watch)| watch).collect();
+        let close = Close::new(cpu.chip(), watches, self.trap_ram.then_some(&ram));
+        let close = close.with_fetches(self.fetches().into_iter().map(|(_, pc)| pc).collect());
+        (close, self.lint.then(|| Lints::new(cpu.chip(), &ram)))
+    }
+
+    /// What it has seen that ends the run.
+    fn saw(&self, close: &Close) -> Option<Reason> {
+        let fault = close.fault.map(|(pc, fault)| Reason::Fault { pc, fault });
+        let access = || close.seen.and_then(|a| Some(Reason::Until(self.watches().get(a.watch)?.0, Some(a))));
+        let fetched = || close.fetched.and_then(|i| Some(Reason::Until(self.fetches().get(i)?.0, None)));
+        fault.or_else(access).or_else(fetched)
+    }
+
     fn watches(&self) -> Vec<(usize, Watch)> {
         let watch = |(i, until): (usize, &Until)| match until {
             Until::Read(range) => Some((i, Watch { range: *range, write: false })),
@@ -168,14 +245,14 @@ impl Plan {
     }
 }
 
-fn run_with<C: Cpu, P: Probe>(
+fn run_with<C: Cpu, P: Probe, A: Along>(
     (cpu, board): (&mut C, &mut Board),
     plan: &Plan,
     wave: Option<Wave>,
-    close: P,
-    saw: impl Fn(&P) -> Option<Reason>,
-    go_on: &mut dyn FnMut(&[u8]) -> bool,
-) -> std::io::Result<(Ended, P)> {
+    close: (P, A),
+    (saw, by): (impl Fn(&(P, A)) -> Option<Reason>, impl Fn(&mut C, u64, &mut Tools<(P, A)>) -> Stop),
+    host: &mut dyn Host<C>,
+) -> std::io::Result<(Ended, (P, A))> {
     let (texts, meanings) = plan.texts();
     let (mut pins, mut pin_conditions) = (Vec::new(), Vec::new());
     for (i, until) in plan.until.iter().enumerate() {
@@ -190,8 +267,17 @@ fn run_with<C: Cpu, P: Probe>(
         }
     }
     let here = pins.iter().position(|&(pin, level)| cpu.level(pin) == level);
-    let mut tools = Tools { uart: Uart::new(texts), text: None, pins, pin: here, contention: Vec::new(), wave, close };
-    let seen = |tools: &Tools<P>| {
+    let mut tools = Tools {
+        uart: Uart::new(texts),
+        text: None,
+        pins,
+        pin: here,
+        contention: Vec::new(),
+        wave,
+        close,
+        watched: Watched::default(),
+    };
+    let seen = |tools: &Tools<(P, A)>| {
         let text = tools.text.and_then(|i| meanings.get(i).copied());
         let pin = || tools.pin.and_then(|i| pin_conditions.get(i)).map(|&i| Reason::Until(i, None));
         saw(&tools.close).or(text).or_else(pin)
@@ -200,16 +286,20 @@ fn run_with<C: Cpu, P: Probe>(
         if let Some(reason) = seen(&tools) {
             break reason;
         }
-        if !go_on(&tools.uart.sent) {
-            break Reason::Host;
-        }
-        let stop = board.run(cpu, plan.limit.min(cpu.cycle().saturating_add(SLICE)), &mut tools);
+        tools.watched.moved = false;
+        let until = match host.going(cpu, &tools.uart.sent, &mut tools.watched) {
+            Going::Until(cycle) => plan.limit.min(cycle).min(cpu.cycle().saturating_add(SLICE)),
+            Going::Stop => break Reason::Host,
+            Going::Over => break Reason::Over,
+        };
+        let stop = board.run_by(cpu, until, &mut tools, &by);
         if let Some(reason) = seen(&tools) {
             break reason;
         }
         match stop {
             Stop::Limit if cpu.cycle() >= plan.limit => break Reason::Limit,
             Stop::Limit | Stop::Probe => {}
+            Stop::Halted if host.halted(cpu) => {}
             Stop::Halted => break Reason::Halted,
             Stop::Illegal { pc, word } => break Reason::Illegal { pc, word },
             Stop::Fault { pc, fault } => break Reason::Fault { pc, fault },
@@ -222,17 +312,18 @@ fn run_with<C: Cpu, P: Probe>(
                 if let Some(i) = plan.until.iter().position(here) {
                     break Reason::Until(i, None);
                 }
+                tools.close.1.passes(cpu, pc);
             }
         }
     };
     // The program was told that this byte is sent, and it will be.
-    let last = cpu.stopping().and_then(|byte| tools.uart.byte(byte));
+    let last = cpu.stopping().filter(|_| !plan.goes_on).and_then(|byte| tools.uart.byte(byte));
     let reason = match last.and_then(|text| meanings.get(text)) {
         Some(Reason::Failed) if !matches!(reason, Reason::Illegal { .. } | Reason::Fault { .. }) => Reason::Failed,
         Some(&text) if matches!(reason, Reason::Limit | Reason::Halted | Reason::Until(..)) => text,
         _ => reason,
     };
-    go_on(&tools.uart.sent);
+    host.over(cpu, &tools.uart.sent);
     if let Some(wave) = tools.wave.take() {
         wave.finish(cpu.cycle())?;
     }

@@ -10,7 +10,7 @@ use crate::time::{Clock, decimal, split};
 const SUPPLIES: [&str; 2] = ["VDD", "VCC"];
 
 /// The supply before anything else is said of it, in millivolts.
-const FIRST_SUPPLY: u32 = 5_000;
+pub const FIRST_SUPPLY: u32 = 5_000;
 
 /// Counts of the converter that [`Put::Counts`] speaks of.
 const COUNTS: u16 = 1024;
@@ -41,6 +41,17 @@ pub struct Drive {
     pub at: Time,
     /// What; it stays until something else is done.
     pub put: Put,
+}
+
+impl Drive {
+    /// The pin; nothing where it is the supply.
+    #[must_use]
+    pub fn pin(&self) -> Option<PinId> {
+        match self.put {
+            Put::Level(pin, _) | Put::Volts(pin, _) | Put::Counts(pin, _) => Some(pin),
+            Put::Supply(_) => None,
+        }
+    }
 }
 
 /// What a pin can be at: `PB0=1`, `PB0=0` or `PB0=z` (nothing drives it), case aside.
@@ -118,31 +129,39 @@ pub fn queue<C: Cpu>(cpu: &mut C, drives: &[Drive]) -> Result<(), String> {
     sorted.sort_by_key(|d| (d.at, !matches!(d.put, Put::Supply(_))));
     let mut refused = Ok(());
     let mut supply = FIRST_SUPPLY;
-    for Drive { at, put } in sorted {
-        let done = match put {
-            Put::Level(pin, level) => {
-                cpu.drive(at, pin, level);
-                true
-            }
-            Put::Volts(pin, millivolts) => cpu.drive_volts(at, pin, millivolts),
-            // The middle of the step.
-            Put::Counts(pin, count) => {
-                let millivolts = ((2 * u32::from(count) + 1) * supply + u32::from(COUNTS)) / (2 * u32::from(COUNTS));
-                cpu.drive_volts(at, pin, millivolts)
-            }
-            Put::Supply(millivolts) => {
-                supply = millivolts;
-                cpu.supply(at, millivolts)
-            }
-        };
-        if !done {
-            let (name, pin) = (cpu.chip().name, example_pin(cpu.chip(), 0));
-            let what = if matches!(put, Put::Supply(_)) { "the supply" } else { "voltages on pins" };
-            refused =
-                Err(format!("{what} cannot be set on {name}, which knows levels only: {pin}=0, {pin}=1 or {pin}=z"));
-        }
+    for drive in sorted {
+        refused = apply(cpu, drive, &mut supply).and(refused);
     }
     refused
+}
+
+/// Queues one drive. `supply` is what the supply has been set to by those before it, in millivolts: 5,000 at first.
+///
+/// # Errors
+/// As [`queue`].
+pub fn apply<C: Cpu>(cpu: &mut C, Drive { at, put }: Drive, supply: &mut u32) -> Result<(), String> {
+    let done = match put {
+        Put::Level(pin, level) => {
+            cpu.drive(at, pin, level);
+            true
+        }
+        Put::Volts(pin, millivolts) => cpu.drive_volts(at, pin, millivolts),
+        // The middle of the step.
+        Put::Counts(pin, count) => {
+            let millivolts = ((2 * u32::from(count) + 1) * *supply + u32::from(COUNTS)) / (2 * u32::from(COUNTS));
+            cpu.drive_volts(at, pin, millivolts)
+        }
+        Put::Supply(millivolts) => {
+            *supply = millivolts;
+            cpu.supply(at, millivolts)
+        }
+    };
+    if done {
+        return Ok(());
+    }
+    let (name, pin) = (cpu.chip().name, example_pin(cpu.chip(), 0));
+    let what = if matches!(put, Put::Supply(_)) { "the supply" } else { "voltages on pins" };
+    Err(format!("{what} cannot be set on {name}, which knows levels only: {pin}=0, {pin}=1 or {pin}=z"))
 }
 
 /// The name of the pin at position `n` of those that the package has, for messages.

@@ -4,6 +4,7 @@ use emu_core::cpu::{Probe, Subcycle};
 use emu_core::lint::Lint;
 use emu_core::pins::{Event, Level, PinId, Time};
 
+use crate::host::Watched;
 use crate::uart::Uart;
 use crate::wave::Wave;
 
@@ -19,6 +20,8 @@ pub struct Tools<C> {
     pub pin: Option<usize>,
     /// Pins that chip and outside drove against each other, each with the first cycle of that.
     pub contention: Vec<(PinId, u64)>,
+    /// What the host of the run waits for.
+    pub watched: Watched,
     /// Waveform.
     pub wave: Option<Wave>,
     /// What looks at instructions and accesses.
@@ -27,6 +30,7 @@ pub struct Tools<C> {
 
 impl<C: Probe> Probe for Tools<C> {
     const INSN: bool = C::INSN;
+    const EVERY: bool = C::EVERY;
     const DATA: bool = C::DATA;
     const EVENTS: bool = true;
     const LINT: bool = C::LINT;
@@ -57,6 +61,11 @@ impl<C: Probe> Probe for Tools<C> {
             wave.event(event);
         }
         match event {
+            Event::Edge { pin, .. } if self.watched.pins.contains(&pin) => self.watched.moved = true,
+            Event::Sent { uart: 0, .. } if self.watched.bytes => self.watched.moved = true,
+            _ => {}
+        }
+        match event {
             Event::Edge { pin, level, .. } if self.pin.is_none() => {
                 self.pin = self.pins.iter().position(|wanted| *wanted == (pin, level));
             }
@@ -69,6 +78,6 @@ impl<C: Probe> Probe for Tools<C> {
             }
             _ => {}
         }
-        self.pin.is_some() || self.text.is_some()
+        self.pin.is_some() || self.text.is_some() || self.watched.moved
     }
 }

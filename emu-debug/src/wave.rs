@@ -8,12 +8,66 @@ use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, VarType, Writer};
 
 use crate::time::Clock;
 
+/// A signal beside the pins: its name, its bits, 1 to 64, and its value at the start, if it has one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// Name, without white space.
+    pub name: String,
+    /// Bits, 1 to 64.
+    pub bits: u32,
+    /// Value at the start.
+    pub value: Option<u64>,
+}
+
+/// What is written beside the pins.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Extras<'a> {
+    /// The moment of the chip's time at which the waveform begins.
+    pub start: Time,
+    /// The chip has a serial port.
+    pub uart: bool,
+    /// Signals.
+    pub columns: &'a [Column],
+    /// There are no vectors: each bit of several is a wire of its own. Some readers know no others, and end at the first vector.
+    pub split: bool,
+}
+
+/// A signal in the file.
+enum Wires {
+    Bit(IdCode),
+    Vector(IdCode, u32),
+    /// Bits, the lowest first.
+    Bits(Vec<IdCode>),
+}
+
+impl Wires {
+    /// Declares a signal.
+    fn new(out: &mut Writer<Box<dyn Write>>, name: &str, bits: u32, split: bool) -> io::Result<Wires> {
+        Ok(match bits {
+            1 => Wires::Bit(out.add_wire(1, name)?),
+            _ if !split => Wires::Vector(out.add_var(VarType::Reg, bits, name, None)?, bits),
+            _ => Wires::Bits((0..bits).map(|bit| out.add_wire(1, &format!("{name}_{bit}"))).collect::<Result<_, _>>()?),
+        })
+    }
+
+    /// Writes its value.
+    fn change(&self, out: &mut Writer<Box<dyn Write>>, value: Option<u64>) -> io::Result<()> {
+        let bit = |bit: u32| value.map_or(Value::X, |value| Value::from(value >> bit & 1 == 1));
+        match self {
+            Wires::Bit(wire) => out.change_scalar(*wire, bit(0)),
+            Wires::Vector(wire, bits) => out.change_vector(*wire, (0..*bits).rev().map(bit)),
+            Wires::Bits(wires) => (0..).zip(wires).try_for_each(|(at, wire)| out.change_scalar(*wire, bit(at))),
+        }
+    }
+}
+
 /// Writes a VCD file while a chip runs.
 pub struct Wave {
     out: Writer<Box<dyn Write>>,
     pins: Vec<Option<IdCode>>,
     /// The byte last sent, and the event that one was; on chips with a serial port.
-    uart: Option<(IdCode, IdCode)>,
+    uart: Option<(Wires, IdCode)>,
+    signals: Vec<Wires>,
     scale: Scale,
     /// Last time written.
     last: u64,
@@ -34,6 +88,18 @@ impl Wave {
         levels: &[Option<Level>],
         uart: bool,
     ) -> io::Result<Wave> {
+        Wave::with((out, chip, clock), levels, Extras { uart, ..Extras::default() })
+    }
+
+    /// [`Wave::new`] with more beside the pins.
+    ///
+    /// # Errors
+    /// What the output says.
+    pub fn with(
+        (out, chip, clock): (Box<dyn Write>, &Chip, Clock),
+        levels: &[Option<Level>],
+        Extras { start, uart, columns, split }: Extras<'_>,
+    ) -> io::Result<Wave> {
         let mut out = Writer::new(out);
         let scale = Scale::of(clock);
         out.version(concat!("emu ", env!("CARGO_PKG_VERSION")))?;
@@ -44,23 +110,45 @@ impl Wave {
         let pins = chip.pins.iter().zip(levels).map(wire).collect::<io::Result<Vec<_>>>()?;
         let uart = match uart {
             true => {
-                let byte = out.add_var(VarType::Reg, 8, "uart0_byte", None)?;
+                let byte = Wires::new(&mut out, "uart0_byte", 8, split)?;
                 Some((byte, out.add_var(VarType::Event, 1, "uart0_sent", None)?))
             }
             false => None,
         };
+        let signals = if columns.is_empty() { Vec::new() } else { signals(&mut out, columns, split)? };
         out.upscope()?;
         out.enddefinitions()?;
-        out.timestamp(0)?;
+        let last = scale.ticks(start);
+        out.timestamp(last)?;
         out.begin(SimulationCommand::Dumpvars)?;
         for (wire, level) in pins.iter().zip(levels).filter_map(|(wire, level)| Some(((*wire)?, (*level)?))) {
             out.change_scalar(wire, value(level))?;
         }
-        if let Some((byte, _)) = uart {
-            out.change_vector(byte, [Value::X; 8])?;
+        if let Some((byte, _)) = &uart {
+            byte.change(&mut out, None)?;
+        }
+        for (wires, column) in signals.iter().zip(columns) {
+            wires.change(&mut out, column.value)?;
         }
         out.end()?;
-        Ok(Wave { out, pins, uart, scale, last: 0, failed: None })
+        Ok(Wave { out, pins, uart, signals, scale, last, failed: None })
+    }
+
+    /// The signal with this position among the columns has another value from machine cycle `cycle` on.
+    pub fn signal(&mut self, cycle: u64, index: usize, value: Option<u64>) {
+        if self.failed.is_none() {
+            let written = self.at(Time::at(cycle)).and_then(|()| match self.signals.get(index) {
+                Some(wires) => wires.change(&mut self.out, value),
+                None => Ok(()),
+            });
+            self.failed = written.err();
+        }
+    }
+
+    /// Something could not be written.
+    #[must_use]
+    pub fn has_failed(&self) -> bool {
+        self.failed.is_some()
     }
 
     /// Notes an event.
@@ -99,14 +187,22 @@ impl Wave {
                 _ => Ok(()),
             },
             Event::Sent { uart: 0, byte: sent, .. } => {
-                let Some((byte, event)) = self.uart else { return Ok(()) };
-                let bits = (0..8).rev().map(|bit| Value::from(sent >> bit & 1 == 1));
-                self.out.change_vector(byte, bits)?;
-                self.out.change_scalar(event, Value::V1)
+                let Some((byte, event)) = &self.uart else { return Ok(()) };
+                byte.change(&mut self.out, Some(sent.into()))?;
+                self.out.change_scalar(*event, Value::V1)
             }
             Event::Sent { .. } | Event::Contention { .. } => Ok(()),
         }
     }
+}
+
+/// Declares the signals, in a scope of their own, so that no name is one of a pin.
+fn signals(out: &mut Writer<Box<dyn Write>>, columns: &[Column], split: bool) -> io::Result<Vec<Wires>> {
+    out.add_module("signals")?;
+    let wires = columns.iter().map(|column| Wires::new(out, &column.name, column.bits, split));
+    let wires = wires.collect::<io::Result<_>>()?;
+    out.upscope()?;
+    Ok(wires)
 }
 
 fn value(level: Level) -> Value {

@@ -9,62 +9,30 @@ use emu_core::engine::{self, Engine, Looks, Mark};
 use emu_core::image::Image;
 use emu_core::pins::{Event, Level, PinId, Time};
 use emu_core::rng::Rng;
+use emu_core::state::Damaged;
 
 use crate::chips::{self, Part};
 use crate::hot::{BANK, Hot, PD, TO};
 use crate::isa::{Kind, SPAN};
 use crate::lint::Lints;
 use crate::operands::Place;
+pub use crate::options::{Corner, Options};
 use crate::periph::map::Sfr;
 use crate::predecode::Code;
 use crate::soc::{Order, Soc};
 use crate::turn::{DATA, OPS, Turn};
-
-/// Which of the times that a data sheet gives in bounds a run takes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Corner {
-    /// The shortest.
-    Min,
-    /// The typical.
-    #[default]
-    Typ,
-    /// The longest.
-    Max,
-}
-
-/// How a machine is wired.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Options {
-    /// Oscillator, in Hz.
-    pub hz: u64,
-    /// Watchdog, power-up timer, EEPROM and RC times.
-    pub corner: Corner,
-    /// The first configuration word, in place of that of the image.
-    pub config: Option<u16>,
-    /// The start-up timers run after power-on; else the program begins at cycle 0.
-    pub start_up: bool,
-    /// The crystal of timer 1's oscillator, in Hz; `None` where there is none.
-    pub timer1_hz: Option<u64>,
-}
-
-impl Default for Options {
-    /// 4 MHz, typical times, a watch crystal.
-    fn default() -> Options {
-        Options { hz: 4_000_000, corner: Corner::Typ, config: None, start_up: true, timer1_hz: Some(32_768) }
-    }
-}
 
 /// A mid-range PIC16 with its program. A clone is a snapshot; program memory is shared until it changes.
 #[derive(Debug, Clone)]
 pub struct Pic16 {
     pub(crate) part: &'static Part,
     pub(crate) hot: Hot,
-    ram: [u8; DATA],
-    stack: [u16; 8],
-    code: Arc<Code>,
-    soc: Soc,
-    looks: Looks,
-    lints: Lints,
+    pub(crate) ram: [u8; DATA],
+    pub(crate) stack: [u16; 8],
+    pub(crate) code: Arc<Code>,
+    pub(crate) soc: Soc,
+    pub(crate) looks: Looks,
+    pub(crate) lints: Lints,
     /// What RAM holds after power-up.
     init: RamInit,
 }
@@ -277,6 +245,20 @@ impl Cpu for Pic16 {
         })
     }
 
+    fn regs(&self, into: &mut Vec<u32>) {
+        into.clear();
+        let status = self.hot.status().into();
+        into.extend([self.hot.w, status, self.hot.pointer & 0xFF, self.hot.pclath, self.pc()]);
+    }
+
+    fn return_stack(&self) -> Vec<u32> {
+        (1..=8).map(|back| self.stack[(self.hot.sp as usize + 8 - back) % 8].into()).collect()
+    }
+
+    fn depth(&self) -> u32 {
+        self.hot.sp % 8
+    }
+
     fn set_reg(&mut self, name: &str, value: u32) -> bool {
         match name.to_ascii_uppercase().as_str() {
             "W" => self.hot.w = value & 0xFF,
@@ -358,6 +340,15 @@ impl Cpu for Pic16 {
             Some(chips::Place::Ram(kept)) => Some(kept.into()),
             _ => None,
         }
+    }
+
+    fn save(&self) -> Vec<u8> {
+        self.to_bytes()
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), Damaged> {
+        *self = self.of_bytes(bytes)?;
+        Ok(())
     }
 
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {

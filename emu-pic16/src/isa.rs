@@ -6,7 +6,7 @@
 //! an instruction that writes PCL takes one cycle more.
 
 use emu_core::chip::Isa;
-use emu_core::table::{Alias, EncodeError, Line, Op, Row, Site, disassemble as disassemble_line};
+use emu_core::table::{Alias, EncodeError, Flow, Line, Op, Row, Site, disassemble as disassemble_line};
 
 use crate::operands::{B, F, K, Target};
 
@@ -158,7 +158,17 @@ pub const ISA: Isa = Isa {
     aliases: ALIASES,
     site: |pc, _| site(pc),
     lacks: |_| false,
+    flow,
 };
+
+/// What the instruction of a row may do to the order in which a program runs. Only what has a condition takes more cycles or fewer.
+fn flow(row: usize) -> Flow {
+    match (KINDS.get(row), ROWS.get(row)) {
+        (Some(Kind::Retfie), _) => Flow::EndsInterrupt,
+        (_, Some(row)) if row.varies() => Flow::Either,
+        _ => Flow::Straight,
+    }
+}
 
 /// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
 #[rustfmt::skip]

@@ -16,8 +16,10 @@ mod cpu;
 mod exec;
 mod hot;
 mod lint;
+mod options;
 mod predecode;
 mod record;
+mod state;
 mod turn;
 
 pub use cpu::{Corner, Options, Pic16};

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use emu_core::engine::Mark;
+use emu_core::state::Changes;
 use emu_core::table::{Op, Site};
 
 use crate::isa::{Kind, Pic16Op, SHAPES, SPAN, row_of};
@@ -40,6 +41,8 @@ pub struct Code {
     loops: BTreeMap<u32, Loop>,
     traps: BTreeSet<u32>,
     size: u32,
+    /// What differs from the words that it was built with.
+    pub changes: Changes<u16>,
 }
 
 impl Code {
@@ -63,8 +66,8 @@ impl Code {
         }
         let ops = || behind.clone();
         let (marked, plain) = ([ops(), ops()], ops());
-        let mut code =
-            Code { words, ops: marked, plain, places, lowest, loops: BTreeMap::new(), traps: BTreeSet::new(), size };
+        let (loops, traps, changes) = (BTreeMap::new(), BTreeSet::new(), Changes::NONE);
+        let mut code = Code { words, ops: marked, plain, places, lowest, loops, traps, size, changes };
         for pc in 0..SPAN as u32 {
             if code.words[pc as usize] != 0x3FFF {
                 code.predecode(pc);
@@ -76,6 +79,7 @@ impl Code {
     /// Writes a word, at all addresses where it stands.
     pub fn poke(&mut self, addr: u32, word: u16) {
         let at = addr % self.size;
+        self.changes.note(at as usize, self.words[at as usize], word & 0x3FFF);
         for first in (0..SPAN as u32).step_by(self.size as usize) {
             self.words[(first + at) as usize] = word & 0x3FFF;
         }

@@ -6,6 +6,7 @@ mod irq;
 mod pins;
 mod power;
 mod regs;
+mod state;
 
 use std::collections::VecDeque;
 

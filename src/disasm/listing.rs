@@ -11,7 +11,8 @@ use crate::sources::Sources;
 
 /// Source lines between the instructions.
 pub(super) struct Listing<'a> {
-    sources: Sources<'a>,
+    lines: &'a Lines,
+    sources: Sources,
     /// The line of the instruction before.
     last: Option<String>,
 }
@@ -25,13 +26,13 @@ impl<'a> Listing<'a> {
             report(terminal, &[Diagnostic { severity: Severity::Warning, ..none }], Texts::NONE);
         }
         let files = std::iter::once(&args.image).chain(&args.symbols).map(String::as_str);
-        Listing { sources: Sources::new(lines, files), last: None }
+        Listing { lines, sources: Sources::new(files), last: None }
     }
 
     /// Line and text at a program word.
     pub(super) fn at(&mut self, word: u32, source: &Source<'_>) -> Option<(String, Option<&str>)> {
         let line = source.line_at(word)?;
-        Some((format!("{}:{}", line.file, line.line), self.sources.text(line)))
+        Some((format!("{}:{}", line.file, line.line), self.sources.text(self.lines, line)))
     }
 
     /// Line and text at a program word, where they are others than at the one before: `; main.c:12: x = 1;`.

@@ -32,7 +32,8 @@ pub fn replay(text: &str, emu: &mut dyn FnMut(&[String], &[u8]) -> Output, folde
             finish(block.take(), emu, folder, &mut out);
             block = Some(Block { line: number + 1, command, ..Block::default() });
             out.text += &format!("{line}\n");
-        } else if let (Some(input), Some(block)) = (line.strip_prefix("< "), &mut block) {
+        } else if let (Some(input), Some(block)) = (line.strip_prefix("< ").or((line == "<").then_some("")), &mut block)
+        {
             block.input.extend_from_slice(format!("{input}\n").as_bytes());
             out.text += &format!("{line}\n");
         } else if let (true, Some(block)) = (line.starts_with(['|', '!', '=']), &mut block) {

@@ -5,6 +5,7 @@
 //! is reported.
 
 use emu_core::pins::{Level, Pin, PinId};
+use emu_core::state;
 
 use crate::chips::Part;
 use crate::periph::map::pin;
@@ -29,6 +30,8 @@ pub struct Ports {
     bus: bool,
     comparator: bool,
 }
+
+state! { Ports { latch, pins, txd_low, rxd_low, t2_low, rst_high } stays { bus, comparator } }
 
 impl Ports {
     /// The ports after reset; `bus`: P0 and P2 belong to program memory outside.

@@ -21,6 +21,7 @@ mod tx;
 
 use emu_core::NEVER;
 use emu_core::pins::Time;
+use emu_core::state;
 
 use rx::Receiver;
 use shift::Shifter;
@@ -46,16 +47,19 @@ const CLOCK_LOW: u8 = 4;
 const CLOCK_HIGH: u8 = 10;
 
 /// A line of the port.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Line {
+    #[default]
     /// TXD, P3.1.
     Txd,
     /// RXD, P3.0, which mode 0 puts out. High leaves the pin to its latch.
     Rxd,
 }
 
+state! { enum Line { 0 = Txd, 1 = Rxd } }
+
 /// A change of a level that the port puts out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Edge {
     /// Machine cycle, and clock 0 to 11 in it, from which the level holds.
     pub at: Time,
@@ -64,6 +68,8 @@ pub struct Edge {
     /// Its level from then on.
     pub level: bool,
 }
+
+state! { Edge { at, line, level } if |edge, _now| edge.at.phase < 12 && edge.at.cycle != NEVER }
 
 /// What the port did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -103,6 +109,8 @@ pub struct Serial {
     receiver: Receiver,
     shifter: Shifter,
 }
+
+state! { Serial { scon, sbuf, since, txd, sender, receiver, shifter } }
 
 impl Default for Serial {
     fn default() -> Serial {

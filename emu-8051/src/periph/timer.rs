@@ -12,6 +12,7 @@
 //! - A flag that is set already is not set again: its moment stays that of its first overflow.
 
 use emu_core::NEVER;
+use emu_core::state;
 
 const GATE: u8 = 8;
 const COUNTER: u8 = 4;
@@ -28,6 +29,8 @@ pub(super) struct Pin {
     /// The cycle whose sample was the low one of the last falling edge.
     pub(super) fell: u64,
 }
+
+state! { Pin { level, was, at, fell } }
 
 impl Pin {
     pub(super) const HIGH: Pin = Pin { level: true, was: true, at: NEVER, fell: NEVER };
@@ -93,6 +96,10 @@ struct Counts {
     overflows: u64,
 }
 
+state! {
+    Counts { synced, tl, th, flag, since, overflows } if |of, now| of.synced <= now && of.overflows != NEVER
+}
+
 impl Counts {
     /// Counts to the next overflow of timer `n`, and from one overflow to the next.
     fn ahead(&self, n: usize, shape: Shape) -> (u64, u64) {
@@ -155,6 +162,11 @@ pub struct Timers {
     before: Counts,
 }
 
+// The plan follows from the rest.
+state! {
+    Timers { tmod, run, t, int, counts, before } stays { plan, busy } if |timers, now| timers.counts.synced + 1 >= now, then Timers::make_plan
+}
+
 impl Timers {
     /// The state after reset, synced to cycle `now`: registers 0, pins high.
     #[must_use]
@@ -172,6 +184,14 @@ impl Timers {
         };
         timers.make_plan();
         timers
+    }
+
+    /// Forgets the way back where no change can take it any more, since cycle `t` has come.
+    pub fn settle_down(&mut self, t: u64) {
+        self.sync(t.saturating_sub(1));
+        if self.before.synced.saturating_add(1) < t {
+            self.before = self.counts;
+        }
     }
 
     /// Counts everything of the cycles up to and including `now`; nothing when that has been done already.

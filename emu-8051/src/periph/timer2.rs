@@ -20,6 +20,7 @@
 
 use super::timer::{Pin, overflows_in};
 use emu_core::NEVER;
+use emu_core::state;
 
 const TF2: u8 = 0x80;
 const EXF2: u8 = 0x40;
@@ -67,6 +68,11 @@ struct Counts {
     clock: bool,
 }
 
+state! {
+    Counts { synced, behind, value, rcap, tf2, exf2, tf2_since, tf2_early, exf2_since, overflows, clock }
+    if |of, now| of.synced <= now && of.behind <= 1 && of.overflows != NEVER
+}
+
 /// What T2CON, T2MOD and the pins make of the timer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Plan {
@@ -97,6 +103,18 @@ pub struct Timer2 {
     before: Counts,
 }
 
+// The plan follows from the rest.
+state! {
+    Timer2 { control, mode, t2, t2ex, counts, before } stays { plan } if |timer, now| timer.counts.synced + 1 >= now,
+    then Timer2::make_plan
+}
+
+impl Default for Timer2 {
+    fn default() -> Timer2 {
+        Timer2::new(0)
+    }
+}
+
 impl Timer2 {
     /// The state after reset, synced to cycle `now`: registers 0, pins high.
     #[must_use]
@@ -116,6 +134,14 @@ impl Timer2 {
         };
         let (t2, t2ex) = (Pin::HIGH, Pin::HIGH);
         Timer2 { control: 0, mode: 0, t2, t2ex, plan: plan(0, 0, &t2, &t2ex), counts, before: counts }
+    }
+
+    /// Forgets the way back where no change can take it any more, since cycle `t` has come.
+    pub fn settle_down(&mut self, t: u64) {
+        self.sync(t.saturating_sub(1));
+        if self.before.synced.saturating_add(1) < t {
+            self.before = self.counts;
+        }
     }
 
     /// Brings everything up to S5P2 of cycle `now`; nothing when that has been done already.

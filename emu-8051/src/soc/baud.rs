@@ -2,6 +2,7 @@
 //! that SMOD switches off.
 
 use emu_core::NEVER;
+use emu_core::state;
 
 use super::Soc;
 use super::power::SMOD;
@@ -37,6 +38,8 @@ pub struct Baud {
     tx: u64,
     rx: u64,
 }
+
+state! { Baud { tx, rx } }
 
 impl Baud {
     /// Nothing counted.

@@ -5,6 +5,7 @@
 //! those requests count that stood at S5P2 of t-2.
 
 use emu_core::NEVER;
+use emu_core::state;
 
 use super::Soc;
 use crate::periph::map::irq;
@@ -27,6 +28,8 @@ pub struct External {
     /// Levels of the pin at the samples, latest first, and the cycles of the first of them.
     levels: [(u64, bool); 3],
 }
+
+state! { External { edge, flag, since, level_since, levels } }
 
 impl External {
     /// After reset, the pin at this level.
@@ -104,6 +107,8 @@ pub struct Interrupts {
     /// after that.
     polled: [(u64, u8); 2],
 }
+
+state! { Interrupts { ie, ip, external, in_progress, polled } }
 
 impl Interrupts {
     /// After reset, with INT0 and INT1 at these levels.

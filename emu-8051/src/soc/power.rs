@@ -3,6 +3,7 @@
 
 use emu_core::cpu::{NEVER, Reset};
 use emu_core::pins::Level;
+use emu_core::state;
 
 use super::Soc;
 use crate::periph::map::pin;
@@ -48,6 +49,10 @@ pub struct Power {
     held_until: Option<u64>,
     /// The watchdog's pulse on the reset pin ends at this cycle.
     pulse_end: u64,
+}
+
+state! {
+    Power { down, reset_at, requested, held_until, pulse_end } if |power, _now| power.down.is_none_or(|down| down.1.is_none_or(|n| n < 2))
 }
 
 impl Power {
@@ -110,6 +115,8 @@ pub struct Watchdog {
     /// It rests since this cycle.
     paused: Option<u64>,
 }
+
+state! { Watchdog { unlocked, cleared, paused } if |of, _now| ![of.cleared, of.paused].contains(&Some(NEVER)) }
 
 impl Watchdog {
     /// As after reset.

@@ -7,6 +7,7 @@
 mod kind;
 
 use emu_core::NEVER;
+use emu_core::state;
 
 pub use self::kind::{Kind, Reg};
 use super::{Device, Outbox};
@@ -28,7 +29,7 @@ const SYNC: u64 = 3;
 const HALVES: [(u64, u64); 2] = [(3, 26), (27, 50)];
 
 /// A conversion on its way, or one that waits for its first edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Conversion {
     /// The edge up to which half clocks have been counted.
     from: u64,
@@ -41,6 +42,8 @@ struct Conversion {
     /// What was sampled, once it was.
     code: Option<u16>,
 }
+
+state! { Conversion { from, halves, first, admux, code } if |of, _now| of.from != NEVER && of.halves != Some(NEVER) }
 
 /// Cycles of half a period of the converter's clock by ADPS (table 24-5).
 const fn half(adcsra: u8) -> u64 {
@@ -74,6 +77,12 @@ pub struct Adc {
     sources: u8,
     /// When the clock of the part was stopped.
     stopped: Option<u64>,
+}
+
+state! {
+    Adc {
+        levels, aref, avcc, admux, adcsra, adcsrb, didr0, data, locked, fresh, origin, conversion, flagged, sources, stopped,
+    } stays { kind } if |adc, _now| adc.origin != NEVER && adc.stopped != Some(NEVER)
 }
 
 impl Adc {

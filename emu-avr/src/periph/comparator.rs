@@ -5,6 +5,7 @@
 //! before them, as it has a synchroniser of its own.
 
 use emu_core::NEVER;
+use emu_core::state;
 
 use super::span::Span;
 use super::{Device, Drive, Line, Outbox, Signal};
@@ -44,12 +45,14 @@ const SYNC: u64 = 2;
 const BANDGAP_US: u32 = 40;
 
 /// A change of the output on its way to ACO.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Change {
     /// The edge at which ACO takes it, in the time of the part.
     at: u64,
     high: bool,
 }
+
+state! { Change { at, high } }
 
 /// The comparator. Voltages are in millivolts above GND.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -76,6 +79,12 @@ pub struct Comparator {
     flagged: u64,
     /// When the clock of the part was stopped.
     stopped: Option<u64>,
+}
+
+state! {
+    Comparator {
+        levels, channel, hz, kept, start_up, acsr, didr1, output, aco, changes, flagged, stopped,
+    } stays { bandgap_mv } if |of, _now| of.hz != NEVER && of.stopped != Some(NEVER)
 }
 
 impl Comparator {

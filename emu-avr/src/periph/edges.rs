@@ -1,6 +1,7 @@
 //! A pin whose edges are looked for: synchroniser and edge detector.
 
 use emu_core::NEVER;
+use emu_core::state;
 
 /// Cycles from the change of a pin to the edge of the clock at which what listens to it acts: one flip-flop that samples, one
 /// behind it to compare with (section 20.3.2 gives two clocks for XCK; that it is the same for the other pins is a decision).
@@ -16,6 +17,8 @@ pub(super) struct Edges {
     /// When changes that are under way come out, the earlier one first.
     due: [u64; 2],
 }
+
+state! { Edges { high, seen, due } if |edges, _now| edges.due[0] <= edges.due[1] }
 
 impl Edges {
     /// A pin that has been so for long.

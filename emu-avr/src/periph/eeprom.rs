@@ -3,6 +3,7 @@
 //! A write is let through by EEMPE in the four cycles before it. It is timed by the calibrated oscillator and goes on in sleep
 //! and through a reset; the cell changes when it is over.
 
+use emu_core::state;
 use std::sync::Arc;
 
 use emu_core::NEVER;
@@ -53,7 +54,7 @@ impl Kind {
 }
 
 /// A write that goes on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Job {
     span: Span,
     addr: u16,
@@ -62,6 +63,8 @@ struct Job {
     /// The bits of the new content that come from EEDR.
     data: u8,
 }
+
+state! { Job { span, addr, keep, data } }
 
 /// The EEPROM. Its content is shared by clones until it changes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -79,6 +82,8 @@ pub struct Eeprom {
     /// The edge up to which program memory is being written.
     blocked: u64,
 }
+
+state! { Eeprom { cells, hz, addr, data, control, window, job, blocked } stays { kind } if |eeprom, _now| eeprom.hz != NEVER }
 
 impl Eeprom {
     /// The EEPROM after power-on with this content, of up to 64 KB; `hz` cycles to a second.

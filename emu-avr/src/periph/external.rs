@@ -13,6 +13,9 @@ mod device;
 mod kind;
 
 pub use self::kind::{Kind, Reg};
+use emu_core::NEVER;
+use emu_core::state;
+
 use super::{Outbox, Signal};
 
 /// Cycles from a change of a pin to its flag.
@@ -42,8 +45,10 @@ struct Pins {
     pc: [u8; 4],
 }
 
+state! { Pins { int, pc } }
+
 /// What has changed in one cycle, on its way to the flags.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Change {
     /// When it comes to the flags.
     at: u64,
@@ -51,6 +56,8 @@ struct Change {
     fell: u8,
     groups: u8,
 }
+
+state! { Change { at, rose, fell, groups } }
 
 /// The external interrupts. [`Line::Int`](super::Line::Int) and [`Line::Pc`](super::Line::Pc) are their lines; what a chip does
 /// not have is ignored. All pins are low at first.
@@ -78,6 +85,12 @@ pub struct External {
     listened: bool,
     /// When the I/O clock was stopped.
     stopped: Option<u64>,
+}
+
+state! {
+    External {
+        isc1, isc0, eimsk, eifr, pcicr, pcifr, pcmsk, pins, seen, changed, ways, flagged, listened, stopped,
+    } stays { kind } if |of, _now| of.changed != NEVER && of.stopped != Some(NEVER)
 }
 
 impl External {

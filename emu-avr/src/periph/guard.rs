@@ -4,6 +4,7 @@
 //! clock changes. No sleep stops it.
 
 use emu_core::NEVER;
+use emu_core::state;
 
 use super::{Device, Outbox, Signal};
 
@@ -82,6 +83,11 @@ pub struct Watchdog {
     served: u64,
     /// The edge at which WDIF was set last.
     flagged: u64,
+}
+
+state! {
+    Watchdog { forced, held, wdtcsr, window, hz, from, counted, served, flagged } stays { kind, always_on }
+    if |of, now| of.hz != 0 && ![of.hz, of.counted].contains(&NEVER) && of.from.max(of.served) <= now + 1
 }
 
 impl Watchdog {

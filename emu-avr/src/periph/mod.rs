@@ -18,6 +18,8 @@
 //! Flags of interrupts stand in the registers of the part. It works out flags that nobody waits for only when they are
 //! looked at: [`Device::next`] tells of those alone that are enabled, or that another part listens to.
 
+use emu_core::state;
+
 pub mod adc;
 pub mod comparator;
 mod edges;
@@ -83,6 +85,8 @@ pub enum Drive {
     /// Makes it an input, whatever DDR says; the pull-up is PORT's to give (DDOE, DDOV = 0).
     Input,
 }
+
+state! { enum Drive { 0 = Port, 1 = Value(high), 2 = Output(high), 3 = Input } }
 
 /// What a part does to the rest of the chip.
 #[derive(Debug, Clone, PartialEq, Eq)]

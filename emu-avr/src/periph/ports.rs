@@ -1,6 +1,7 @@
 //! The ports (section 14): direction, output and pull-up of every pin, and what takes a pin over.
 
 use emu_core::pins::{Level, Pin, PinId};
+use emu_core::state;
 
 use super::Drive;
 
@@ -26,6 +27,10 @@ pub struct Ports {
     pub pull_ups_off: bool,
     /// A reset is going on: all pins are inputs without pull-ups.
     pub held: bool,
+}
+
+state! {
+    Ports { pins, over, ddr, port, pull_ups_off, held } stays { exist, reset }
 }
 
 impl Ports {

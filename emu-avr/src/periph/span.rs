@@ -1,18 +1,21 @@
 //! A stretch of time that a clock other than the core's measures, in cycles of the core's.
 
 use emu_core::NEVER;
+use emu_core::state;
 
 /// Picoseconds in a second.
 const SECOND: u128 = 1_000_000_000_000;
 
 /// A time that ends by itself. It is kept in picoseconds, so that it lasts as long as it should when the core's clock changes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Span {
     from: u64,
     left: u64,
     hz: u64,
     end: u64,
 }
+
+state! { Span { from, left, hz, end } if |span, _now| ![span.from, span.left, span.hz].contains(&NEVER) }
 
 impl Span {
     /// `us` microseconds from the edge `t` on, with `hz` cycles to a second.

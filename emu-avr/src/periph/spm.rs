@@ -6,6 +6,7 @@
 mod kind;
 
 use emu_core::NEVER;
+use emu_core::state;
 
 pub use self::kind::{Bytes, Kind};
 use super::span::Span;
@@ -47,12 +48,14 @@ const BLB11: u8 = 1 << 4;
 const BLB12: u8 = 1 << 5;
 
 /// A command that goes on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Job {
     span: Span,
     /// The lock bits when it is over.
     lock: u8,
 }
+
+state! { Job { span, lock } }
 
 /// The way to program memory. Addresses are in bytes, those of instructions too.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -77,6 +80,11 @@ pub struct Spm {
     blocked: u64,
     /// Everything has been done up to here.
     now: u64,
+}
+
+state! {
+    Spm { bytes, hz, spmie, rwwsb, command, window, job, buffer, loaded, blocked, now } stays { kind, boot }
+    if |spm, _now| spm.hz != NEVER && (spm.buffer.is_empty() || spm.buffer.len() == spm.kind.page as usize / 2)
 }
 
 impl Spm {

@@ -2,6 +2,7 @@
 
 use emu_core::cpu::Reset;
 use emu_core::pins::{Level, PinId, Time};
+use emu_core::state;
 
 use super::Soc;
 use super::with_unit;
@@ -20,6 +21,14 @@ pub enum Put {
     /// The supply, in millivolts.
     Supply(u32),
 }
+
+impl Default for Put {
+    fn default() -> Put {
+        Put::Supply(0)
+    }
+}
+
+state! { enum Put { 0 = Level(pin, level), 1 = Volts(pin, millivolts), 2 = Supply(millivolts) } }
 
 /// Who listens on each pin.
 #[derive(Debug)]

@@ -3,6 +3,7 @@
 use emu_core::cpu::{NEVER, Reset};
 use emu_core::parts::prescaler::Prescaler;
 use emu_core::pins::PinId;
+use emu_core::state;
 
 use super::sleep::SleepMode;
 use super::{Soc, with_unit};
@@ -68,6 +69,15 @@ pub struct Power {
     pins: Vec<(PinId, usize, Drive)>,
     /// What the comparator does to the capture input of timer 1.
     pub captures: Drive,
+}
+
+state! {
+    Power {
+        source_hz, clkps, windows, request, low, brown, supply, starts, moved_vectors, wakes, asleep, stopped, keeps_timer, crystal,
+        io_stopped, volts, pins, captures,
+    } stays { reset_clkps, has_reset_pin, bod_mv, start_up, wake_up }
+    if |power, _now| power.source_hz != NEVER && power.clkps <= 8 && power.stopped >> unit::COUNT == 0
+        && ![power.starts, power.wakes, power.io_stopped].contains(&NEVER) && !power.windows.contains(&NEVER)
 }
 
 impl Power {

@@ -1,5 +1,7 @@
 //! Sleep: its modes, what stands in them, waking; PRR, which stops units one by one (section 10).
 
+use emu_core::state;
+
 use super::{Soc, with_unit};
 use crate::chips::unit;
 use crate::periph::Device;
@@ -9,8 +11,9 @@ use crate::periph::timers::Timer;
 const WAKE: u64 = 4;
 
 /// Sleep modes (table 10-2).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum SleepMode {
+    #[default]
     /// Only the core stops.
     Idle,
     /// ADC noise reduction.
@@ -23,6 +26,10 @@ pub enum SleepMode {
     Standby,
     /// Extended standby.
     ExtendedStandby,
+}
+
+state! {
+    enum SleepMode { 0 = Idle, 1 = AdcNoiseReduction, 2 = PowerDown, 3 = PowerSave, 4 = Standby, 5 = ExtendedStandby }
 }
 
 impl SleepMode {

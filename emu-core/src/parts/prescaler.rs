@@ -11,6 +11,8 @@ pub struct Ticks {
     pub every: u64,
 }
 
+crate::state! { Ticks { origin, every } if |ticks, _now| ticks.origin != NEVER && ticks.every != NEVER }
+
 impl Ticks {
     /// No edges at all.
     pub const NONE: Ticks = Ticks { origin: 0, every: 0 };
@@ -48,6 +50,8 @@ pub struct Prescaler {
     origin: u64,
     held: bool,
 }
+
+crate::state! { Prescaler { origin, held } if |prescaler, _now| prescaler.origin != NEVER }
 
 impl Prescaler {
     /// A divider that starts from zero at the cycle `at`.

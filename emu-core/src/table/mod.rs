@@ -136,6 +136,17 @@ pub struct Slot {
     pub kind: &'static OperandKind,
 }
 
+/// What an instruction may do to the order in which a program runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Flow {
+    /// It goes on to the next instruction, or always elsewhere.
+    Straight,
+    /// It has a condition: it goes on to the next instruction, or elsewhere.
+    Either,
+    /// It ends the service of an interrupt.
+    EndsInterrupt,
+}
+
 /// One instruction.
 #[derive(Debug, Clone, Copy)]
 pub struct Row {
@@ -163,6 +174,12 @@ impl Row {
     #[allow(clippy::len_without_is_empty)]
     pub const fn len(&self) -> u32 {
         self.pattern.words()
+    }
+
+    /// True when the cycles depend on a condition.
+    #[must_use]
+    pub fn varies(&self) -> bool {
+        self.cycles.outcomes().len() > 1
     }
 
     /// Values of the operands of the instruction `bits` at `site`, in row order.

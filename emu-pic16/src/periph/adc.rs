@@ -23,7 +23,7 @@ const ADFM: u8 = 1 << 7;
 const ADCS2: u8 = 1 << 6;
 
 /// A conversion on its way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Conversion {
     /// Clock at which the capacitor leaves the input.
     sample: u64,
@@ -36,6 +36,8 @@ struct Conversion {
     /// What was sampled, once it was.
     code: Option<u16>,
 }
+
+emu_core::state! { Conversion { sample, done, wait, own_clock, code } }
 
 /// The converter. Voltages are in millivolts above VSS.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,6 +55,10 @@ pub struct Adc {
     conversion: Option<Conversion>,
     hold: Hold,
     asleep: bool,
+}
+
+emu_core::state! {
+    Adc { inputs, supply, adcon0, adcon1, ansel, adresh, adresl, conversion, hold, asleep } stays { kind, channels, rc }
 }
 
 impl Adc {

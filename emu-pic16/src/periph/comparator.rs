@@ -83,6 +83,8 @@ pub struct Comparators {
     driven: [Drive; 2],
 }
 
+emu_core::state! { Comparators { cmcon, cvrcon, inputs, supply, outputs, seen, driven } stays { kind } }
+
 impl Comparators {
     /// The comparators of a chip after power-up, with 5 V of supply and all inputs at 0 V.
     #[must_use]

@@ -6,6 +6,7 @@
 //! sleep does not stop. The data sheets have two NOPs follow the start of every access to program memory: these instructions
 //! run as NOP ([`Signal::Ignore`]), on the chips with FREE only the second. Then the core stands ([`Signal::Stall`]).
 
+use emu_core::state::{Damaged, State, Tape};
 use std::ops::Range;
 
 use emu_core::NEVER;
@@ -50,7 +51,7 @@ pub struct Flash {
 }
 
 /// A write that goes on.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Job {
     /// When the core begins to stand still; [`NEVER`] where it does not, or no more.
     stall: u64,
@@ -59,15 +60,41 @@ struct Job {
     effect: Effect,
 }
 
+emu_core::state! { Job { stall, until, effect } }
+
 /// What a write has done when it is over.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 enum Effect {
+    #[default]
     /// Nothing: a buffer word has been filled, or the address is protected.
     Nothing,
     /// A byte of the EEPROM.
     Byte(u8, u8),
     /// Words of program memory.
     Words(Signal),
+}
+
+impl State for Effect {
+    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+        let (mut tag, mut byte, mut words) = match self {
+            Effect::Byte(addr, value) => (1_u8, (*addr, *value), (0, Vec::new())),
+            Effect::Words(Signal::FlashWrite { addr, words }) => (2, (0, 0), (*addr, words.clone())),
+            Effect::Words(Signal::FlashProgram { addr, words }) => (3, (0, 0), (*addr, words.clone())),
+            _ => (0, (0, 0), (0, Vec::new())),
+        };
+        tag.state(tape)?;
+        byte.state(tape)?;
+        words.state(tape)?;
+        let (addr, words) = words;
+        *self = match tag {
+            0 => Effect::Nothing,
+            1 => Effect::Byte(byte.0, byte.1),
+            2 => Effect::Words(Signal::FlashWrite { addr, words }),
+            3 => Effect::Words(Signal::FlashProgram { addr, words }),
+            _ => return Err(Damaged),
+        };
+        Ok(())
+    }
 }
 
 /// The EEPROM and the way to program memory.
@@ -89,6 +116,23 @@ pub struct Eeprom {
     read: Option<(u64, u16)>,
     job: Option<Job>,
     buffers: [u16; BLOCK],
+}
+
+impl State for Eeprom {
+    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+        #[rustfmt::skip]
+        let Eeprom {
+            kind: _, write_clocks: _, flash: _, bytes, eedata, eeadr, eedath, eeadrh, eecon1, unlock, read, job, buffers,
+        } = self;
+        tape.memory(bytes)?;
+        for register in [eedata, eeadr, eedath, eeadrh, eecon1] {
+            register.state(tape)?;
+        }
+        unlock.state(tape)?;
+        read.state(tape)?;
+        job.state(tape)?;
+        buffers.state(tape)
+    }
 }
 
 impl Eeprom {

@@ -44,6 +44,8 @@ pub enum Drive {
     Open,
 }
 
+emu_core::state! { enum Drive { 0 = Port, 1 = Low, 2 = High, 3 = Float, 4 = Open } }
+
 impl Drive {
     /// High for true.
     #[must_use]

@@ -19,6 +19,8 @@ struct Taken {
     over_tris: bool,
 }
 
+emu_core::state! { Taken { drive, over_tris } }
+
 /// What a pin has become.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Change {
@@ -55,6 +57,11 @@ pub struct Ports {
     /// found out anew.
     plain: [u8; 5],
     stale: u8,
+}
+
+emu_core::state! {
+    Ports { latch, tris, taken, analog, taken_whole, pull_ups, pins, high, seen }
+    stays { ports, withheld, at, concerned, plain, stale }, then |ports: &mut Ports| ports.stale = 0xFF
 }
 
 /// Port B in the list of ports.

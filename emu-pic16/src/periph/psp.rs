@@ -18,6 +18,12 @@ const PSPMODE: u8 = 1 << 4;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Ends([u64; 2]);
 
+impl emu_core::state::State for Ends {
+    fn state(&mut self, tape: &mut emu_core::state::Tape<'_>) -> Result<(), emu_core::state::Damaged> {
+        self.0.state(tape)
+    }
+}
+
 impl Ends {
     const NONE: Ends = Ends([NEVER; 2]);
 
@@ -57,6 +63,8 @@ pub struct Psp {
     was_read: Ends,
     asleep: bool,
 }
+
+emu_core::state! { Psp { trise, strobes, bus, input, output, writing, reading, written, was_read, asleep } }
 
 impl Default for Psp {
     fn default() -> Psp {

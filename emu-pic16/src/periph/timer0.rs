@@ -52,6 +52,10 @@ pub struct Timer0 {
     asleep: bool,
 }
 
+emu_core::state! {
+    Timer0 { tmr0, option, prescaler, watchdog, now, t0cki, q12, sampled, seen, free, asleep } if |of, now| of.now <= now + 4
+}
+
 impl Timer0 {
     /// The timer as after power-up at clock 0. `wdte`: the configuration word lets the watchdog run; `wdt_clocks`: its period
     /// without prescaler in clocks of the oscillator; `wdtcon`: the chip has WDTCON (16F87, 16F88), and the period is that with

@@ -96,6 +96,13 @@ pub struct Usart {
     drives: [Drive; 2],
 }
 
+emu_core::state! {
+    Usart {
+        txsta, rcsta, txreg, baud, slept, asleep, full, empty_seen, empty_change, load, word, out_bit, receiver, past, fifo, oerr, tx_line,
+        rx_line, txif, rcif, drives,
+    } if |usart, now| usart.slept <= now && usart.asleep.is_none_or(|since| since <= now + 4)
+}
+
 /// The baud rate generator, in clocks of the oscillator that have run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Baud {
@@ -103,6 +110,8 @@ struct Baud {
     /// It was cleared then: its periods end a whole number of them later.
     origin: u64,
 }
+
+emu_core::state! { Baud { spbrg, origin } if |baud, now| baud.origin <= now + 4 }
 
 impl Baud {
     /// Clocks of a period.

@@ -25,6 +25,8 @@ pub struct Watchdog {
     origin: u64,
 }
 
+emu_core::state! { Watchdog { wdtcon, origin } stays { wdte, clocks } if |of, now| of.origin <= now + 4 }
+
 impl Watchdog {
     /// A watchdog that starts from zero at clock 0. `clocks` is its period without prescaler in clocks of the oscillator (with
     /// WDTPS = 0100 where there is WDTCON); 0 counts as 1.

@@ -23,6 +23,8 @@ pub struct Enables {
     pub pie: [u8; 2],
 }
 
+emu_core::state! { Enables { intcon, pie } }
+
 /// GIE in INTCON.
 pub const GIE: u8 = 0x80;
 /// RBIF in INTCON.
@@ -52,6 +54,8 @@ pub struct Interrupts {
     /// RCIF and TXIF, which are levels, in PIR1.
     pub levels: [u8; 2],
 }
+
+emu_core::state! { Interrupts { enables, pir, before, changed, at, sampled, seen } stays { elsewhere, levels } }
 
 impl Interrupts {
     /// None enabled, none there.

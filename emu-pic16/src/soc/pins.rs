@@ -21,6 +21,14 @@ pub enum Put {
     Supply(u32),
 }
 
+impl Default for Put {
+    fn default() -> Put {
+        Put::Supply(0)
+    }
+}
+
+emu_core::state! { enum Put { 0 = Level(pin, level), 1 = Volts(pin, millivolts), 2 = Supply(millivolts) } }
+
 /// What comes from outside, and which lines are on which pins.
 #[derive(Debug, Clone)]
 pub struct Outside {
@@ -36,6 +44,8 @@ pub struct Outside {
     /// Supply, in millivolts.
     pub supply: u32,
 }
+
+emu_core::state! { Outside { drives, volts, supply } stays { lines, heard, special, upper_b } }
 
 /// Lines there can be.
 const LINES: usize = 16;

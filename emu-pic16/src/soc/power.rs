@@ -12,7 +12,6 @@ use crate::periph::{Device, Outbox};
 
 /// Clocks of the start-up timer of a crystal (12.6).
 const OST: u64 = 1024;
-
 /// Supply below which a brown-out begins, in millivolts (DS30292, D005: 3.7 to 4.35 V), by corner.
 const BROWN_OUT: [u32; 3] = [3_700, 4_000, 4_350];
 /// OSCF in PCON of the 16F62x: the fast oscillator, after power-on (DS40300, register PCON).
@@ -21,7 +20,6 @@ const OSCF: u8 = 0x08;
 const BROWN_OUT_US: u64 = 100;
 /// Supply below which RAM and everything else is lost and the next rise is a power-on, in millivolts (D003: near ground).
 const POWER_OFF: u32 = 700;
-
 /// Times in clocks of the oscillator.
 #[derive(Debug, Clone, Copy)]
 pub struct Clocks {
@@ -154,6 +152,7 @@ enum State {
     /// Held in reset by the reset pin or by the supply.
     Held,
 }
+emu_core::state! { enum State { 0 = Runs, 1 = Standby, 2 = Starts { until, woken }, 3 = Held } }
 
 /// What the core does, and why.
 #[derive(Debug, Clone)]
@@ -174,6 +173,7 @@ pub struct Power {
     /// The clock at which the start-up timers are over: the reset pin does not begin them anew.
     ready: u64,
 }
+emu_core::state! { Power { state, request, brown_out_at, low, off, cleared, ready } stays { config, clocks } }
 
 impl Power {
     /// Before power-on.

@@ -1,12 +1,14 @@
 //! The receiver of modes 1 to 3: a detector of falling edges, and a divide-by-16 counter that such an edge resets.
 
+use emu_core::state;
+
 /// Ticks from the edge to the vote on the tenth bit: stop bit of mode 1, ninth data bit of modes 2 and 3.
 const TAKEN: u8 = 9 * 16 + VOTE;
 /// Ticks of a bit at which its vote is complete.
 const VOTE: u8 = 9;
 
 /// A frame that is coming in.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Frame {
     /// Ticks since the edge: bit number times 16 and the state of the counter.
     ticks: u8,
@@ -15,6 +17,8 @@ struct Frame {
     /// Bits after the start bit, the first one lowest.
     bits: u16,
 }
+
+state! { Frame { ticks, highs, bits } if |frame, _now| frame.ticks < 11 * 16 && frame.highs <= 3 }
 
 /// The receiver.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +29,8 @@ pub(super) struct Receiver {
     last: bool,
     frame: Option<Frame>,
 }
+
+state! { Receiver { level, last, frame } }
 
 impl Receiver {
     pub(super) const IDLE: Receiver = Receiver { level: true, last: true, frame: None };

@@ -1,12 +1,13 @@
 //! Mode 0: a shift register in each direction, over one data line and one clock line.
 
 use emu_core::NEVER;
+use emu_core::state;
 
 /// Machine cycles in which SEND or RECEIVE is active.
 const BITS: u8 = 8;
 
 /// A byte on its way, in either direction.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Transfer {
     byte: u8,
     /// Cycles done of those in which SEND or RECEIVE is active.
@@ -14,6 +15,8 @@ struct Transfer {
     /// The next of them, or the one after the last, at whose begin the flag is set.
     next: u64,
 }
+
+state! { Transfer { byte, done, next } if |of, _now| of.done <= BITS && of.next != NEVER }
 
 impl Transfer {
     /// One full cycle lies between the write and the first active one.
@@ -37,6 +40,8 @@ pub(super) struct Shifter {
     send: Option<Transfer>,
     receive: Option<Transfer>,
 }
+
+state! { Shifter { send, receive } }
 
 /// What a machine cycle did.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

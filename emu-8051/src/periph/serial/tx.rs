@@ -1,8 +1,10 @@
 //! The transmitter of modes 1 to 3: a divide-by-16 counter that runs freely and a shift register that moves on at its
 //! rollovers.
 
+use emu_core::state;
+
 /// A byte with its way over the line still to go.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Frame {
     byte: u8,
     /// What follows the bit on the line, the next one lowest: data, TB8 in modes 2 and 3, the stop bit.
@@ -10,6 +12,8 @@ struct Frame {
     /// Rollovers until the stop bit begins; 0 while the stop bit is on the line.
     left: u8,
 }
+
+state! { Frame { byte, bits, left } if |frame, _now| frame.left <= 10 }
 
 /// The transmitter.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +25,8 @@ pub(super) struct Sender {
     /// On the line.
     out: Option<Frame>,
 }
+
+state! { Sender { count, next, out } if |sender, _now| sender.count < 16 }
 
 /// What a rollover did.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -6,6 +6,7 @@
 mod device;
 
 use emu_core::NEVER;
+use emu_core::state;
 
 use super::edges::Edges;
 use super::{Drive, Line, Outbox, Signal};
@@ -77,6 +78,13 @@ pub struct Spi {
     asleep: Option<u64>,
 }
 
+state! {
+    Spi {
+        control, status, shown, buffer, shift, bit, count, moving, ended, active, half, selected, sck, mosi, miso, ss, ss_output,
+        drives, asleep,
+    } if |spi, now| spi.count <= 8 && spi.sound(now)
+}
+
 impl Spi {
     /// As after power-on; all wires are low until told otherwise.
     #[must_use]
@@ -102,6 +110,12 @@ impl Spi {
             drives: [Drive::Port; 4],
             asleep: None,
         }
+    }
+
+    /// What was read can be of a part that has done everything up to `now`.
+    fn sound(&self, now: u64) -> bool {
+        let next = self.half.min(self.selected).min(self.sck.next());
+        self.asleep.map_or(next > now, |since| since <= now + 1 && next >= since)
     }
 
     fn has(&self, bit: u8) -> bool {

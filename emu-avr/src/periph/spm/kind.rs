@@ -52,3 +52,5 @@ pub struct Bytes {
     /// Calibration byte of the internal oscillator (28.4).
     pub calibration: u8,
 }
+
+emu_core::state! { Bytes { lock } stays { fuses, signature, calibration } }

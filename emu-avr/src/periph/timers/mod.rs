@@ -12,6 +12,7 @@ mod pins;
 mod plan;
 mod regs;
 mod shape;
+mod state;
 mod tosc;
 
 pub use shape::{

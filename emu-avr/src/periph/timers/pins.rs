@@ -2,6 +2,8 @@
 //! 17-1).
 
 use emu_core::NEVER;
+use emu_core::state;
+use emu_core::state::{Damaged, State, Tape};
 
 /// Cycles from a change of a pin to the edge at which it acts: 2.5 to 3.5 by 17.1, and 3 for what changes with an edge.
 pub const DETECT: u64 = 3;
@@ -15,6 +17,15 @@ pub struct Pipe {
     len: usize,
     /// The level after all of them.
     level: bool,
+}
+
+impl State for Pipe {
+    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+        // What stands behind the last change is left over from older ones.
+        tape.below(&mut self.len, self.times.len() + 1)?;
+        self.level.state(tape)?;
+        self.times.iter_mut().take(self.len).try_for_each(|time| time.state(tape))
+    }
 }
 
 impl Pipe {
@@ -89,6 +100,8 @@ pub struct Icp {
     /// What the noise canceller gives.
     quiet: bool,
 }
+
+state! { Icp { pipe, told, quiet } if |icp, _now| icp.told <= icp.pipe.len }
 
 impl Icp {
     /// When something comes out next.

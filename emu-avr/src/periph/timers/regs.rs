@@ -170,8 +170,8 @@ impl Timer {
         }
     }
 
-    /// The control registers act as they are now.
-    fn decode(&mut self, t: u64, out: &mut Outbox) {
+    /// Mode and actions, by the control registers that act.
+    pub(super) fn choose(&mut self) {
         let [a, b] = self.acting;
         let wgm = match (self.shape.channels, self.shape.wide) {
             (0, _) => 0,
@@ -179,15 +179,20 @@ impl Timer {
             (_, true) => a & 3 | b >> 1 & 12,
         };
         self.mode = Mode::of(self.shape.wide, wgm);
-        self.down &= self.mode.dual();
         for (i, channel) in self.channels.iter_mut().enumerate() {
             channel.action = self.mode.action(i, a >> (6 - 2 * i));
             if i >= usize::from(self.shape.channels) {
                 channel.action = Action::None;
             }
-            if !self.mode.buffered() {
-                channel.compare = channel.buffer;
-            }
+        }
+    }
+
+    /// The control registers act as they are now.
+    fn decode(&mut self, t: u64, out: &mut Outbox) {
+        self.choose();
+        self.down &= self.mode.dual();
+        if !self.mode.buffered() {
+            self.channels.iter_mut().for_each(|channel| channel.compare = channel.buffer);
         }
         self.select(t);
         self.show(t, out);

@@ -18,6 +18,12 @@ pub struct Tosc {
     stopped: bool,
 }
 
+emu_core::state! {
+    Tosc { edges, since, part, hz, rate, external, stopped }
+    if |tosc, now| tosc.since <= now + 1 && tosc.rate != 0 && tosc.part < tosc.rate && tosc.edges != NEVER
+        && ![tosc.hz, tosc.rate].contains(&NEVER)
+}
+
 impl Tosc {
     /// A crystal of 32,768 Hz; the chip has yet to say its own rate.
     pub const NEW: Tosc =

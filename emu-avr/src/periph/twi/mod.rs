@@ -8,6 +8,7 @@ mod bus;
 mod device;
 
 use emu_core::NEVER;
+use emu_core::state;
 
 use super::edges::Edges;
 use super::{Drive, Line, Outbox, Signal};
@@ -65,13 +66,20 @@ enum Master {
     Stop,
 }
 
+state! {
+    enum Master { 0 = Off, 1 = Start { again }, 2 = Again, 3 = Send { address }, 4 = Receive, 5 = Hold(next), 6 = Stop }
+}
+
 /// What a master does next, unless it is to be START or STOP.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum Next {
+    #[default]
     Address,
     Send,
     Receive,
 }
+
+state! { enum Next { 0 = Address, 1 = Send, 2 = Receive } }
 
 /// What this part is as a slave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,6 +92,8 @@ enum Slave {
     Send,
 }
 
+state! { enum Slave { 0 = Off, 1 = Receive { general }, 2 = Send } }
+
 /// What the timer is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Act {
@@ -94,6 +104,8 @@ enum Act {
     /// SDA is let go: STOP.
     Stop,
 }
+
+state! { enum Act { 0 = PullScl, 1 = FreeScl, 2 = Start, 3 = Stop } }
 
 /// The two-wire interface.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -131,6 +143,13 @@ pub struct Twi {
     drives: [Drive; 2],
     /// Since when the clock stands.
     asleep: Option<u64>,
+}
+
+state! {
+    Twi {
+        rate, status, prescaler, address, mask, data, shift, control, flagged, master, slave, busy, first, lost, count, acknowledged,
+        timer, act, scl, sda, pull_scl, pull_sda, drives, asleep,
+    } if |twi, _now| twi.count <= 9 && twi.prescaler < 4 && twi.asleep != Some(NEVER)
 }
 
 impl Twi {

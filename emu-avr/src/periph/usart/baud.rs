@@ -1,5 +1,7 @@
 //! The baud rate generator (section 20.3.1): a counter that runs down from UBRR, and the divider behind it.
 
+use emu_core::NEVER;
+
 /// Ticks of the generator, numbered. The numbers are what the divider counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Baud {
@@ -8,6 +10,11 @@ pub(super) struct Baud {
     /// A tick from which on the ticks come every UBRR + 1 cycles, and its number. It may lie ahead, but not more than one tick.
     tick: u64,
     number: u64,
+}
+
+emu_core::state! {
+    Baud { ubrr, tick, number }
+    if |baud, _now| baud.ubrr <= 0xFFF && baud.number != 0 && ![baud.tick, baud.number].contains(&NEVER)
 }
 
 impl Baud {

@@ -15,6 +15,8 @@ pub(super) struct Fifo {
     lost: bool,
 }
 
+emu_core::state! { Fifo { head, second, held, waiting, lost } if |fifo, _now| fifo.held <= 2 }
+
 impl Fifo {
     pub(super) const EMPTY: Fifo =
         Fifo { head: Received::NONE, second: Received::NONE, held: 0, waiting: None, lost: false };

@@ -3,7 +3,7 @@
 use super::{FE, UPE};
 
 /// What a frame is made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Format {
     /// Data bits, 5 to 9.
     pub(super) size: u8,
@@ -12,6 +12,8 @@ pub(super) struct Format {
     /// Two stop bits are sent.
     pub(super) two_stops: bool,
 }
+
+emu_core::state! { Format { size, parity, two_stops } if |of, _now| (5..=9).contains(&of.size) }
 
 impl Format {
     /// From UCSRB and UCSRC. The reserved sizes count as if UCSZ2 were 0, the reserved parity as none.
@@ -52,7 +54,7 @@ impl Format {
 }
 
 /// A character received.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Received {
     pub(super) byte: u8,
     /// RXB8.
@@ -63,12 +65,14 @@ pub(super) struct Received {
     pub(super) address: bool,
 }
 
+emu_core::state! { Received { byte, ninth, errors, address } }
+
 impl Received {
     pub(super) const NONE: Received = Received { byte: 0, ninth: false, errors: 0, address: false };
 }
 
 /// A frame that is coming in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Frame {
     /// As it was when the frame began.
     format: Format,
@@ -77,6 +81,8 @@ pub(super) struct Frame {
     /// Data, and the parity bit behind them.
     bits: u16,
 }
+
+emu_core::state! { Frame { format, bit, bits } if |frame, _now| frame.bit <= frame.format.stop() }
 
 /// What a bit made of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -12,6 +12,7 @@ mod receiver;
 mod sender;
 
 use emu_core::NEVER;
+use emu_core::state;
 
 use super::edges::Edges;
 use super::{Drive, Line, Outbox, Signal};
@@ -103,6 +104,12 @@ pub struct Usart {
     asleep: Option<u64>,
 }
 
+state! {
+    Usart {
+        a, complete, b, c, baud, sender, buffer, receiver, fifo, rxd, xck, master, half, drives, asleep,
+    } if |usart, now| usart.sound(now)
+}
+
 impl Usart {
     /// A port after power-on at `t`; all its wires are low until told otherwise.
     #[must_use]
@@ -136,6 +143,12 @@ impl Usart {
     #[must_use]
     pub fn listens(&self) -> bool {
         self.receives() && self.b & RXC != 0
+    }
+
+    /// What was read can be of a port that has done everything up to `now`.
+    fn sound(&self, now: u64) -> bool {
+        let next = self.sender.next().min(self.receiver.next()).min(self.half).min(self.xck.next());
+        self.asleep.map_or(next > now, |since| since <= now + 1 && next >= since)
     }
 
     fn mode(&self) -> Mode {

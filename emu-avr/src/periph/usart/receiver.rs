@@ -23,6 +23,11 @@ pub(super) struct Receiver {
     next: u64,
 }
 
+emu_core::state! {
+    Receiver { on, armed, frame, votes, highs, shift, wait, since, next }
+    if |of, _now| of.votes <= 2 && of.highs <= of.votes && of.wait <= 32 && of.since != NEVER
+}
+
 impl Receiver {
     pub(super) const OFF: Receiver =
         Receiver { on: false, armed: false, frame: None, votes: 0, highs: 0, shift: 0, wait: 0, since: 0, next: NEVER };

@@ -22,6 +22,10 @@ pub(super) struct Sender {
     next: u64,
 }
 
+emu_core::state! {
+    Sender { byte, bits, left, active, started, level, since, next } if |of, _now| of.left <= 13 && of.since != NEVER
+}
+
 impl Sender {
     pub(super) const IDLE: Sender =
         Sender { byte: 0, bits: 0, left: 0, active: false, started: false, level: true, since: 0, next: NEVER };

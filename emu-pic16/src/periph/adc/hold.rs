@@ -37,6 +37,11 @@ pub(super) struct Hold {
     from: u64,
 }
 
+emu_core::state! {
+    Hold { microvolts, connected, from } stays { network, hz, tau_fs, dead, full }
+    if |hold, now| hold.connected != Some(u64::MAX) && hold.from <= now + 4
+}
+
 impl Hold {
     /// An empty, open one, with a source of `ohms`.
     pub fn new(network: Network, ohms: u32, hz: u64) -> Hold {

@@ -10,12 +10,15 @@ use super::super::{Outbox, Signal};
 use super::regs::{ACKDT, ACKEN, ACKSTAT, BF, PEN, RCEN, RSEN, RW, Regs, SEN, SEQUENCES, interrupt};
 
 /// What bits are clocked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum Job {
+    #[default]
     Transmit,
     Receive,
     Acknowledge,
 }
+
+emu_core::state! { enum Job { 0 = Transmit, 1 = Receive, 2 = Acknowledge } }
 
 /// Where a sequence stands. "Waits" is for a wire, "counts" for the baud rate generator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,6 +56,13 @@ enum Step {
     BitHigh(Job),
 }
 
+emu_core::state! {
+    enum Step {
+        0 = Idle, 1 = StartFree, 2 = StartHigh, 3 = StartLow, 4 = AgainFall, 5 = AgainLow, 6 = AgainRise, 7 = StopFall, 8 = StopLow,
+        9 = StopRise, 10 = StopHigh, 11 = StopFree, 12 = BitFall(job), 13 = BitLow(job), 14 = BitRise(job), 15 = BitHigh(job),
+    }
+}
+
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Master {
     step: Step,
@@ -65,6 +75,8 @@ pub(super) struct Master {
     /// SDA was let go to send a 1: who pulls it collides.
     sends_one: bool,
 }
+
+emu_core::state! { Master { step, timer, sr, falls, sends_one } if |of, _now| of.falls <= 9 }
 
 impl Master {
     pub(super) const IDLE: Master = Master { step: Step::Idle, timer: NEVER, sr: 0, falls: 0, sends_one: false };

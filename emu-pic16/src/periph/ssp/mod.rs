@@ -30,6 +30,8 @@ pub struct Ssp {
     asleep: Option<u64>,
 }
 
+emu_core::state! { Ssp { regs, spi, slave, master, asleep } if |of, now| of.asleep.is_none_or(|since| since <= now + 4) }
+
 impl Ssp {
     /// A port after power-up: an MSSP, or the basic SSP without SSPCON2, I2C master and general call.
     #[must_use]

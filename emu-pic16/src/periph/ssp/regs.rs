@@ -120,6 +120,10 @@ pub(super) struct Regs {
     drives: [Drive; 3],
 }
 
+emu_core::state! {
+    Regs { buf, con, con2, add, stat, scl, sda, ss, pull_scl, pull_sda, drives } stays { master, stretch }
+}
+
 impl Regs {
     pub(super) fn new(master: bool) -> Regs {
         Regs {

@@ -23,6 +23,8 @@ enum Phase {
     Transmit,
 }
 
+emu_core::state! { enum Phase { 0 = Idle, 1 = Address, 2 = Second, 3 = Receive, 4 = Asked, 5 = Transmit } }
+
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Slave {
     phase: Phase,
@@ -39,6 +41,8 @@ pub(super) struct Slave {
     /// SCL is held until SSPADD is written.
     wants_address: bool,
 }
+
+emu_core::state! { Slave { phase, sr, rises, acked, sending, matched, wants_address } if |of, _now| of.rises <= 9 }
 
 impl Slave {
     pub(super) const IDLE: Slave = Slave {

@@ -29,6 +29,8 @@ pub(super) struct Spi {
     done: (u64, u8),
 }
 
+emu_core::state! { Spi { sr, sdo, active, shifting, count, edge, done } if |spi, _now| spi.count <= 16 }
+
 impl Spi {
     pub(super) const IDLE: Spi =
         Spi { sr: 0, sdo: false, active: false, shifting: false, count: 0, edge: NEVER, done: (NEVER, 0) };

@@ -56,6 +56,8 @@ pub(super) struct Ccp {
     edges: u8,
 }
 
+emu_core::state! { Ccp { con, low, high, two, output, pin, edges } if |ccp, _now| ccp.edges <= 16 }
+
 impl Ccp {
     pub(super) fn mode(&self) -> Mode {
         match self.con & 0xF {

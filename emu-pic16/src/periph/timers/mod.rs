@@ -41,6 +41,8 @@ pub struct Timers {
     next: [u64; 2],
 }
 
+emu_core::state! { Timers { timer1, timer2, ccp, listener, asleep, next } stays { ccps } }
+
 impl Timers {
     /// As after power-on at clock 0, all lines low.
     ///

@@ -92,6 +92,10 @@ pub(super) struct Timer1 {
     asleep: bool,
 }
 
+emu_core::state! {
+    Timer1 { con, swings, pin, at, value, prescaler, unarmed, flight, asleep } stays { crystal } if |of, now| of.at <= now + 4
+}
+
 impl Timer1 {
     /// `crystal`: hertz of the oscillator and of the crystal, if there is one.
     pub(super) fn new(crystal: Option<(u64, u64)>) -> Timer1 {

@@ -23,6 +23,8 @@ pub(super) struct Timer2 {
     slept: Option<u64>,
 }
 
+emu_core::state! { Timer2 { con, pr, at, value, post, slept } if |of, now| of.at <= now + 4 && of.slept != Some(u64::MAX) }
+
 impl Timer2 {
     /// As after a reset at `t`.
     pub(super) fn new(t: u64) -> Timer2 {

@@ -1,12 +1,14 @@
 //! RCREG: two words deep, with FERR and RX9D of each (DS30292, 10.2.2).
 
 /// A word received.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Received {
     pub(super) byte: u8,
     pub(super) ninth: bool,
     pub(super) bad_stop: bool,
 }
+
+emu_core::state! { Received { byte, ninth, bad_stop } }
 
 /// Up to two words, the older one in front. The last one read stays in sight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,6 +17,8 @@ pub(super) struct Fifo {
     second: Received,
     held: u8,
 }
+
+emu_core::state! { Fifo { head, second, held } if |fifo, _now| fifo.held <= 2 }
 
 impl Fifo {
     pub(super) const EMPTY: Fifo = Fifo { head: Received::NONE, second: Received::NONE, held: 0 };

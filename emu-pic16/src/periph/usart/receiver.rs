@@ -16,11 +16,13 @@ pub(super) enum Receiver {
     Clocked(Clocked),
 }
 
+emu_core::state! { enum Receiver { 0 = Idle, 1 = Frame(frame), 2 = Clocked(clocked) } }
+
 /// A frame that is coming in. With BRGH = 0 it is sampled as the 7th, 8th and 9th period of the generator end after the edge
 /// of the start bit, and so 16, 32, .. periods later for the other bits. With BRGH = 1 the first period that ends after the
 /// edge is number 1, and the middle of the one that follows number 2, and so 4, 8, .. later, is the rising edge which
 /// evaluates the last three samples of a clock that ticks in Q2 and Q4. (DS33023, 18.3.1, figures 18-1 to 18-3.)
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Frame {
     /// Bit on the line: 0 is the start bit.
     pub(super) bit: u8,
@@ -33,6 +35,8 @@ pub(super) struct Frame {
     base: u64,
     ended: u64,
 }
+
+emu_core::state! { Frame { bit, samples, highs, bits, base, ended } if |of, _now| of.bit <= 10 && of.samples <= 3 && of.highs <= 3 }
 
 impl Frame {
     pub(super) const fn new(base: u64) -> Frame {
@@ -78,7 +82,7 @@ impl Frame {
 }
 
 /// A word that CK brings in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Clocked {
     n: u8,
     bits: u16,
@@ -87,6 +91,8 @@ pub(super) struct Clocked {
     /// The master's next edge of CK, in clocks run; `NEVER` where CK comes from outside.
     pub(super) next: u64,
 }
+
+emu_core::state! { Clocked { n, bits, high, next } if |of, _now| of.n <= 10 }
 
 impl Clocked {
     /// Keeps a bit. True if these are all of `of`.
@@ -116,6 +122,8 @@ pub(super) struct Past {
     bits: u8,
     at: u64,
 }
+
+emu_core::state! { Past { bits, at } }
 
 impl Past {
     /// A line that was always low.

@@ -6,7 +6,7 @@ use super::super::{Outbox, Signal};
 use super::{TCY, TX9, TX9D, Usart};
 
 /// A word in TSR.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Word {
     pub(super) byte: u8,
     /// The bits that are not on the line yet, the next one lowest, and how many they are.
@@ -19,6 +19,8 @@ pub(super) struct Word {
     /// The next step, in clocks run; `NEVER` where CK comes from outside.
     pub(super) next: u64,
 }
+
+emu_core::state! { Word { byte, bits, left, high, cut, next } if |word, _now| word.left <= 12 }
 
 /// What a word did at a step.
 pub(super) enum Step {

@@ -1,0 +1,435 @@
+//! Requests to answers.
+
+use std::collections::BTreeSet;
+
+use emu_core::cpu::Reset;
+use emu_debug::debug::{Action, Session};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::ladder::Ladder;
+use crate::listing::Listing;
+use crate::points::Table;
+use crate::running::Run;
+use crate::stops::Stop;
+use crate::wire::{self, LaunchArguments, Request, Wrong};
+
+/// A machine ready to be debugged.
+pub struct Opened {
+    /// It, and where it has been.
+    pub session: Session,
+    /// The ladder program in it.
+    pub view: Option<ladder_view::View>,
+    /// What the user should know, one line or more each.
+    pub notes: Vec<String>,
+}
+
+/// Makes a machine of what `launch` asks for; the error is for people.
+pub type Opener<'a> = dyn Fn(&LaunchArguments) -> Result<Opened, String> + 'a;
+
+/// How far the conversation has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    /// Nothing was said.
+    New,
+    /// After `initialize`.
+    Ready,
+    /// After `launch`: the client says which breakpoints there are.
+    Configuring,
+    /// After `configurationDone`.
+    Going,
+    /// After `disconnect`.
+    Over,
+}
+
+/// What this client understands.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(crate) struct Client {
+    lines_start_at1: bool,
+    columns_start_at1: bool,
+    path_format: String,
+    pub supports_invalidated_event: bool,
+}
+
+impl Default for Client {
+    fn default() -> Client {
+        let path_format = "path".to_owned();
+        Client { lines_start_at1: true, columns_start_at1: true, path_format, supports_invalidated_event: false }
+    }
+}
+
+impl Client {
+    /// A line of ours as the client counts it.
+    pub fn line(&self, line: u32) -> i64 {
+        i64::from(line) - i64::from(!self.lines_start_at1)
+    }
+
+    /// A line of the client as we count it; 0 for one that cannot be.
+    pub fn own_line(&self, line: i64) -> u32 {
+        u32::try_from(line.saturating_add(i64::from(!self.lines_start_at1))).unwrap_or(0)
+    }
+
+    /// The first column.
+    pub fn column(&self) -> i64 {
+        i64::from(self.columns_start_at1)
+    }
+}
+
+/// The machine that is debugged, with what was made of it.
+pub(crate) struct Machine {
+    pub session: Session,
+    pub ladder: Option<Ladder>,
+    /// Made when it is first asked for.
+    pub listing: Option<Listing>,
+    /// Bytes sent up to this cycle were told.
+    pub told: u64,
+    /// Why it stands.
+    pub stop: Stop,
+    /// The image, without folders.
+    pub name: String,
+    /// Folder of the image.
+    pub folder: std::path::PathBuf,
+}
+
+impl Machine {
+    /// The listing; made anew where program memory may have changed.
+    pub fn listing(&mut self) -> &Listing {
+        let Machine { session, ladder, listing, .. } = self;
+        listing.get_or_insert_with(|| Listing::new(session, ladder.as_ref()))
+    }
+
+    /// Does something from outside. What was told of the future that is gone now counts no more.
+    pub fn act(&mut self, action: Action) -> Result<(), Wrong> {
+        self.session.act(action).map_err(Wrong::cannot)?;
+        self.told = self.told.min(self.session.target().cycle());
+        self.listing = None;
+        Ok(())
+    }
+}
+
+/// One conversation with a client: requests go in, responses and events come out.
+pub struct Adapter<'a> {
+    open: &'a Opener<'a>,
+    stage: Stage,
+    launched: LaunchArguments,
+    pub(crate) client: Client,
+    pub(crate) machine: Option<Machine>,
+    pub(crate) points: Table,
+    pub(crate) run: Option<Run>,
+    events: Vec<(&'static str, Value)>,
+    seq: i64,
+}
+
+/// Requests that a machine that runs can take.
+#[rustfmt::skip]
+const WHILE_RUNNING: &[&str] = &[
+    "breakpointLocations", "configurationDone", "dataBreakpointInfo", "disconnect", "loadedSources", "pause", "restart",
+    "setBreakpoints", "setDataBreakpoints", "setExceptionBreakpoints", "setFunctionBreakpoints", "setInstructionBreakpoints",
+    "source", "terminate", "threads",
+];
+
+impl<'a> Adapter<'a> {
+    /// A conversation that begins.
+    #[must_use]
+    pub fn new(open: &'a Opener<'a>) -> Adapter<'a> {
+        Adapter {
+            open,
+            stage: Stage::New,
+            launched: LaunchArguments::default(),
+            client: Client::default(),
+            machine: None,
+            points: Table::default(),
+            run: None,
+            events: Vec::new(),
+            seq: 0,
+        }
+    }
+
+    /// The client has gone; nothing more is to be said.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.stage == Stage::Over
+    }
+
+    /// The machine runs: [`Adapter::proceed`] is to be called until it does not.
+    #[must_use]
+    pub fn is_running(&self) -> bool {
+        self.run.is_some() && !self.is_over()
+    }
+
+    /// Takes a message; gives the response and the events that follow from it, in order.
+    pub fn handle(&mut self, message: &Value) -> Vec<Value> {
+        let answer = match Request::read(message) {
+            Err((seq, command, wrong)) => self.response(seq, &command, Err(wrong)),
+            Ok(request) => {
+                let result = self.fits(&request.command).and_then(|()| self.dispatch(&request));
+                self.response(request.seq, &request.command, result)
+            }
+        };
+        let mut out = vec![answer];
+        out.append(&mut self.take_events());
+        out
+    }
+
+    /// Answers a message that was no JSON.
+    pub fn garbled(&mut self, why: &str) -> Vec<Value> {
+        vec![self.response(0, "", Err(Wrong::new(wire::MALFORMED, why)))]
+    }
+
+    /// Runs on until the machine stands, `go_on` says no (it is asked about every millisecond), or a slice of a few hundredths of a second is over;
+    /// gives the events.
+    pub fn proceed(&mut self, go_on: &mut dyn FnMut() -> bool) -> Vec<Value> {
+        self.advance(go_on);
+        self.take_events()
+    }
+
+    fn response(&mut self, seq: i64, command: &str, result: Result<Value, Wrong>) -> Value {
+        self.seq += 1;
+        let mut response = json!({
+            "seq": self.seq, "type": "response", "request_seq": seq, "success": result.is_ok(), "command": command,
+        });
+        match result {
+            Ok(Value::Null) => {}
+            Ok(body) => response["body"] = body,
+            Err(wrong) => {
+                response["message"] = wrong.message().into();
+                response["body"] = wrong.body();
+            }
+        }
+        response
+    }
+
+    /// An event, to go out behind the response.
+    pub(crate) fn event(&mut self, name: &'static str, body: Value) {
+        self.events.push((name, body));
+    }
+
+    /// Something for the user to read.
+    pub(crate) fn output(&mut self, category: &str, text: &str) {
+        self.event("output", json!({ "category": category, "output": text }));
+    }
+
+    fn take_events(&mut self) -> Vec<Value> {
+        let events = std::mem::take(&mut self.events);
+        let number = |(name, body): (&str, Value)| {
+            self.seq += 1;
+            let mut event = json!({ "seq": self.seq, "type": "event", "event": name });
+            if !body.is_null() {
+                event["body"] = body;
+            }
+            event
+        };
+        events.into_iter().map(number).collect()
+    }
+
+    /// The request has its place at this point of the conversation.
+    fn fits(&self, command: &str) -> Result<(), Wrong> {
+        let early = |text: String| Err(Wrong::new(wire::TOO_EARLY, text));
+        let wanted = match (self.stage, command) {
+            (_, "disconnect") => return Ok(()),
+            (Stage::New, "initialize") | (Stage::Ready, "launch" | "attach") => return Ok(()),
+            (Stage::New, _) => return early(format!("{command} came before initialize")),
+            (_, "initialize") | (Stage::Configuring | Stage::Going, "launch" | "attach") => {
+                return early(format!("{command} came twice"));
+            }
+            (Stage::Ready, _) => return early(format!("{command} came before launch")),
+            (_, wanted) => wanted,
+        };
+        if self.run.is_some() && !WHILE_RUNNING.contains(&wanted) {
+            return Err(Wrong::new(wire::RUNNING, format!("{command} is for a machine that stands; pause it first")));
+        }
+        Ok(())
+    }
+
+    /// The machine, which is there from `launch` on.
+    pub(crate) fn machine(&mut self) -> Result<&mut Machine, Wrong> {
+        self.machine.as_mut().ok_or_else(|| Wrong::new(wire::TOO_EARLY, "no program was launched"))
+    }
+
+    fn dispatch(&mut self, request: &Request) -> Result<Value, Wrong> {
+        match request.command.as_str() {
+            "initialize" => self.initialize(request),
+            "launch" => self.launch(request),
+            "attach" => Err(Wrong::cannot("there is no machine to attach to: a program is launched").shown()),
+            "configurationDone" => self.configured(),
+            "restart" => self.restart(request),
+            "disconnect" => self.disconnect(),
+            "terminate" => self.terminate(),
+            "threads" => self.threads(),
+            "setBreakpoints" => self.set_breakpoints(request),
+            "setFunctionBreakpoints" => self.set_function_breakpoints(request),
+            "setInstructionBreakpoints" => self.set_instruction_breakpoints(request),
+            "setDataBreakpoints" => self.set_data_breakpoints(request),
+            "setExceptionBreakpoints" => Ok(json!({ "breakpoints": [] })),
+            "dataBreakpointInfo" => self.data_breakpoint_info(request),
+            "breakpointLocations" => self.breakpoint_locations(request),
+            "continue" => self.go(Run::On, json!({ "allThreadsContinued": true })),
+            "next" => self.next(request, false),
+            "stepIn" => self.next(request, true),
+            "stepOut" => self.step_out(request),
+            "stepBack" => self.step_back(request),
+            "reverseContinue" => self.go(Run::BackOn, Value::Null),
+            "pause" => self.pause(),
+            "goto" => self.goto(request),
+            "gotoTargets" => self.goto_targets(request),
+            "stackTrace" => self.stack_trace(request),
+            "scopes" => self.scopes(request),
+            "variables" => self.variables(request),
+            "setVariable" => self.set_variable(request),
+            "evaluate" => self.evaluate(request),
+            "setExpression" => self.set_expression(request),
+            "exceptionInfo" => self.exception_info(),
+            "disassemble" => self.disassemble(request),
+            "readMemory" => self.read_memory(request),
+            "writeMemory" => self.write_memory(request),
+            "source" => self.source(request),
+            "loadedSources" => self.loaded_sources(),
+            "emu/step" => self.emu_step(request),
+            "emu/why" => self.emu_why(request),
+            "emu/draw" => self.emu_draw(request),
+            "emu/drive" => self.emu_drive(request),
+            "emu/gotoCycle" => self.emu_goto_cycle(request),
+            "emu/reset" => self.emu_reset(),
+            other => Err(Wrong::new(wire::UNKNOWN, format!("there is no request `{other}`"))),
+        }
+    }
+
+    fn initialize(&mut self, request: &Request) -> Result<Value, Wrong> {
+        let client: Client = request.arguments()?;
+        if client.path_format != "path" {
+            let text = format!("sources have paths here, not the format `{}`", client.path_format);
+            return Err(Wrong::new(wire::ARGUMENTS, text));
+        }
+        self.client = client;
+        self.stage = Stage::Ready;
+        let can: BTreeSet<&str> = [
+            "supportsBreakpointLocationsRequest",
+            "supportsConditionalBreakpoints",
+            "supportsConfigurationDoneRequest",
+            "supportsDataBreakpoints",
+            "supportsDisassembleRequest",
+            "supportsEvaluateForHovers",
+            "supportsExceptionInfoRequest",
+            "supportsFunctionBreakpoints",
+            "supportsGotoTargetsRequest",
+            "supportsHitConditionalBreakpoints",
+            "supportsInstructionBreakpoints",
+            "supportsLoadedSourcesRequest",
+            "supportsLogPoints",
+            "supportsReadMemoryRequest",
+            "supportsRestartRequest",
+            "supportsSetExpression",
+            "supportsSetVariable",
+            "supportsStepBack",
+            "supportsSteppingGranularity",
+            "supportsTerminateRequest",
+            "supportsValueFormattingOptions",
+            "supportsWriteMemoryRequest",
+        ]
+        .into();
+        Ok(can.into_iter().map(|name| (name.to_owned(), Value::Bool(true))).collect::<serde_json::Map<_, _>>().into())
+    }
+
+    fn launch(&mut self, request: &Request) -> Result<Value, Wrong> {
+        let arguments: LaunchArguments = request.arguments().map_err(Wrong::shown)?;
+        self.open(arguments)?;
+        self.stage = Stage::Configuring;
+        let name = self.machine()?.name.clone();
+        self.event("process", json!({ "name": name, "startMethod": "launch", "isLocalProcess": false }));
+        self.event("initialized", Value::Null);
+        Ok(Value::Null)
+    }
+
+    fn open(&mut self, arguments: LaunchArguments) -> Result<(), Wrong> {
+        if arguments.program.is_empty() {
+            return Err(
+                Wrong::new(wire::ARGUMENTS, "launch wants `program`: a HEX or ELF image, or a ladder program").shown()
+            );
+        }
+        let opened = (self.open)(&arguments).map_err(|why| Wrong::new(wire::LAUNCH, why).shown())?;
+        for note in &opened.notes {
+            self.output("console", &format!("{}\n", note.trim_end()));
+        }
+        let path = std::path::Path::new(&arguments.program);
+        let name = path.file_name().map_or(arguments.program.clone(), |name| name.to_string_lossy().into_owned());
+        let folder = path.parent().map(std::path::Path::to_path_buf).unwrap_or_default();
+        self.machine = Some(Machine {
+            told: opened.session.target().cycle(),
+            ladder: opened.view.map(Ladder::new),
+            session: opened.session,
+            listing: None,
+            stop: Stop::entry(),
+            name,
+            folder,
+        });
+        self.run = None;
+        self.launched = arguments;
+        Ok(())
+    }
+
+    fn configured(&mut self) -> Result<Value, Wrong> {
+        if self.stage == Stage::Configuring {
+            self.stage = Stage::Going;
+            self.begin();
+        }
+        Ok(Value::Null)
+    }
+
+    /// Stands before the first instruction, or runs from there.
+    fn begin(&mut self) {
+        if self.launched.stop_on_entry {
+            self.stopped(Stop::entry());
+        } else {
+            self.run = Some(Run::On);
+        }
+    }
+
+    /// The program is not to be stopped by breakpoints.
+    pub(crate) fn no_debug(&self) -> bool {
+        self.launched.no_debug
+    }
+
+    /// Everything anew, from the files as they are now.
+    fn restart(&mut self, request: &Request) -> Result<Value, Wrong> {
+        #[derive(Default, Deserialize)]
+        #[serde(default)]
+        struct Arguments {
+            arguments: Option<LaunchArguments>,
+        }
+        let Arguments { arguments } = request.arguments()?;
+        let arguments = arguments.unwrap_or_else(|| self.launched.clone());
+        self.open(arguments)?;
+        self.place_points_anew();
+        if self.stage == Stage::Going {
+            self.begin();
+        }
+        Ok(Value::Null)
+    }
+
+    fn disconnect(&mut self) -> Result<Value, Wrong> {
+        self.run = None;
+        self.stage = Stage::Over;
+        Ok(Value::Null)
+    }
+
+    fn terminate(&mut self) -> Result<Value, Wrong> {
+        self.run = None;
+        self.event("terminated", Value::Null);
+        Ok(Value::Null)
+    }
+
+    fn threads(&mut self) -> Result<Value, Wrong> {
+        let name = self.machine()?.session.scope.chip().name;
+        Ok(json!({ "threads": [{ "id": THREAD, "name": name }] }))
+    }
+
+    fn emu_reset(&mut self) -> Result<Value, Wrong> {
+        self.machine()?.act(Action::Reset(Reset::External))?;
+        self.stopped(Stop::moved("reset"));
+        Ok(Value::Null)
+    }
+}
+
+/// The one thread.
+pub(crate) const THREAD: i64 = 1;

@@ -1,0 +1,150 @@
+//! Expressions, and the commands of the console.
+
+use emu_debug::debug::Place;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::adapter::{Adapter, Machine};
+use crate::wire::{Request, Wrong};
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Arguments {
+    expression: String,
+    frame_id: Option<i64>,
+    context: Option<String>,
+    value: String,
+    format: Format,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Format {
+    hex: bool,
+}
+
+const HELP: &str = "\
+EXPRESSION             its value, as in watches: PORTB.5, $pc, *0x100, a symbol
+PLACE = EXPRESSION     gives a place another value
+instruction [N]        N steps; also line, element, rung, scan; back-instruction and so on go back
+goto-cycle N           to a cycle or a time (10ms), forwards or back
+why SYMBOL             what made a symbol of the ladder program so
+draw [RUNG]            a rung with the power in it
+drive PIN=LEVEL        PB0=1, PB0=z, RA0=1.25V, from now on
+where                  cycle, time, scan and place";
+
+impl Adapter<'_> {
+    pub(crate) fn evaluate(&mut self, request: &Request) -> Result<Value, Wrong> {
+        let Arguments { expression, frame_id, context, format, .. } = request.arguments()?;
+        self.frame(frame_id)?;
+        let text = expression.trim();
+        if context.as_deref() == Some("repl")
+            && let Some(answer) = self.command(text)?
+        {
+            return Ok(json!({ "result": answer, "variablesReference": 0 }));
+        }
+        let machine = self.machine()?;
+        let (expr, target) = (machine.session.scope.expr(text).map_err(Wrong::nothing)?, machine.session.target());
+        let (result, memory) = match expr.place(target) {
+            Some(place) => {
+                let memory = match place {
+                    Place::Memory { space, addr, .. } => Some(Machine::memory_reference(space, addr)),
+                    _ => None,
+                };
+                (machine.shown(place, format.hex), memory)
+            }
+            None => {
+                let value = expr.value(target).ok_or_else(|| Wrong::cannot(format!("`{text}` has no value now")))?;
+                (if format.hex { format!("0x{value:x}") } else { value.to_string() }, None)
+            }
+        };
+        let mut answer = json!({ "result": result, "variablesReference": 0 });
+        if let Some(memory) = memory {
+            answer["memoryReference"] = memory.into();
+        }
+        Ok(answer)
+    }
+
+    pub(crate) fn set_expression(&mut self, request: &Request) -> Result<Value, Wrong> {
+        let Arguments { expression, frame_id, value, format, .. } = request.arguments()?;
+        self.frame(frame_id)?;
+        let value = self.assigned(&expression, &value, format.hex)?;
+        Ok(json!({ "value": value }))
+    }
+
+    fn assigned(&mut self, text: &str, value: &str, hex: bool) -> Result<String, Wrong> {
+        self.assign(text, value)?;
+        self.changed();
+        let machine = self.machine()?;
+        let expr = machine.session.scope.expr(text).map_err(Wrong::nothing)?;
+        Ok(expr.place(machine.session.target()).map(|place| machine.shown(place, hex)).unwrap_or_default())
+    }
+
+    /// A command of the console; nothing where the text is none, but an expression.
+    fn command(&mut self, text: &str) -> Result<Option<String>, Wrong> {
+        let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+        let rest = rest.trim();
+        if let Some((place, value)) = assignment(text) {
+            return self.assigned(place, value, false).map(Some);
+        }
+        let lines = |lines: Vec<String>| Ok(Some(lines.join("\n")));
+        match word {
+            "help" if rest.is_empty() => return Ok(Some(HELP.to_owned())),
+            "why" if !rest.is_empty() => return lines(self.why(rest)?),
+            "draw" => {
+                let rung = (!rest.is_empty()).then(|| rest.parse());
+                let rung = rung.transpose().map_err(|_| Wrong::nothing(format!("`{rest}` is no number of a rung")))?;
+                return lines(self.drawn(rung)?);
+            }
+            "drive" if !rest.is_empty() => {
+                self.drive(rest)?;
+                self.changed();
+                return Ok(Some(String::new()));
+            }
+            "where" if rest.is_empty() => return Ok(Some(self.machine()?.position())),
+            "goto-cycle" if !rest.is_empty() => {
+                let run = self.cycle_run(rest)?;
+                return self.console_run(run);
+            }
+            _ => {}
+        }
+        let (unit, back) = word.strip_prefix("back-").map_or((word, false), |unit| (unit, true));
+        let is_unit = matches!(unit, "instruction" | "line" | "element" | "rung" | "scan");
+        let count = if rest.is_empty() { Some(1) } else { rest.parse().ok() };
+        match count.filter(|_| is_unit) {
+            // A symbol of the program may have such a name; `$` and memories tell them apart.
+            Some(count) => {
+                let run = self.steps(unit, back, count)?;
+                self.console_run(run)
+            }
+            None => Ok(None),
+        }
+    }
+
+    /// Lets the machine run for the console: the client has not asked, so it is told.
+    fn console_run(&mut self, run: crate::running::Run) -> Result<Option<String>, Wrong> {
+        self.go(run, Value::Null)?;
+        self.event("continued", json!({ "threadId": crate::adapter::THREAD, "allThreadsContinued": true }));
+        Ok(Some(String::new()))
+    }
+}
+
+impl Machine {
+    /// Cycle, time, scan and place.
+    fn position(&self) -> String {
+        let session = &self.session;
+        let (cycle, pc) = (session.target().cycle(), session.target().pc());
+        let scan = session.scan().map_or(String::new(), |scan| format!(", scan {scan}"));
+        let seconds = session.clock().seconds(cycle);
+        format!("cycle {cycle}, {seconds:.9} s{scan}, at {}", session.scope.source().place(pc))
+    }
+}
+
+/// `PLACE = VALUE`; nothing where a `=` is part of an operator.
+fn assignment(text: &str) -> Option<(&str, &str)> {
+    let (place, value) = text.split_once('=')?;
+    let operator = value.starts_with('=') || place.ends_with(['=', '!', '<', '>']);
+    // `drive PB0=1` has two words before the sign.
+    let one = !place.trim().is_empty() && !place.trim().contains(char::is_whitespace);
+    (one && !operator).then(|| (place.trim(), value.trim()))
+}

@@ -1,0 +1,117 @@
+//! Sources and their lines: the ladder program, files of the compiler, and the listing that this side makes.
+
+use std::path::{Path, PathBuf, absolute};
+
+use emu_core::image::LineAt;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::adapter::{Adapter, Machine};
+use crate::wire::{Request, Source, Wrong};
+
+/// Number of the listing among the sources that this side makes.
+pub(crate) const LISTING: i64 = 1;
+
+/// Lines that are tried behind one without code.
+const REACH: u32 = 200;
+
+/// The code of a line.
+pub(crate) struct LineFound {
+    /// Program words with which it begins; never none.
+    pub words: Vec<u32>,
+    /// The line, which may be one behind the one that was asked for.
+    pub line: u32,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct SourceArguments {
+    source: Source,
+    source_reference: i64,
+}
+
+impl Machine {
+    /// The code of a line of a source, or of the next line that has some.
+    ///
+    /// # Errors
+    /// No such source, or no code there.
+    pub fn words_of(&mut self, source: &Source, line: u32) -> Result<LineFound, String> {
+        if source.source_reference == Some(LISTING) {
+            let found = self.listing().word_at(line);
+            let (line, word) = found.ok_or_else(|| format!("no instruction stands at or behind line {line}"))?;
+            return Ok(LineFound { words: vec![word], line });
+        }
+        let path = source.path.as_ref().or(source.name.as_ref()).ok_or("the source has no path")?;
+        if let Some(ladder) = self.ladder.as_ref().filter(|ladder| ladder.is_file(path)) {
+            let (word, line) = ladder.word_of_line(line)?;
+            return Ok(LineFound { words: vec![word], line });
+        }
+        if path.ends_with(".ld") && self.ladder.is_none() {
+            let text = "rungs are not known: launch the .ld file itself, or the image with its `map` and `ladder`";
+            return Err(text.to_owned());
+        }
+        let (lines, chip) = (&self.session.scope.lines, self.session.scope.chip());
+        let mut why = String::new();
+        for line in line..line.saturating_add(REACH) {
+            match lines.of(path, line) {
+                Ok(places) => {
+                    let words: Vec<u32> = places.iter().map(|byte| byte / chip.word_bytes.max(1)).collect();
+                    return Ok(LineFound { words, line });
+                }
+                Err(text) if why.is_empty() => why = text,
+                Err(_) => {}
+            }
+        }
+        Err(why)
+    }
+
+    /// A source line as the protocol names its file.
+    pub fn source_of(&self, line: &LineAt) -> Value {
+        // A source that was assembled at once is the program itself.
+        let file = if line.file.is_empty() { &*self.name } else { &*line.file };
+        let name = Path::new(file).file_name().map_or_else(|| file.to_owned(), |n| n.to_string_lossy().into());
+        json!({ "name": name, "path": self.path_of(file).display().to_string() })
+    }
+
+    /// Where a file of the compiler is: where it was compiled, or beside the image.
+    fn path_of(&self, file: &str) -> PathBuf {
+        let known = Path::new(file);
+        let home = self.session.scope.lines.folder(file).map(|folder| Path::new(folder).join(known));
+        let beside = self.folder.join(known);
+        let name = known.file_name().map(|name| self.folder.join(name));
+        let all: Vec<PathBuf> = home.into_iter().chain([beside]).chain(name).collect();
+        let found = all.iter().find(|path| path.is_file()).or(all.first()).cloned().unwrap_or_default();
+        absolute(&found).unwrap_or(found)
+    }
+
+    /// The listing as the protocol names it.
+    pub fn listing_source(&self) -> Value {
+        json!({ "name": format!("{}, disassembled", self.name), "sourceReference": LISTING, "origin": "emu" })
+    }
+}
+
+impl Adapter<'_> {
+    pub(crate) fn source(&mut self, request: &Request) -> Result<Value, Wrong> {
+        let SourceArguments { source, source_reference } = request.arguments()?;
+        let machine = self.machine()?;
+        let number = source.source_reference.filter(|number| *number != 0).unwrap_or(source_reference);
+        match number {
+            LISTING => Ok(json!({ "content": machine.listing().text(), "mimeType": "text/x-asm" })),
+            _ => Err(Wrong::nothing(format!("there is no source {number}"))),
+        }
+    }
+
+    pub(crate) fn loaded_sources(&mut self) -> Result<Value, Wrong> {
+        let machine = self.machine()?;
+        let mut sources: Vec<Value> = machine.ladder.iter().map(|ladder| ladder.source()).collect();
+        let mut seen: Vec<&str> = Vec::new();
+        for line in machine.session.scope.lines.all() {
+            if !seen.contains(&&*line.file) {
+                seen.push(&line.file);
+                sources.push(machine.source_of(line));
+            }
+        }
+        sources.push(machine.listing_source());
+        Ok(json!({ "sources": sources }))
+    }
+}

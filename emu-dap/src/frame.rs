@@ -1,0 +1,93 @@
+//! Messages in their frames: a head with `Content-Length`, an empty line, and that many bytes of JSON.
+
+use std::io::{self, BufRead, Read, Write};
+
+use serde_json::Value;
+
+/// Longest message, in bytes: nobody sends more, and a wrong number must not take all memory.
+pub const LONGEST: u64 = 16 << 20;
+
+/// Longest line of a head, in bytes.
+const LONGEST_LINE: u64 = 4096;
+
+/// Most lines of a head.
+const MOST_LINES: usize = 64;
+
+/// What came in.
+#[derive(Debug)]
+pub enum Incoming {
+    /// A message.
+    Message(Value),
+    /// A frame whose content is no JSON: what is wrong with it. The next frame may be better.
+    Garbled(String),
+    /// The end of the input, between two frames.
+    End,
+}
+
+/// Reads the next message.
+///
+/// # Errors
+/// The input cannot be read, or is not framed, so that nobody knows where the next message begins.
+pub fn read(input: &mut impl BufRead) -> Result<Incoming, String> {
+    let Some(length) = head(input)? else { return Ok(Incoming::End) };
+    let mut body = Vec::new();
+    let got = input.take(length).read_to_end(&mut body).map_err(|e| format!("the input cannot be read: {e}"))?;
+    if (got as u64) < length {
+        return Err(format!("the input ends after {got} of the {length} bytes of a message"));
+    }
+    Ok(match serde_json::from_slice(&body) {
+        Ok(message) => Incoming::Message(message),
+        Err(why) => Incoming::Garbled(format!("the message is no JSON: {why}")),
+    })
+}
+
+/// The head of a frame: the length of its content; nothing at the end of the input.
+fn head(input: &mut impl BufRead) -> Result<Option<u64>, String> {
+    let mut length = None;
+    for number in 0.. {
+        let mut line = Vec::new();
+        let read = input.take(LONGEST_LINE).read_until(b'\n', &mut line);
+        read.map_err(|e| format!("the input cannot be read: {e}"))?;
+        if line.is_empty() && number == 0 {
+            return Ok(None);
+        }
+        if !line.ends_with(b"\n") || number >= MOST_LINES {
+            return Err(
+                "the input is no frame of the protocol: a head is a few short lines and an empty one".to_owned()
+            );
+        }
+        let line = String::from_utf8_lossy(&line);
+        let line = line.trim();
+        if line.is_empty() {
+            break;
+        }
+        let (name, value) =
+            line.split_once(':').ok_or_else(|| format!("`{}` is no line of a head", shortened(line)))?;
+        if name.trim().eq_ignore_ascii_case("content-length") {
+            let wanted = || format!("`{}` is no length of a message", shortened(value.trim()));
+            let digits = value.trim().bytes().all(|byte| byte.is_ascii_digit());
+            let bytes: u64 = value.trim().parse().ok().filter(|_| digits).ok_or_else(wanted)?;
+            if bytes > LONGEST {
+                return Err(format!("a message of {bytes} bytes is longer than {LONGEST}, the most"));
+            }
+            length = Some(bytes);
+        }
+    }
+    length.map(Some).ok_or_else(|| "the head of a message has no Content-Length".to_owned())
+}
+
+/// The beginning of a text, for messages.
+fn shortened(text: &str) -> String {
+    let short: String = text.chars().take(40).collect();
+    if short.len() < text.len() { format!("{short}..") } else { short }
+}
+
+/// Writes a message.
+///
+/// # Errors
+/// The output takes no more.
+pub fn write(output: &mut dyn Write, message: &Value) -> io::Result<()> {
+    let text = message.to_string();
+    write!(output, "Content-Length: {}\r\n\r\n{text}", text.len())?;
+    output.flush()
+}

@@ -1,0 +1,37 @@
+//! The Debug Adapter Protocol over the debugger's core, so that editors step through ladder programs, C and instructions.
+//!
+//! ```text
+//!   frame.rs    messages in their frames           running.rs   steps and runs, forwards and back
+//!   wire.rs     requests, errors, arguments        stops.rs     why the machine stands, as events
+//!   serve.rs    the transport, one client          points.rs    breakpoints of all kinds
+//!   adapter.rs  requests to answers                frames.rs    the stack
+//!   ladder.rs   rungs and elements by word         steps.rs     requests for them
+//!   ladder.rs   rungs and elements by word         variables.rs scopes and variables
+//!   files.rs    sources and their lines            memory.rs    memory and disassembly
+//!   listing.rs  the program as a source            evaluate.rs  expressions and the console
+//! ```
+//!
+//! [`Adapter::handle`] takes a request and gives responses and events at once, without input or output; a run that was asked for goes
+//! on in [`Adapter::proceed`], in slices. [`serve`] is the thin layer that reads and writes.
+
+#![forbid(unsafe_code)]
+
+mod adapter;
+mod evaluate;
+mod files;
+pub mod frame;
+mod frames;
+mod ladder;
+mod listing;
+mod memory;
+mod points;
+mod running;
+mod serve;
+mod steps;
+mod stops;
+mod variables;
+mod wire;
+
+pub use adapter::{Adapter, Opened, Opener};
+pub use serve::serve;
+pub use wire::LaunchArguments;

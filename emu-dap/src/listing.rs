@@ -1,0 +1,88 @@
+//! The program as a source that nobody has written: every instruction with its address, names, rungs and elements.
+
+use emu_debug::debug::Session;
+
+use crate::ladder::Ladder;
+
+/// Erased words in a row that are left out.
+const GAP: u32 = 4;
+
+/// The text, and what stands in its lines.
+pub(crate) struct Listing {
+    text: String,
+    /// The instructions: line from 1, program word. Both ascend.
+    lines: Vec<(u32, u32)>,
+    /// Every instruction of program memory, those of erased memory too.
+    starts: Vec<u32>,
+}
+
+impl Listing {
+    /// That of program memory as it is now.
+    pub fn new(session: &Session, ladder: Option<&Ladder>) -> Listing {
+        let scope = &session.scope;
+        let (chip, names) = (scope.chip(), scope.source().names);
+        let words = chip.flash / chip.word_bytes.max(1);
+        let mut listing = Listing { text: String::new(), lines: Vec::new(), starts: Vec::new() };
+        let mut number = 0;
+        let mut push = |text: &mut String, line: String| {
+            number += 1;
+            text.push_str(&line);
+            text.push('\n');
+            number
+        };
+        let mut word = 0;
+        while word < words {
+            let erased = (word..words).take_while(|at| session.word(*at) == chip.isa.erased).count() as u32;
+            if erased >= GAP {
+                listing.starts.extend(word..word + erased);
+                word += erased;
+                push(&mut listing.text, "        ..".to_owned());
+                continue;
+            }
+            let here = [session.word(word), session.word(word + 1), session.word(word + 2)];
+            let line = (chip.isa.disassemble)(&here, word);
+            let len = (line.len as u32).max(1);
+            if let Some(label) = names.near(word * chip.word_bytes).filter(|label| !label.contains("+0x")) {
+                push(&mut listing.text, format!("{label}:"));
+            }
+            for head in ladder.into_iter().flat_map(|ladder| ladder.heads(word)) {
+                push(&mut listing.text, head);
+            }
+            let (address, bytes) = (chip.code_address(word), bytes(session, word, len));
+            let at = push(&mut listing.text, format!("{address:04x}    {bytes:<9}  {}", line.text));
+            listing.lines.push((at, word));
+            listing.starts.push(word);
+            word += len;
+        }
+        listing
+    }
+
+    /// All of it.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The line in which a program word stands.
+    pub fn line_of(&self, word: u32) -> Option<u32> {
+        let behind = self.lines.partition_point(|(_, at)| *at <= word);
+        self.lines.get(behind.checked_sub(1)?).map(|(line, _)| *line)
+    }
+
+    /// The instruction at a line or behind it, with its line.
+    pub fn word_at(&self, line: u32) -> Option<(u32, u32)> {
+        self.lines.get(self.lines.partition_point(|(at, _)| *at < line)).copied()
+    }
+
+    /// The instruction that lies so many instructions before the program word.
+    pub fn before(&self, word: u32, instructions: usize) -> Option<u32> {
+        let at = self.starts.partition_point(|start| *start < word);
+        self.starts.get(at.checked_sub(instructions)?).copied()
+    }
+}
+
+/// Program words as hexadecimal digits.
+pub(crate) fn bytes(session: &Session, word: u32, len: u32) -> String {
+    let digits = if session.scope.chip().word_bytes == 1 { 2 } else { 4 };
+    let words = (0..len).map(|n| format!("{:0digits$x}", session.word(word.saturating_add(n))));
+    words.collect::<Vec<_>>().join(" ")
+}

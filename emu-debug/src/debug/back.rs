@@ -1,0 +1,261 @@
+//! Backwards: from the nearest copy before the wanted position, forwards again.
+
+use std::collections::BTreeSet;
+
+use emu_core::cpu::{END_OF_TIME, Stop};
+
+use super::eyes::Eyes;
+use super::flow::Flow;
+use super::line::Line;
+use super::points::{Points, What};
+use super::session::{GoOn, Halt, Hit, Session, Why, candidates};
+use super::target::{Look, Target};
+
+/// Machine cycles that an instruction takes at most, in most cases.
+const CYCLES: u64 = 8;
+
+/// A position that a search backwards comes by. In the stretches between two copies it goes forwards.
+pub struct Passed<'a> {
+    /// The machine.
+    pub target: &'a dyn Target,
+    /// The first position of a stretch: what went before is unknown, and the answer does not count.
+    pub first: bool,
+    /// What the instruction that led here did to the stack of calls.
+    pub flow: Flow,
+    /// Program word of that instruction.
+    pub from: u32,
+}
+
+impl Session {
+    /// Goes `n` steps back, or to the beginning of the history.
+    pub fn back_stepi(&mut self, n: u64) -> Halt {
+        let now = self.line.cycle();
+        let wanted = usize::try_from(n).unwrap_or(usize::MAX);
+        let mut reach = n.saturating_mul(CYCLES).max(CYCLES);
+        loop {
+            let from = now.saturating_sub(reach).max(self.history.first_cycle());
+            let Some(mut line) = self.replayed(from) else { return Halt { why: Why::Beginning } };
+            let begins = line.cycle() <= self.history.first_cycle();
+            let base = line.fork();
+            // Where a run was stopped by its limit may be in the middle of a sleep; where a step ends is a position.
+            let mut found: Vec<u64> = if begins { vec![line.cycle()] } else { Vec::new() };
+            self.steps(&mut line, now, &mut |line| found.push(line.cycle()));
+            found.retain(|cycle| *cycle < now);
+            if found.len() >= wanted || begins {
+                let enough = found.len() >= wanted;
+                let to = found.get(found.len().saturating_sub(wanted)).copied();
+                let Some(to) = to else { return Halt { why: Why::Beginning } };
+                self.line = base;
+                self.step_to(to);
+                return Halt { why: if enough { Why::Done } else { Why::Beginning } };
+            }
+            reach = reach.saturating_mul(8);
+        }
+    }
+
+    /// Goes to the last position at or before a cycle, in the past or in the future; points are passed over.
+    pub fn goto_cycle(&mut self, cycle: u64, go_on: GoOn<'_>) -> Halt {
+        let (cycle, first) = (cycle.min(END_OF_TIME), self.history.first_cycle());
+        if cycle >= self.line.cycle() {
+            let points = std::mem::take(&mut self.points);
+            let goal = super::Goal { until: Some(cycle), words: BTreeSet::new() };
+            let halt = self.run(&goal, go_on);
+            self.points = points;
+            if halt.why != Why::Limit {
+                return halt;
+            }
+        } else if let Some(line) = self.replayed(cycle.max(first)) {
+            self.arrive(line);
+        }
+        // It has overshot, or stands in the middle of a sleep; where it has stopped by itself, nothing says that a step ends here.
+        if self.line.cycle() > first {
+            let now = self.line.cycle();
+            self.back_stepi(1);
+            self.step_to(cycle.min(now));
+        }
+        Halt { why: if cycle < first { Why::Beginning } else { Why::Done } }
+    }
+
+    /// Goes back to the last position at which a run forwards would have been stopped by a point. Counts to be ignored do not
+    /// matter, conditions do.
+    pub fn back_run(&mut self, go_on: GoOn<'_>) -> Halt {
+        let points = self.points.clone();
+        match self.last_hit(&points, false, go_on) {
+            Err(why) => Halt { why },
+            Ok(Some((line, hits))) => {
+                self.arrive(line);
+                Halt { why: Why::Points(hits) }
+            }
+            Ok(None) => {
+                if let Some(line) = self.replayed(self.history.first_cycle()) {
+                    self.arrive(line);
+                }
+                Halt { why: Why::Beginning }
+            }
+        }
+    }
+
+    /// The last time up to now that one of `wanted` was accessed or changed, the instruction that ended here counted: the cycle behind that instruction, and what was seen.
+    /// The machine stays where it is.
+    ///
+    /// # Errors
+    /// [`Why::Interrupted`] where `go_on` said so.
+    pub fn last(&mut self, wanted: What, go_on: GoOn<'_>) -> Result<Option<(u64, Hit)>, Why> {
+        let mut points = Points::default();
+        points.add(wanted, "", false);
+        let found = self.last_hit(&points, true, go_on)?;
+        Ok(found.and_then(|(line, hits)| Some((line.cycle(), *hits.first()?))))
+    }
+
+    /// Goes back to the last position before this one at which `test` holds.
+    pub fn back_until(&mut self, go_on: GoOn<'_>, test: &mut dyn FnMut(&Passed<'_>) -> bool) -> Halt {
+        let now = self.line.cycle();
+        let mut end = now;
+        let starts: Vec<u64> = self.history.before(now).map(Line::cycle).collect();
+        for start in starts {
+            let Some(base) = self.replayed(start) else { break };
+            let mut line = base.fork();
+            let mut found = None;
+            let first = Passed { target: &*line.target, first: true, flow: Flow::Plain, from: line.target.pc() };
+            test(&first);
+            line.set_traps(&BTreeSet::new());
+            while line.cycle() < end {
+                let from = line.target.pc();
+                let flow = self.flow_on(&line, from);
+                let stop = line.step(&self.history.deeds, end, Look::Nothing, &mut ());
+                let passed = Passed { target: &*line.target, first: false, flow, from };
+                if line.settled && test(&passed) && line.cycle() < now {
+                    found = Some(line.cycle());
+                }
+                if stop != Stop::Limit {
+                    break;
+                }
+            }
+            if let Some(cycle) = found {
+                self.line = base;
+                self.step_to(cycle);
+                return Halt { why: Why::Done };
+            }
+            if !go_on() {
+                return Halt { why: Why::Interrupted };
+            }
+            end = start;
+        }
+        if let Some(line) = self.replayed(self.history.first_cycle()) {
+            self.arrive(line);
+        }
+        Halt { why: Why::Beginning }
+    }
+
+    fn flow_on(&self, line: &Line, pc: u32) -> Flow {
+        let chip = self.scope.chip();
+        super::flow(chip, |word| super::session::word(&*line.target, word), pc).0
+    }
+
+    /// The last position before this one at which points would have stopped a run.
+    fn last_hit(&mut self, points: &Points, here_too: bool, go_on: GoOn<'_>) -> Result<Option<(Line, Vec<Hit>)>, Why> {
+        let now = self.line.cycle();
+        let mut end = now;
+        let starts: Vec<u64> = self.history.before(now).map(Line::cycle).collect();
+        for start in starts {
+            let Some(base) = self.replayed(start) else { break };
+            // A copy that stands at a breakpoint does not see it; the stretch before comes to it.
+            let reach = if end < now { end + 1 } else { end };
+            // Once to count them, once to stop at the last.
+            let mut count = 0u64;
+            self.hits_on(&mut base.fork(), reach, points, &mut |line, _| {
+                let at = line.cycle();
+                count += u64::from(at <= end && (at < now || here_too && at == now));
+                true
+            });
+            if count > 0 {
+                let mut line = base.fork();
+                let mut last = Vec::new();
+                self.hits_on(&mut line, reach, points, &mut |_, hits| {
+                    count -= 1;
+                    last = hits;
+                    count > 0
+                });
+                return Ok(Some((line, last)));
+            }
+            if !go_on() {
+                return Err(Why::Interrupted);
+            }
+            end = start;
+        }
+        Ok(None)
+    }
+
+    /// Runs a copy up to a cycle, and tells each time that points would have stopped it; false ends it.
+    fn hits_on(&self, line: &mut Line, end: u64, points: &Points, tell: &mut dyn FnMut(&Line, Vec<Hit>) -> bool) {
+        let words: BTreeSet<u32> = super::session::code_points(points).collect();
+        let mut eyes = Eyes::new(points, &*line.target);
+        let mut left_start = !words.contains(&line.target.pc());
+        while line.cycle() < end {
+            let deeds = &self.history.deeds;
+            let stop = if left_start {
+                line.set_traps(&words);
+                line.run(deeds, end, &words, eyes.look(), &mut eyes)
+            } else {
+                left_start = true;
+                line.set_traps(&BTreeSet::new());
+                line.step(deeds, end, eyes.look(), &mut eyes)
+            };
+            let sights = std::mem::take(&mut eyes.seen);
+            let changes = eyes.changed(&*line.target);
+            let mut hits = candidates(points, &*line.target, &sights, &changes, stop);
+            hits.retain(|hit| points.get(hit.id).is_some_and(|point| point.holds(&*line.target)));
+            if !hits.is_empty() && !tell(line, hits) {
+                return;
+            }
+            if !matches!(stop, Stop::Limit | Stop::Trap { .. } | Stop::Probe) {
+                return;
+            }
+        }
+    }
+
+    /// A copy of the machine as it was at a cycle, or at the first boundary behind it.
+    fn replayed(&self, cycle: u64) -> Option<Line> {
+        let mut line = self.history.at(cycle)?.fork();
+        let none = BTreeSet::new();
+        line.set_traps(&none);
+        if line.cycle() < cycle {
+            line.run(&self.history.deeds, cycle, &none, Look::Nothing, &mut ());
+        }
+        line.do_due(&self.history.deeds, Look::Nothing, &mut ());
+        Some(line)
+    }
+
+    /// Steps a copy up to a cycle, and tells of each position behind its first.
+    fn steps(&self, line: &mut Line, end: u64, tell: &mut dyn FnMut(&Line)) {
+        line.set_traps(&BTreeSet::new());
+        while line.cycle() < end {
+            let stop = line.step(&self.history.deeds, end, Look::Nothing, &mut ());
+            if line.settled {
+                tell(line);
+            }
+            if stop != Stop::Limit {
+                return;
+            }
+        }
+    }
+
+    /// Steps the machine itself on as long as it comes to no later cycle.
+    fn step_to(&mut self, cycle: u64) {
+        self.line.set_traps(&BTreeSet::new());
+        while self.line.cycle() < cycle {
+            let mut next = self.line.fork();
+            let stop = next.step(&self.history.deeds, cycle, Look::Nothing, &mut ());
+            if next.cycle() > cycle || !next.settled && next.cycle() >= cycle || stop != Stop::Limit {
+                break;
+            }
+            self.line = next;
+        }
+        self.forget_events();
+    }
+
+    fn arrive(&mut self, line: Line) {
+        self.line = line;
+        self.forget_events();
+    }
+}

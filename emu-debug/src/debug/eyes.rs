@@ -1,0 +1,153 @@
+//! The probe of the debugger: it sees what the points wait for.
+
+use std::collections::VecDeque;
+
+use emu_core::chip::Chip;
+use emu_core::pins::{Event, Level, PinId};
+
+use super::expr::Expr;
+use super::points::{Access, Points, What};
+use super::target::{Look, Seer, Target};
+use crate::bits::{self, BIT};
+use crate::close::Watch;
+use crate::place::Range;
+
+/// Events that are kept, the newest.
+const EVENTS: usize = 1 << 16;
+
+/// Something that a point waited for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Sight {
+    /// Number of the point.
+    pub id: u32,
+    /// Program word of the instruction; for a pin the one before which it was seen.
+    pub pc: u32,
+    /// Byte read or written.
+    pub value: Option<u8>,
+    pub write: bool,
+}
+
+/// What is looked at, and what was seen since the last look.
+pub(super) struct Eyes {
+    chip: &'static Chip,
+    accesses: Vec<(u32, Range, Access)>,
+    pins: Vec<(u32, PinId, Option<Level>)>,
+    /// Expressions with the value that they had.
+    changes: Vec<(u32, Expr, Option<i64>)>,
+    /// All of them are of RAM, so that nothing but a write can change them.
+    ram_only: bool,
+    /// What was seen in this instruction.
+    pub seen: Vec<Sight>,
+    /// Events, when somebody keeps them.
+    pub events: Option<VecDeque<Event>>,
+    pc: u32,
+    /// The instruction before which the last stop came: it is not stopped before again.
+    stopped: Option<u64>,
+    /// Interrupts entered.
+    pub entered: u32,
+}
+
+impl Eyes {
+    /// For all points that are enabled; expressions have changed when they are no longer what they are now.
+    pub fn new(points: &Points, target: &dyn Target) -> Eyes {
+        let mut eyes = Eyes {
+            chip: target.chip(),
+            accesses: Vec::new(),
+            pins: Vec::new(),
+            changes: Vec::new(),
+            ram_only: true,
+            seen: Vec::new(),
+            events: None,
+            pc: target.pc(),
+            stopped: None,
+            entered: 0,
+        };
+        for point in points.enabled() {
+            match &point.what {
+                What::Code(_) => {}
+                What::Access(range, access) => eyes.accesses.push((point.id, *range, *access)),
+                What::Pin(pin, level) => eyes.pins.push((point.id, *pin, *level)),
+                What::Change(expr) => {
+                    eyes.ram_only &= expr.is_of_ram(target.chip());
+                    eyes.changes.push((point.id, expr.clone(), expr.value(target)));
+                }
+            }
+        }
+        eyes
+    }
+
+    /// How closely a run must be looked at for all of this.
+    pub fn look(&self) -> Look {
+        if !self.accesses.is_empty() || !self.changes.is_empty() && self.ram_only {
+            Look::All
+        } else if !self.changes.is_empty() {
+            Look::Insns
+        } else if !self.pins.is_empty() || self.events.is_some() {
+            Look::Events
+        } else {
+            Look::Nothing
+        }
+    }
+
+    /// Points whose expression has another value now than at the last look, with both.
+    pub fn changed(&mut self, target: &dyn Target) -> Vec<(u32, Option<i64>, Option<i64>)> {
+        let mut found = Vec::new();
+        for (id, expr, old) in &mut self.changes {
+            let new = expr.value(target);
+            if new != *old {
+                found.push((*id, std::mem::replace(old, new), new));
+            }
+        }
+        found
+    }
+}
+
+impl Seer for Eyes {
+    fn insn(&mut self, at: u64, pc: u32) -> bool {
+        self.pc = pc;
+        !self.changes.is_empty() && !self.ram_only && self.stopped.replace(at) != Some(at)
+    }
+
+    fn data(&mut self, _at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        let name = self.chip.spaces.get(usize::from(space)).map_or("", |space| space.0);
+        for (id, range, access) in &self.accesses {
+            let wanted = match access {
+                Access::Read => !write,
+                Access::Write => write,
+                Access::Any => true,
+            };
+            let watch = Watch { range: *range, write };
+            if wanted && let Some((.., value)) = watch.hit(self.chip, name, addr, value) {
+                self.seen.push(Sight { id: *id, pc: self.pc, value: Some(value), write });
+            }
+        }
+        !self.seen.is_empty() || write && self.ram_only && !self.changes.is_empty()
+    }
+
+    fn irq(&mut self, _at: u64, _vector: u8) {
+        self.entered += 1;
+    }
+
+    fn event(&mut self, event: Event) -> bool {
+        if let Some(events) = &mut self.events {
+            if events.len() == EVENTS {
+                events.pop_front();
+            }
+            events.push_back(event);
+        }
+        let Event::Edge { pin, level, .. } = event else { return false };
+        let before = self.seen.len();
+        for (id, ..) in self.pins.iter().filter(|(_, of, at)| *of == pin && at.is_none_or(|at| at == level)) {
+            self.seen.push(Sight { id: *id, pc: self.pc, value: None, write: true });
+        }
+        self.seen.len() > before
+    }
+}
+
+/// The byte of memory that holds a bit of the memory `bit`, else the place itself.
+pub(super) fn byte_of(chip: &Chip, space: &'static str, addr: u32) -> (&'static str, u32, Option<u8>) {
+    match (space == BIT).then(|| bits::byte_of(chip, addr)).flatten() {
+        Some((space, byte, bit)) => (space, byte, Some(bit as u8)),
+        None => (space, addr, None),
+    }
+}

@@ -1,0 +1,41 @@
+//! The debugger without a face: a machine that can be stopped, looked at, and run forwards and backwards. The command line, the gdb
+//! server, the DAP server and the screen are four faces of one [`Session`].
+//!
+//! ```text
+//!   target.rs   any Cpu without its type         session.rs  running forwards: steps, points, limits
+//!   place.rs    what has a value: Place          back.rs     running backwards: nearest snapshot, then replay
+//!   scope.rs    names to places                  history.rs  snapshots and what was done from outside
+//!   expr.rs     expressions over places          line.rs     a machine on its way through that history
+//!   points.rs   breakpoints and watchpoints      eyes.rs     the probe that sees what points wait for
+//!   flow.rs     calls and returns
+//! ```
+//!
+//! **Positions.** The debugger stands between two instructions. A step ends behind an instruction or behind the entry of an
+//! interrupt, and time that passes in sleep belongs to the step that ends it. So the positions of a run are the same however it was
+//! reached, and n steps back followed by n steps forward come out where they began.
+//!
+//! **Going back** takes the nearest snapshot before the wanted position and runs a copy of it forwards again, with everything that
+//! was done from outside put in at its own cycle. Nothing of a machine can run backwards, and nothing has to.
+
+mod back;
+mod expr;
+mod eyes;
+mod flow;
+mod history;
+mod line;
+mod place;
+mod points;
+mod scope;
+mod session;
+mod target;
+
+pub use back::Passed;
+pub use expr::{Expr, Operator};
+pub use flow::{Flow, flow};
+pub use history::Action;
+pub use line::Follow;
+pub use place::Place;
+pub use points::{Access, Point, Points, What};
+pub use scope::Scope;
+pub use session::{Goal, Halt, Hit, Options, Session, Why};
+pub use target::{Look, Rig, Seer, Target};

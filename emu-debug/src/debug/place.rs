@@ -1,0 +1,140 @@
+//! What has a value: registers, memory, bits, pins, time.
+
+use emu_core::pins::{Level, PinId, Time};
+
+use super::target::Target;
+use crate::stimulus::{Drive, Put};
+
+/// Something of the machine that has a value, and may get another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// A register of the core, as [`Chip::cpu_regs`](emu_core::Chip::cpu_regs) names it.
+    Reg(&'static str),
+    /// Bytes of a memory, the lowest first.
+    Memory {
+        /// The memory, as [`Chip::spaces`](emu_core::Chip::spaces) names it.
+        space: &'static str,
+        /// Address as [`Cpu::peek`](emu_core::Cpu::peek) counts it.
+        addr: u32,
+        /// Bytes, 1 to 4.
+        bytes: u8,
+        /// The highest bit is a sign.
+        signed: bool,
+    },
+    /// One bit of a byte.
+    Bit {
+        /// The memory.
+        space: &'static str,
+        /// Address of the byte.
+        addr: u32,
+        /// Position, 0 to 7.
+        bit: u8,
+    },
+    /// The level of a pin: 1 where it is high, 0 where it is low; one that floats has no value.
+    Pin(PinId),
+    /// Machine cycles since power-up.
+    Cycle,
+    /// Instructions since power-up.
+    Instructions,
+    /// The program counter as the chip's users write it (bytes on AVR and 8051, words on PIC16 and AP101).
+    Pc,
+}
+
+impl Place {
+    /// The value now; nothing where there is no such place, or a pin floats.
+    #[must_use]
+    pub fn value(self, target: &dyn Target) -> Option<i64> {
+        Some(match self {
+            Place::Reg(name) => target.reg(name)?.into(),
+            Place::Memory { space, addr, bytes, signed } => {
+                let mut value = 0i64;
+                for n in 0..bytes.min(4) {
+                    value |= i64::from(target.peek(space, addr.checked_add(n.into())?)?) << (8 * n);
+                }
+                let unused = 64 - 8 * u32::from(bytes.clamp(1, 4));
+                if signed { value << unused >> unused } else { value }
+            }
+            Place::Bit { space, addr, bit } => (target.peek(space, addr)? >> (bit & 7) & 1).into(),
+            Place::Pin(pin) => match target.level(pin) {
+                Level::High | Level::PullUp => 1,
+                Level::Low | Level::PullDown => 0,
+                Level::Float => return None,
+            },
+            Place::Cycle => i64::try_from(target.cycle()).unwrap_or(i64::MAX),
+            Place::Instructions => i64::try_from(target.instructions()).unwrap_or(i64::MAX),
+            Place::Pc => target.chip().code_address(target.pc()).into(),
+        })
+    }
+
+    /// The values that fit, both included; nothing for what cannot be set.
+    #[must_use]
+    pub fn bounds(self, target: &dyn Target) -> Option<(i64, i64)> {
+        Some(match self {
+            Place::Reg(name) => (0, register_max(target, name)),
+            Place::Memory { bytes, signed, .. } => {
+                let bits = 8 * u32::from(bytes.clamp(1, 4));
+                (-(1 << (bits - 1)), if signed { (1 << (bits - 1)) - 1 } else { (1 << bits) - 1 })
+            }
+            Place::Bit { .. } | Place::Pin(_) => (0, 1),
+            Place::Pc => {
+                let chip = target.chip();
+                (0, i64::from(chip.code_address(chip.flash / chip.word_bytes.max(1)).saturating_sub(1)))
+            }
+            Place::Cycle | Place::Instructions => return None,
+        })
+    }
+}
+
+/// The highest value that a register of the core keeps: found by what a copy of the machine reads back.
+fn register_max(target: &dyn Target, name: &str) -> i64 {
+    let mut copy = target.fork();
+    copy.set_reg(name, u32::MAX);
+    let kept = copy.reg(name).unwrap_or(0);
+    // Bits that always read as one value are still bits of it.
+    i64::from(kept.checked_next_power_of_two().map_or(u32::MAX, |power| if power == kept { kept } else { power - 1 }))
+}
+
+impl Place {
+    /// Gives it another value.
+    ///
+    /// # Errors
+    /// It cannot be set, or not to this value: one sentence.
+    pub fn set(self, target: &mut dyn Target, value: i64) -> Result<(), String> {
+        let Some((least, most)) = self.bounds(target) else {
+            return Err("time cannot be set; run-to-cycle and goto-cycle go there".to_owned());
+        };
+        if !(least..=most).contains(&value) {
+            return Err(format!("{value} does not fit: the values are {least} to {most}"));
+        }
+        let nothing = || "the machine has no such place".to_owned();
+        let done = |done: bool| if done { Ok(()) } else { Err(nothing()) };
+        match self {
+            Place::Reg(name) => done(target.set_reg(name, value as u32)),
+            Place::Memory { space, addr, bytes, .. } => {
+                for (n, byte) in (0..u32::from(bytes.min(4))).zip(value.to_le_bytes()) {
+                    done(addr.checked_add(n).is_some_and(|addr| target.poke(space, addr, byte)))?;
+                }
+                Ok(())
+            }
+            Place::Bit { space, addr, bit } => {
+                let old = target.peek(space, addr).ok_or_else(nothing)?;
+                let mask = 1u8 << (bit & 7);
+                done(target.poke(space, addr, if value == 0 { old & !mask } else { old | mask }))
+            }
+            Place::Pin(pin) => {
+                let at = Time::at(target.cycle());
+                target.put(Drive { at, put: Put::Level(pin, Level::of(value != 0)) })
+            }
+            Place::Pc => {
+                let (chip, value) = (target.chip(), value as u32);
+                let per_word = chip.code_address(1).max(1);
+                if value % per_word != 0 {
+                    return Err(format!("0x{value:x} is not the start of a word; program addresses are even"));
+                }
+                let pc = chip.cpu_regs.iter().copied().find(|reg| matches!(*reg, "PC" | "NA"));
+                done(pc.is_some_and(|pc| target.set_reg(pc, value / per_word)))
+            }
+            Place::Cycle | Place::Instructions => Ok(()),
+        }
+    }
+}

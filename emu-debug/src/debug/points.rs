@@ -1,0 +1,122 @@
+//! Breakpoints and watchpoints.
+
+use emu_core::pins::{Level, PinId};
+
+use super::expr::Expr;
+use super::target::Target;
+use crate::place::Range;
+
+/// Accesses that a watchpoint waits for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Access {
+    /// Reads, also those that go before a write.
+    Read,
+    /// Reads and writes.
+    Any,
+    /// Writes, whether they change anything or not.
+    Write,
+}
+
+/// What a point waits for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum What {
+    /// One of these program words is next.
+    Code(Vec<u32>),
+    /// The program accesses one of these bytes, as the probe of the machine sees it.
+    Access(Range, Access),
+    /// The value of an expression has changed; looked at behind every instruction.
+    Change(Expr),
+    /// A pin comes to a level, or to any other than it had.
+    Pin(PinId, Option<Level>),
+}
+
+/// A breakpoint or watchpoint.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Point {
+    /// Its number, from 1; never used twice in a session.
+    pub id: u32,
+    /// What it waits for.
+    pub what: What,
+    /// What the user called it.
+    pub text: String,
+    /// It is deleted when it stops the machine.
+    pub temporary: bool,
+    /// It counts.
+    pub enabled: bool,
+    /// It stops the machine only where this is not 0.
+    pub condition: Option<Expr>,
+    /// It passes over this many hits.
+    pub ignore: u64,
+    /// Hits so far, those passed over counted too; going backwards counts none.
+    pub hits: u64,
+    /// Commands that the command line carries out when it has stopped the machine.
+    pub commands: Vec<String>,
+}
+
+impl Point {
+    /// The condition, if there is one, holds now. One that has no value (a pin that floats) holds: better to stop than to miss it.
+    #[must_use]
+    pub fn holds(&self, target: &dyn Target) -> bool {
+        self.condition.as_ref().is_none_or(|condition| condition.value(target).is_none_or(|value| value != 0))
+    }
+}
+
+/// All points of a session, in order of their numbers.
+#[derive(Debug, Clone, Default)]
+pub struct Points {
+    all: Vec<Point>,
+    last: u32,
+}
+
+impl Points {
+    /// Adds a point; gives its number.
+    pub fn add(&mut self, what: What, text: &str, temporary: bool) -> u32 {
+        self.last += 1;
+        self.all.push(Point {
+            id: self.last,
+            what,
+            text: text.to_owned(),
+            temporary,
+            enabled: true,
+            condition: None,
+            ignore: 0,
+            hits: 0,
+            commands: Vec::new(),
+        });
+        self.last
+    }
+
+    /// All of them.
+    #[must_use]
+    pub fn all(&self) -> &[Point] {
+        &self.all
+    }
+
+    /// The point of that number.
+    #[must_use]
+    pub fn get(&self, id: u32) -> Option<&Point> {
+        self.all.iter().find(|point| point.id == id)
+    }
+
+    /// The point of that number, to be changed.
+    pub fn get_mut(&mut self, id: u32) -> Option<&mut Point> {
+        self.all.iter_mut().find(|point| point.id == id)
+    }
+
+    /// Deletes a point; false where there is none of that number.
+    pub fn remove(&mut self, id: u32) -> bool {
+        let before = self.all.len();
+        self.all.retain(|point| point.id != id);
+        self.all.len() < before
+    }
+
+    /// Deletes all.
+    pub fn clear(&mut self) {
+        self.all.clear();
+    }
+
+    /// Those that count.
+    pub fn enabled(&self) -> impl Iterator<Item = &Point> {
+        self.all.iter().filter(|point| point.enabled)
+    }
+}

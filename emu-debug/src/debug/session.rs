@@ -1,0 +1,471 @@
+//! A session: a machine, where it has been, and what stops it.
+
+use std::collections::{BTreeSet, HashMap, VecDeque};
+use std::time::{Duration, Instant};
+
+use emu_core::chip::Family;
+use emu_core::cpu::{END_OF_TIME, Fault, Stop};
+use emu_core::pins::Event;
+use emu_core::state::Damaged;
+
+use super::eyes::{Eyes, Sight};
+use super::flow::{Flow, flow};
+use super::history::{Action, History};
+use super::line::{Follow, Line};
+use super::points::{Points, What};
+use super::scope::Scope;
+use super::target::{Look, Target};
+use crate::time::Clock;
+
+/// How long a stretch of a run takes between two copies, on the host.
+const STRETCH: std::ops::Range<Duration> = Duration::from_micros(300)..Duration::from_millis(1);
+
+/// Machine cycles of a stretch.
+const CYCLES: std::ops::RangeInclusive<u64> = 1 << 10..=1 << 40;
+
+/// Steps in which a controller at rest comes round: two program cycles of all that its memory holds.
+const ROUND: u32 = 2 << 12;
+
+/// What a session begins with.
+pub struct Options {
+    /// How long a cycle is.
+    pub clock: Clock,
+    /// Bytes that copies of the machine may take.
+    pub history: usize,
+    /// Who follows the program, such as a ladder view.
+    pub follow: Option<Box<dyn Follow>>,
+}
+
+/// Where a run is to stop, besides at points.
+#[derive(Debug, Clone, Default)]
+pub struct Goal {
+    /// At this machine cycle at the latest.
+    pub until: Option<u64>,
+    /// Before one of these program words.
+    pub words: BTreeSet<u32>,
+}
+
+/// What a point has seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Hit {
+    /// Number of the point.
+    pub id: u32,
+    /// The value before, of a watched expression.
+    pub old: Option<i64>,
+    /// The value now; of an access the byte read or written.
+    pub new: Option<i64>,
+    /// Of an access: a write.
+    pub write: Option<bool>,
+    /// Program word of the instruction that did it; of a breakpoint the one that is next.
+    pub pc: u32,
+}
+
+/// Why the machine stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Why {
+    /// What was asked for is done.
+    Done,
+    /// Points have stopped it.
+    Points(Vec<Hit>),
+    /// The cycle asked for was reached.
+    Limit,
+    /// Nothing can wake the chip any more.
+    Halted,
+    /// No instruction.
+    Illegal {
+        /// Program word address.
+        pc: u32,
+        /// The word there.
+        word: u16,
+    },
+    /// The program did what cannot be carried out.
+    Fault {
+        /// Program word address.
+        pc: u32,
+        /// What it was.
+        fault: Fault,
+    },
+    /// The user has interrupted it.
+    Interrupted,
+    /// Going back: the history begins here.
+    Beginning,
+}
+
+/// How a command of the session has ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Halt {
+    /// Why.
+    pub why: Why,
+}
+
+/// A machine under the debugger.
+pub struct Session {
+    pub(super) line: Line,
+    pub(super) history: History,
+    /// Who follows a program of which nothing is known yet, and the bytes that copies may take: for another history.
+    first: (Option<Box<dyn Follow>>, usize),
+    /// Breakpoints and watchpoints.
+    pub points: Points,
+    /// Names.
+    pub scope: Scope,
+    clock: Clock,
+    events: VecDeque<Event>,
+    /// Cycles of the next stretch.
+    stretch: u64,
+    flows: HashMap<u32, (u16, Flow, u32)>,
+}
+
+/// Asked now and then whether to go on.
+pub(super) type GoOn<'a> = &'a mut dyn FnMut() -> bool;
+
+impl Session {
+    /// A session with a machine as it is now, which is where its history begins.
+    #[must_use]
+    pub fn new(target: Box<dyn Target>, scope: Scope, options: Options) -> Session {
+        let first = (options.follow.as_ref().map(|follow| follow.fork()), options.history);
+        let line = Line::new(target, options.follow);
+        Session {
+            first,
+            history: History::new(&line, options.history),
+            line,
+            points: Points::default(),
+            scope,
+            clock: options.clock,
+            events: VecDeque::new(),
+            stretch: 1 << 14,
+            flows: HashMap::new(),
+        }
+    }
+
+    /// The machine now.
+    #[must_use]
+    pub fn target(&self) -> &dyn Target {
+        &*self.line.target
+    }
+
+    /// Who follows the program.
+    #[must_use]
+    pub fn follow(&self) -> Option<&dyn Follow> {
+        self.line.follow.as_deref()
+    }
+
+    /// A step has ended here; else a limit, or the user, has stopped a run in the middle of one, such as in sleep.
+    #[must_use]
+    pub fn settled(&self) -> bool {
+        self.line.settled
+    }
+
+    /// How long a cycle is.
+    #[must_use]
+    pub fn clock(&self) -> Clock {
+        self.clock
+    }
+
+    /// Scans begun since power-up, or since the state that was loaded last, where the program has scans.
+    #[must_use]
+    pub fn scan(&self) -> Option<u64> {
+        self.line.follow.as_ref().and_then(|follow| follow.scan())
+    }
+
+    /// What left the chip and moved at its pins up to now, in order of time: the newest of it.
+    pub fn events(&self) -> impl DoubleEndedIterator<Item = &Event> {
+        self.events.iter()
+    }
+
+    /// Copies of the machine that are kept, and the bytes that they take.
+    #[must_use]
+    pub fn history_size(&self) -> (usize, usize) {
+        self.history.size()
+    }
+
+    /// What was done from outside, in order, each with the cycle at which the machine stood.
+    pub fn deeds(&self) -> impl Iterator<Item = (u64, &Action)> {
+        self.history.deeds.iter().map(|deed| (deed.cycle, &deed.action))
+    }
+
+    /// Does something from outside, now. What was to come in this history is forgotten.
+    ///
+    /// # Errors
+    /// The machine cannot: one sentence; nothing has changed.
+    pub fn act(&mut self, action: Action) -> Result<(), String> {
+        // A part of it may have been done when it fails.
+        let before = self.line.target.fork();
+        let mut eyes = Eyes::new(&Points::default(), &*before);
+        eyes.events = Some(std::mem::take(&mut self.events));
+        let done = self.line.apply(&action, Look::Events, &mut eyes);
+        self.events = eyes.events.take().unwrap_or_default();
+        if let Err(why) = done {
+            self.line.target = before;
+            return Err(why);
+        }
+        self.history.branch(&self.line, action);
+        self.line.done = self.history.deeds.len();
+        Ok(())
+    }
+
+    /// Whether the machine can be saved and loaded.
+    ///
+    /// # Errors
+    /// It cannot, since what stands at its pins has a state of its own: one sentence.
+    pub fn bare(&self) -> Result<(), String> {
+        const DEVICES: &str = "the devices at its pins have a state of their own, which no snapshot holds";
+        if self.line.target.is_bare() { Ok(()) } else { Err(DEVICES.to_owned()) }
+    }
+
+    /// The state of the machine now, for [`Session::load`]: of the chip alone ([`Session::bare`]).
+    #[must_use]
+    pub fn save(&self) -> Vec<u8> {
+        self.line.target.save()
+    }
+
+    /// Makes the chip the one whose state this is, at the machine cycle `cycle`. A history begins there; points stay, and who follows
+    /// the program begins anew.
+    ///
+    /// # Errors
+    /// It is no state of this chip at that cycle; nothing has changed.
+    pub fn load(&mut self, state: &[u8], cycle: u64) -> Result<(), Damaged> {
+        let mut target = self.line.target.fork();
+        target.restore(state)?;
+        if target.cycle() != cycle {
+            return Err(Damaged);
+        }
+        self.line = Line::new(target, self.first.0.as_ref().map(|follow| follow.fork()));
+        self.history = History::new(&self.line, self.first.1);
+        self.events.clear();
+        self.flows.clear();
+        Ok(())
+    }
+
+    /// Steps `n` instructions (entries of interrupts count as one each), or fewer where a watchpoint stops it. Sleep is passed, up to
+    /// the cycle `limit`.
+    pub fn stepi(&mut self, n: u64, limit: u64, go_on: GoOn<'_>) -> Halt {
+        let mut left = n;
+        self.stroll(limit, false, go_on, &mut |_, _, _| {
+            left = left.saturating_sub(1);
+            left == 0
+        })
+    }
+
+    /// Runs until a point, the goal, or the end of the program.
+    pub fn run(&mut self, goal: &Goal, go_on: GoOn<'_>) -> Halt {
+        let until = goal.until.unwrap_or(END_OF_TIME).min(END_OF_TIME);
+        let words = code_points(&self.points).chain(goal.words.iter().copied()).collect::<BTreeSet<u32>>();
+        let mut left_start = !words.contains(&self.line.target.pc());
+        let mut eyes = Eyes::new(&self.points, &*self.line.target);
+        loop {
+            if self.line.cycle() >= until {
+                return Halt { why: Why::Limit };
+            }
+            let start = (Instant::now(), self.line.cycle());
+            eyes.events = Some(std::mem::take(&mut self.events));
+            let deeds = &self.history.deeds;
+            let stop = if left_start {
+                self.line.set_traps(&words);
+                let end = until.min(start.1.saturating_add(self.stretch));
+                self.line.run(deeds, end, &words, eyes.look(), &mut eyes)
+            } else {
+                self.line.set_traps(&BTreeSet::new());
+                left_start = true;
+                let end = until.min(start.1.saturating_add(self.stretch));
+                self.line.step(deeds, end, eyes.look(), &mut eyes)
+            };
+            let stop = if stop == Stop::Halted { self.rest(&words, until, &mut eyes) } else { stop };
+            self.events = eyes.events.take().unwrap_or_default();
+            let sights = std::mem::take(&mut eyes.seen);
+            let changes = eyes.changed(&*self.line.target);
+            if start.1 < self.line.cycle() {
+                self.keep(start.0.elapsed());
+            }
+            let hits = self.hits(&sights, &changes, stop);
+            if !hits.is_empty() {
+                return Halt { why: Why::Points(hits) };
+            }
+            match stop {
+                Stop::Trap { pc } if goal.words.contains(&pc) => return Halt { why: Why::Done },
+                Stop::Limit | Stop::Trap { .. } | Stop::Probe => {}
+                stop => return Halt { why: ended(stop) },
+            }
+            // Whoever runs on from a word where it is to stop passes it: so it is not interrupted there before it was seen to stand there.
+            let unseen = stop == Stop::Limit && words.contains(&self.line.target.pc());
+            if !unseen && !go_on() {
+                return Halt { why: Why::Interrupted };
+            }
+        }
+    }
+
+    /// Steps until `test` says so: it is given the machine, what the instruction did to the stack of calls, and whether it was the
+    /// entry of an interrupt instead. `breaks`: breakpoints stop it too.
+    pub fn stroll(
+        &mut self,
+        limit: u64,
+        breaks: bool,
+        go_on: GoOn<'_>,
+        test: &mut dyn FnMut(&Session, Flow, bool) -> bool,
+    ) -> Halt {
+        self.line.set_traps(&BTreeSet::new());
+        let mut eyes = Eyes::new(&self.points, &*self.line.target);
+        let mut since = Instant::now();
+        loop {
+            if self.line.cycle() >= limit {
+                return Halt { why: Why::Limit };
+            }
+            let flow = self.flow(self.line.target.pc()).0;
+            let entered = eyes.entered;
+            eyes.events = Some(std::mem::take(&mut self.events));
+            let look = eyes.look().max(Look::Events);
+            let stop = self.line.step(&self.history.deeds, limit, look, &mut eyes);
+            self.events = eyes.events.take().unwrap_or_default();
+            let sights = std::mem::take(&mut eyes.seen);
+            let changes = eyes.changed(&*self.line.target);
+            let irq = eyes.entered > entered;
+            self.forget_events();
+            if since.elapsed() > STRETCH.start {
+                self.keep(since.elapsed());
+                since = Instant::now();
+            }
+            let pc = self.line.target.pc();
+            let trap = if breaks { Stop::Trap { pc } } else { Stop::Limit };
+            let hits = self.hits(&sights, &changes, if stop == Stop::Limit { trap } else { stop });
+            let done = stop == Stop::Limit && self.line.settled && test(self, flow, irq);
+            if !hits.is_empty() {
+                return Halt { why: Why::Points(hits) };
+            }
+            match stop {
+                _ if done => return Halt { why: Why::Done },
+                Stop::Limit | Stop::Trap { .. } | Stop::Probe => {}
+                stop => return Halt { why: ended(stop) },
+            }
+            if !go_on() {
+                return Halt { why: Why::Interrupted };
+            }
+        }
+    }
+
+    /// What the instruction at a program word does to the stack of calls, and its length in program words.
+    pub fn flow(&mut self, pc: u32) -> (Flow, u32) {
+        let (chip, target) = (self.scope.chip(), &*self.line.target);
+        let read = |word| self::word(target, word);
+        let first = read(pc);
+        match self.flows.get(&pc) {
+            Some((known, flow, len)) if *known == first => (*flow, *len),
+            _ => {
+                let (flow, len) = flow(chip, read, pc);
+                self.flows.insert(pc, (first, flow, len));
+                (flow, len)
+            }
+        }
+    }
+
+    /// A word of program memory; 0 beyond its end.
+    #[must_use]
+    pub fn word(&self, word: u32) -> u16 {
+        self::word(&*self.line.target, word)
+    }
+
+    /// A controller that has settled is called halted, since nothing it does makes a difference any more; but its programs run on. So
+    /// where a word of the program is waited for, it is stepped on, for as long as it takes it to come round.
+    fn rest(&mut self, words: &BTreeSet<u32>, until: u64, eyes: &mut Eyes) -> Stop {
+        if self.scope.chip().family != Family::Ap101 || words.is_empty() {
+            return Stop::Halted;
+        }
+        self.line.set_traps(words);
+        for _ in 0..ROUND {
+            match self.line.step_to_trap(&self.history.deeds, words, eyes.look(), eyes) {
+                Stop::Limit if self.line.cycle() < until => {}
+                stop => return stop,
+            }
+        }
+        Stop::Halted
+    }
+
+    /// Keeps a copy of the machine as it is now, and makes the next stretch longer or shorter.
+    fn keep(&mut self, took: Duration) {
+        if took >= STRETCH.end {
+            self.stretch = (self.stretch / 2).max(*CYCLES.start());
+        } else if took < STRETCH.start {
+            self.stretch = (self.stretch * 2).min(*CYCLES.end());
+        }
+        // Runs that were stopped early leave no copy each.
+        if took >= STRETCH.start / 4 {
+            self.history.keep(&self.line, took);
+        }
+    }
+
+    /// The points that stop the machine here: what they saw, their conditions and counts considered.
+    fn hits(&mut self, sights: &[Sight], changes: &[(u32, Option<i64>, Option<i64>)], stop: Stop) -> Vec<Hit> {
+        let target = &*self.line.target;
+        let mut hits = candidates(&self.points, target, sights, changes, stop);
+        hits.retain(|hit| {
+            let Some(point) = self.points.get_mut(hit.id).filter(|point| point.holds(target)) else { return false };
+            point.hits += 1;
+            let passes = point.ignore > 0;
+            point.ignore = point.ignore.saturating_sub(1);
+            !passes
+        });
+        for hit in &hits {
+            if self.points.get(hit.id).is_some_and(|point| point.temporary) {
+                self.points.remove(hit.id);
+            }
+        }
+        hits
+    }
+
+    /// Forgets events behind the present.
+    pub(super) fn forget_events(&mut self) {
+        let now = self.line.cycle();
+        while self.events.back().is_some_and(|event| event.at().cycle > now) {
+            self.events.pop_back();
+        }
+    }
+}
+
+/// Points that saw something, each once, whatever their conditions.
+pub(super) fn candidates(
+    points: &Points,
+    target: &dyn Target,
+    sights: &[Sight],
+    changes: &[(u32, Option<i64>, Option<i64>)],
+    stop: Stop,
+) -> Vec<Hit> {
+    let pc = target.pc();
+    let mut hits: Vec<Hit> = Vec::new();
+    if let Stop::Trap { pc } = stop {
+        let here = points.enabled().filter(|point| matches!(&point.what, What::Code(words) if words.contains(&pc)));
+        hits.extend(here.map(|point| Hit { id: point.id, old: None, new: None, write: None, pc }));
+    }
+    for sight in sights {
+        if hits.iter().all(|hit| hit.id != sight.id) {
+            let new = sight.value.map(i64::from);
+            hits.push(Hit { id: sight.id, old: None, new, write: new.map(|_| sight.write), pc: sight.pc });
+        }
+    }
+    hits.extend(changes.iter().map(|&(id, old, new)| Hit { id, old, new, write: None, pc }));
+    hits.sort_by_key(|hit| hit.id);
+    hits
+}
+
+/// Program words at which points stop the machine.
+pub(super) fn code_points(points: &Points) -> impl Iterator<Item = u32> + '_ {
+    points.enabled().flat_map(|point| match &point.what {
+        What::Code(words) => words.clone(),
+        _ => Vec::new(),
+    })
+}
+
+fn ended(stop: Stop) -> Why {
+    match stop {
+        Stop::Illegal { pc, word } => Why::Illegal { pc, word },
+        Stop::Fault { pc, fault } => Why::Fault { pc, fault },
+        Stop::Halted => Why::Halted,
+        Stop::Limit | Stop::Trap { .. } | Stop::Probe => Why::Limit,
+    }
+}
+
+pub(super) fn word(target: &dyn Target, word: u32) -> u16 {
+    let chip = target.chip();
+    let byte = |n: u32| target.peek(chip.code, word.saturating_mul(chip.word_bytes).saturating_add(n)).unwrap_or(0);
+    match chip.word_bytes {
+        1 => byte(0).into(),
+        _ => u16::from_le_bytes([byte(0), byte(1)]),
+    }
+}

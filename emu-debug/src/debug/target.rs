@@ -1,0 +1,258 @@
+//! Any machine without its type.
+
+use std::collections::BTreeSet;
+
+use emu_core::chip::Chip;
+use emu_core::cpu::{Cpu, Probe, Reset, Stop};
+use emu_core::pins::{Event, Level, PinId};
+use emu_core::state::Damaged;
+
+use crate::board::Board;
+use crate::stimulus::{Drive, queue};
+
+/// How closely a run is looked at. Each is a loop of its own that was made for it, and costs more than the one before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Look {
+    /// Nothing is told.
+    Nothing,
+    /// Edges of pins and bytes sent.
+    Events,
+    /// Also every instruction and every entry of an interrupt.
+    Insns,
+    /// Also every access to data memory.
+    All,
+}
+
+/// What is told of a run, as [`Probe`] has it: true asks for a stop.
+pub trait Seer {
+    /// [`Probe::insn`].
+    fn insn(&mut self, at: u64, pc: u32) -> bool {
+        let _ = (at, pc);
+        false
+    }
+    /// [`Probe::data`].
+    fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        let _ = (at, space, addr, value, write);
+        false
+    }
+    /// [`Probe::irq`].
+    fn irq(&mut self, at: u64, vector: u8) {
+        let _ = (at, vector);
+    }
+    /// [`Probe::event`].
+    fn event(&mut self, event: Event) -> bool {
+        let _ = event;
+        false
+    }
+}
+
+impl Seer for () {}
+
+/// A chip and the devices at its pins, whatever the family.
+pub trait Target {
+    /// The chip's row of data.
+    fn chip(&self) -> &'static Chip;
+    /// Oscillator clocks per machine cycle.
+    fn clocks_per_cycle(&self) -> u32;
+    /// Machine cycles since power-up.
+    fn cycle(&self) -> u64;
+    /// Instructions executed since power-up.
+    fn instructions(&self) -> u64;
+    /// Program counter in program words.
+    fn pc(&self) -> u32;
+    /// [`Cpu::reg`].
+    fn reg(&self, name: &str) -> Option<u32>;
+    /// [`Cpu::set_reg`].
+    fn set_reg(&mut self, name: &str, value: u32) -> bool;
+    /// [`Cpu::peek`].
+    fn peek(&self, space: &str, addr: u32) -> Option<u8>;
+    /// [`Cpu::poke`].
+    fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool;
+    /// [`Cpu::has_pin`].
+    fn has_pin(&self, pin: PinId) -> bool;
+    /// [`Cpu::level`].
+    fn level(&self, pin: PinId) -> Level;
+    /// Return addresses of a stack that lies in no memory ([`Cpu::return_stack`]).
+    fn return_stack(&self) -> Vec<u32>;
+    /// [`Cpu::depth`].
+    fn depth(&self) -> u32;
+    /// Does something from outside.
+    ///
+    /// # Errors
+    /// The machine cannot: one sentence.
+    fn put(&mut self, drive: Drive) -> Result<(), String>;
+    /// [`Cpu::reset`].
+    fn reset(&mut self, why: Reset);
+    /// Nothing stands at its pins that has a state of its own.
+    fn is_bare(&self) -> bool;
+    /// [`Cpu::save`]: the chip alone.
+    fn save(&self) -> Vec<u8>;
+    /// [`Cpu::restore`]: the chip alone; breakpoints stay.
+    ///
+    /// # Errors
+    /// The bytes are no state of such a chip, which is as it was then.
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), Damaged>;
+    /// Sets breakpoints at these program words and at no others.
+    fn set_traps(&mut self, words: &BTreeSet<u32>);
+    /// [`Cpu::run`], looked at by `seer` as closely as `look` says.
+    fn run(&mut self, until: u64, look: Look, seer: &mut dyn Seer) -> Stop;
+    /// [`Cpu::step`].
+    fn step(&mut self, look: Look, seer: &mut dyn Seer) -> Stop;
+    /// A copy that goes its own way.
+    fn fork(&self) -> Box<dyn Target>;
+    /// Bytes that a copy takes at most.
+    fn weight(&self) -> usize;
+}
+
+/// A machine with its board as a [`Target`].
+#[derive(Debug, Clone)]
+pub struct Rig<C> {
+    cpu: C,
+    board: Board,
+    traps: BTreeSet<u32>,
+}
+
+impl<C: Cpu> Rig<C> {
+    /// The machine after power-up, and the board to whose devices it is connected already.
+    pub fn new(cpu: C, board: Board) -> Rig<C> {
+        Rig { cpu, board, traps: BTreeSet::new() }
+    }
+
+    fn run_with<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
+        self.board.run(&mut self.cpu, until, probe)
+    }
+
+    fn step_with<P: Probe>(&mut self, probe: &mut P) -> Stop {
+        if self.board.devices().next().is_none() {
+            return self.cpu.step(probe);
+        }
+        // The board runs to a cycle; a copy knows how far a step goes.
+        let mut copy = self.cpu.clone();
+        match copy.step(&mut ()) {
+            Stop::Limit => self.board.run(&mut self.cpu, copy.cycle(), probe),
+            _ => self.cpu.step(probe),
+        }
+    }
+}
+
+/// The probes of the four looks: `N` is the look's number.
+struct Eye<'a, const N: u8>(&'a mut dyn Seer);
+
+impl<const N: u8> Probe for Eye<'_, N> {
+    const INSN: bool = N >= Look::Insns as u8;
+    const DATA: bool = N >= Look::All as u8;
+    const EVENTS: bool = N >= Look::Events as u8;
+
+    fn insn(&mut self, at: u64, pc: u32) -> bool {
+        self.0.insn(at, pc)
+    }
+    fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        self.0.data(at, space, addr, value, write)
+    }
+    fn irq(&mut self, at: u64, vector: u8) {
+        self.0.irq(at, vector);
+    }
+    fn event(&mut self, event: Event) -> bool {
+        self.0.event(event)
+    }
+}
+
+const EVENTS: u8 = Look::Events as u8;
+const INSNS: u8 = Look::Insns as u8;
+const ALL: u8 = Look::All as u8;
+
+impl<C: Cpu + 'static> Target for Rig<C> {
+    fn chip(&self) -> &'static Chip {
+        self.cpu.chip()
+    }
+    fn clocks_per_cycle(&self) -> u32 {
+        self.cpu.clocks_per_cycle()
+    }
+    fn cycle(&self) -> u64 {
+        self.cpu.cycle()
+    }
+    fn instructions(&self) -> u64 {
+        self.cpu.instructions()
+    }
+    fn pc(&self) -> u32 {
+        self.cpu.pc()
+    }
+    fn reg(&self, name: &str) -> Option<u32> {
+        self.cpu.reg(name)
+    }
+    fn set_reg(&mut self, name: &str, value: u32) -> bool {
+        self.cpu.set_reg(name, value)
+    }
+    fn peek(&self, space: &str, addr: u32) -> Option<u8> {
+        self.cpu.peek(space, addr)
+    }
+    fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool {
+        self.cpu.poke(space, addr, value)
+    }
+    fn has_pin(&self, pin: PinId) -> bool {
+        self.cpu.has_pin(pin)
+    }
+    fn level(&self, pin: PinId) -> Level {
+        self.cpu.level(pin)
+    }
+    fn return_stack(&self) -> Vec<u32> {
+        self.cpu.return_stack()
+    }
+    fn depth(&self) -> u32 {
+        self.cpu.depth()
+    }
+    fn put(&mut self, drive: Drive) -> Result<(), String> {
+        queue(&mut self.cpu, &[drive])
+    }
+    fn reset(&mut self, why: Reset) {
+        self.cpu.reset(why);
+    }
+    fn is_bare(&self) -> bool {
+        self.board.devices().next().is_none()
+    }
+    fn save(&self) -> Vec<u8> {
+        self.cpu.save()
+    }
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), Damaged> {
+        self.cpu.restore(bytes)
+    }
+
+    fn set_traps(&mut self, words: &BTreeSet<u32>) {
+        for &word in self.traps.difference(words) {
+            self.cpu.trap(word, false);
+        }
+        for &word in words.difference(&self.traps) {
+            self.cpu.trap(word, true);
+        }
+        self.traps.clone_from(words);
+    }
+
+    fn run(&mut self, until: u64, look: Look, seer: &mut dyn Seer) -> Stop {
+        match look {
+            Look::Nothing => self.run_with(until, &mut ()),
+            Look::Events => self.run_with(until, &mut Eye::<EVENTS>(seer)),
+            Look::Insns => self.run_with(until, &mut Eye::<INSNS>(seer)),
+            Look::All => self.run_with(until, &mut Eye::<ALL>(seer)),
+        }
+    }
+
+    fn step(&mut self, look: Look, seer: &mut dyn Seer) -> Stop {
+        match look {
+            Look::Nothing => self.step_with(&mut ()),
+            Look::Events => self.step_with(&mut Eye::<EVENTS>(seer)),
+            Look::Insns => self.step_with(&mut Eye::<INSNS>(seer)),
+            Look::All => self.step_with(&mut Eye::<ALL>(seer)),
+        }
+    }
+
+    fn fork(&self) -> Box<dyn Target> {
+        Box::new(self.clone())
+    }
+
+    fn weight(&self) -> usize {
+        let chip = self.cpu.chip();
+        let data = chip.spaces.iter().filter(|(name, ..)| *name != chip.code);
+        let bytes: usize = data.map(|(_, size, width)| *size as usize * *width as usize).sum();
+        std::mem::size_of::<C>() + bytes
+    }
+}

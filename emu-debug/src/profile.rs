@@ -1,0 +1,213 @@
+//! Where the cycles of a run went: by instruction, by interrupt, and those in which no instruction ran.
+//!
+//! Every cycle is counted once, so that the sum is that of the run.
+
+use std::collections::BTreeMap;
+
+use emu_core::chip::Chip;
+use emu_core::cpu::Probe;
+use emu_core::image::Image;
+use emu_core::table::{Flow, bits_of, find};
+
+/// Places: one for each program word that a counter of 16 bits reaches.
+const PLACES: usize = 0x1_0000;
+
+/// Services within each other that are kept apart; a program that never ends one has no more of them.
+const DEEPEST: usize = 64;
+
+/// Services of an interrupt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Service {
+    /// How often it was entered.
+    pub count: u64,
+    /// Cycles from the entry to the end of the instruction that ends it, with those of interrupts within it.
+    pub total: u64,
+    /// The longest of them.
+    pub longest: u64,
+}
+
+/// Counts cycles. Turns of a loop that only waits are jumped over as in a run that nobody looks at; their cycles count all the
+/// same.
+#[derive(Debug, Clone)]
+pub struct Profile {
+    /// For each program word what is known of the instruction there.
+    facts: Vec<Fact>,
+    /// Cycles by the interrupt that is served, if one is, and by program word.
+    cycles: BTreeMap<Option<u8>, Vec<u64>>,
+    /// Cycles in which the core stood still, by the same interrupts.
+    idle: BTreeMap<Option<u8>, u64>,
+    /// Cycles before the first instruction.
+    before: u64,
+    services: BTreeMap<u8, Service>,
+    /// Services that have begun: vector and cycle.
+    open: Vec<(u8, u64)>,
+    at: At,
+    /// Up to this cycle all are counted.
+    since: u64,
+}
+
+/// What the cycles from now on belong to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum At {
+    /// Nothing has run yet.
+    Before,
+    /// The entry of an interrupt: to the instruction that follows.
+    Entry,
+    /// The instruction at this program word.
+    Word(u32),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Fact {
+    /// Cycles that it takes at the most when the core does not stand still behind it; 0 where that is not known or it may close a
+    /// loop of which turns are jumped over.
+    most: u8,
+    /// It ends the service of an interrupt.
+    ends: bool,
+}
+
+impl Profile {
+    /// For the program of an image, from the machine cycle `now` on.
+    #[must_use]
+    pub fn new(chip: &'static Chip, image: &Image, now: u64) -> Profile {
+        let mut code = vec![None; (chip.flash / chip.word_bytes.max(1)) as usize];
+        let size = chip.word_bytes.max(1);
+        for (addr, byte) in image.bytes_in(chip.code) {
+            if let Some(word) = code.get_mut((addr / size) as usize) {
+                *word = Some(word.unwrap_or(0u16) | u16::from(byte) << (8 * (addr % size)));
+            }
+        }
+        let facts = (0..code.len().min(PLACES)).map(|pc| {
+            let words: Vec<u16> = code.iter().skip(pc).take(3).map_while(|word| *word).collect();
+            if words.is_empty() { Fact::default() } else { fact(chip, &words) }
+        });
+        let mut facts: Vec<Fact> = facts.collect();
+        facts.resize(PLACES, Fact::default());
+        let cycles = BTreeMap::from([(None, vec![0; PLACES])]);
+        Profile {
+            facts,
+            cycles,
+            idle: BTreeMap::new(),
+            before: 0,
+            services: BTreeMap::new(),
+            open: Vec::new(),
+            at: At::Before,
+            since: now,
+        }
+    }
+
+    /// Counts the cycles up to `now`; `next` is the instruction that comes then, if one does.
+    fn count(&mut self, now: u64, next: Option<u32>) {
+        let mut passed = now.saturating_sub(self.since);
+        self.since = now;
+        let serving = self.open.last().map(|open| open.0);
+        let word = match (self.at, next) {
+            (At::Before, _) | (At::Entry, None) => {
+                self.before += passed;
+                return;
+            }
+            (At::Entry, Some(pc)) | (At::Word(pc), _) => pc,
+        };
+        let fact = self.facts.get(word as usize).copied().unwrap_or_default();
+        // One more than the table says: a write to the program counter of a PIC takes a second cycle.
+        if let (At::Word(_), true, true) = (self.at, fact.most > 0, passed > u64::from(fact.most) + 1) {
+            let stood = passed - u64::from(fact.most);
+            *self.idle.entry(serving).or_default() += stood;
+            passed -= stood;
+        }
+        let cycles = self.cycles.entry(serving).or_insert_with(|| vec![0; PLACES]);
+        if let Some(cell) = cycles.get_mut(word as usize) {
+            *cell += passed;
+        }
+        if fact.ends && matches!(self.at, At::Word(_)) {
+            self.end(now);
+        }
+    }
+
+    fn end(&mut self, now: u64) {
+        if let Some((vector, begun)) = self.open.pop() {
+            let service = self.services.entry(vector).or_default();
+            let took = now.saturating_sub(begun);
+            service.total += took;
+            service.longest = service.longest.max(took);
+        }
+    }
+
+    /// The run has ended at the cycle `now`. What is still served counts up to there.
+    pub fn finish(&mut self, now: u64) {
+        let next = match self.at {
+            // Its first instruction would be counted as that of the service.
+            At::Entry => None,
+            At::Word(pc) => Some(pc),
+            At::Before => None,
+        };
+        self.count(now, next);
+        while !self.open.is_empty() {
+            self.end(now);
+        }
+        self.at = At::Before;
+    }
+
+    /// Cycles by the interrupt that was served, if one was, and by program word; only those above 0.
+    pub fn cycles(&self) -> impl Iterator<Item = (Option<u8>, u32, u64)> {
+        let words = |(serving, cycles)| (0..).zip(cycles).map(move |(pc, count)| (serving, pc, count));
+        let all = self.cycles.iter().map(|(serving, cycles)| (*serving, cycles.iter().copied())).flat_map(words);
+        all.filter(|(.., count)| *count > 0)
+    }
+
+    /// Cycles in which the core slept or was held, by the interrupt that was served, if one was.
+    pub fn idle(&self) -> impl Iterator<Item = (Option<u8>, u64)> {
+        self.idle.iter().map(|(serving, count)| (*serving, *count))
+    }
+
+    /// Cycles before the first instruction.
+    #[must_use]
+    pub fn before(&self) -> u64 {
+        self.before
+    }
+
+    /// Services by vector.
+    pub fn services(&self) -> impl Iterator<Item = (u8, Service)> {
+        self.services.iter().map(|(vector, service)| (*vector, *service))
+    }
+
+    /// All cycles that were counted.
+    #[must_use]
+    pub fn sum(&self) -> u64 {
+        self.before + self.idle().map(|(_, count)| count).sum::<u64>() + self.cycles().map(|one| one.2).sum::<u64>()
+    }
+}
+
+/// What is known of the instruction at the front of some words.
+fn fact(chip: &Chip, words: &[u16]) -> Fact {
+    let isa = chip.isa;
+    let Some((position, _)) = find(isa.rows, isa.word_bits, words) else { return Fact::default() };
+    let Some(row) = isa.rows.get(position) else { return Fact::default() };
+    debug_assert!(row.pattern.matches(bits_of(row, isa.word_bits, words)), "the row that was found");
+    // What names a place to go to may close a loop.
+    let goes = row.operands.iter().any(|slot| slot.kind.name.starts_with("target"));
+    let most = row.cycles.outcomes().iter().copied().max().unwrap_or(0);
+    Fact { most: if goes { 0 } else { most }, ends: (isa.flow)(position) == Flow::EndsInterrupt }
+}
+
+impl Probe for Profile {
+    const INSN: bool = true;
+    const EVERY: bool = false;
+
+    #[inline]
+    fn insn(&mut self, at: u64, pc: u32) -> bool {
+        self.count(at, Some(pc));
+        self.at = At::Word(pc);
+        false
+    }
+
+    fn irq(&mut self, at: u64, vector: u8) {
+        self.count(at, None);
+        self.services.entry(vector).or_default().count += 1;
+        if self.open.len() == DEEPEST {
+            self.open.remove(0);
+        }
+        self.open.push((vector, at));
+        self.at = At::Entry;
+    }
+}

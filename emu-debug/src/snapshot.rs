@@ -1,0 +1,241 @@
+//! Files of snapshots: the state of a machine, and what it was built of (docs/formats/snapshot.md).
+//!
+//! A head says for which chip, program and options the state is; a checksum covers all of it. Whatever was damaged, cut short or made for
+//! another machine is refused here, before a machine looks at it.
+
+use diag::{Code, Diagnostic, Pos, Severity};
+use emu_core::image::Image;
+
+/// The first bytes of every such file.
+const MAGIC: &[u8; 8] = b"\x89EMUSNP\n";
+
+/// The version that is written, and the newest that is read.
+const VERSION: u16 = 1;
+
+/// The file is no snapshot.
+pub const NO_SNAPSHOT: &str = "SNP001";
+/// It ends early.
+pub const CUT_SHORT: &str = "SNP002";
+/// It was changed on the way.
+pub const CHECKSUM: &str = "SNP003";
+/// It is of a newer version.
+pub const NEWER: &str = "SNP004";
+/// It is of another chip.
+pub const OTHER_CHIP: &str = "SNP005";
+/// It is of another program.
+pub const OTHER_PROGRAM: &str = "SNP006";
+/// It is of a machine that was configured otherwise.
+pub const OTHER_OPTIONS: &str = "SNP007";
+/// It holds what is no state of the machine.
+pub const NO_STATE: &str = "SNP008";
+
+/// All of them.
+#[rustfmt::skip]
+pub const CODES: &[Code] = &[
+    Code { code: NO_SNAPSHOT, title: "the file is no snapshot",
+        explain: "It does not begin as the files do that --snapshot-out writes. Mend: give the name of such a file." },
+    Code { code: CUT_SHORT, title: "a snapshot is cut short",
+        explain: "The file has fewer bytes than its head says: it was copied in part. emu itself writes a snapshot whole or not at \
+                  all. Mend: copy it again, or make it anew." },
+    Code { code: CHECKSUM, title: "a snapshot is damaged",
+        explain: "Its checksum (CRC-32 over all bytes before it) is another one: bytes were changed, most often by a copy as text. \
+                  Mend: copy it again, or make it anew." },
+    Code { code: NEWER, title: "a snapshot of another version",
+        explain: "It was written by a version of emu whose snapshots hold other things. Mend: use that version, or make it anew." },
+    Code { code: OTHER_CHIP, title: "a snapshot of another chip",
+        explain: "A state fits the chip that it was taken from and no other. Mend: name that chip with --mcu." },
+    Code { code: OTHER_PROGRAM, title: "a snapshot of another program",
+        explain: "The image holds other bytes than the one with which the snapshot was made; how it is stored (HEX or ELF) and its \
+                  symbols make no difference. Mend: give that image, or make the snapshot anew." },
+    Code { code: OTHER_OPTIONS, title: "a snapshot of a machine that was configured otherwise",
+        explain: "Clock, fuses, configuration word, wiring, and what RAM holds after power-up are part of a machine and no part of its \
+                  state. Mend: give the flags with which the snapshot was made; the message has both." },
+    Code { code: NO_STATE, title: "a snapshot that holds no state of this machine",
+        explain: "The file is whole, and what it holds cannot be the state of such a machine: it was made by another build of emu, \
+                  or by another program. Mend: make it anew." },
+];
+
+/// What a snapshot is of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Head {
+    /// Name of the chip.
+    pub chip: String,
+    /// [`program`] of the image.
+    pub program: u64,
+    /// What configures the machine, as text.
+    pub options: String,
+    /// Machine cycle at which it was taken.
+    pub cycle: u64,
+}
+
+/// A number that stands for the bytes of an image, however they are divided into pieces.
+#[must_use]
+pub fn program(image: &Image) -> u64 {
+    let mut segments: Vec<_> = image.segments.iter().collect();
+    segments.sort_by_key(|segment| (segment.space, segment.addr));
+    let mut hash = 0xCBF2_9CE4_8422_2325_u64;
+    let mut mix = |byte: u8| hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3);
+    for segment in segments {
+        for (addr, &byte) in (u64::from(segment.addr)..).zip(&segment.bytes) {
+            segment.space.bytes().chain(addr.to_le_bytes()).for_each(&mut mix);
+            mix(byte);
+        }
+    }
+    hash
+}
+
+/// The file of a snapshot; `state` comes from [`Cpu::save`](emu_core::Cpu::save).
+#[must_use]
+pub fn write(head: &Head, state: &[u8]) -> Vec<u8> {
+    let mut body = Vec::new();
+    for text in [&head.chip, &head.options] {
+        body.extend((text.len() as u32).to_le_bytes());
+        body.extend(text.as_bytes());
+    }
+    body.extend(head.program.to_le_bytes());
+    body.extend(head.cycle.to_le_bytes());
+    body.extend(state);
+    let mut file = MAGIC.to_vec();
+    file.extend(VERSION.to_le_bytes());
+    file.extend((body.len() as u64).to_le_bytes());
+    file.extend(body);
+    file.extend(crc(&file).to_le_bytes());
+    file
+}
+
+/// The head and the state in the file `name` with these bytes.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn read<'a>(name: &str, bytes: &'a [u8]) -> Result<(Head, &'a [u8]), Diagnostic> {
+    let wrong = |code, cause: String, hint: &str| Err(fault(name, code, cause, hint));
+    const AGAIN: &str = "copy it again, or make it anew with --snapshot-out";
+    let Some(rest) = bytes.strip_prefix(MAGIC) else {
+        let cut = !bytes.is_empty() && MAGIC.starts_with(bytes);
+        return match cut {
+            true => wrong(CUT_SHORT, format!("ends after {} bytes, in the middle of its head", bytes.len()), AGAIN),
+            false => wrong(NO_SNAPSHOT, "is no snapshot".to_owned(), "give a file that --snapshot-out has written"),
+        };
+    };
+    let mut fields = Fields(rest);
+    let (Some(version), Some(len)) = (fields.number(2), fields.number(8)) else {
+        return wrong(CUT_SHORT, format!("ends after {} bytes, in the middle of its head", bytes.len()), AGAIN);
+    };
+    let wanted = len.saturating_add(4);
+    let left = fields.0.len() as u64;
+    if version != u64::from(VERSION) {
+        let cause = format!("is a snapshot of version {version}, and this emu knows version {VERSION}");
+        return wrong(NEWER, cause, "use the emu that wrote it, or make it anew");
+    }
+    if left < wanted {
+        return wrong(CUT_SHORT, format!("ends {} bytes early", wanted - left), AGAIN);
+    }
+    let Some((front, sum)) = bytes.split_last_chunk::<4>().filter(|_| left == wanted) else {
+        return wrong(CHECKSUM, format!("has {} bytes behind its end", left - wanted), AGAIN);
+    };
+    let (found, wanted) = (crc(front), u32::from_le_bytes(*sum));
+    if found != wanted {
+        return wrong(CHECKSUM, format!("is damaged: its checksum is {found:08x}, and it says {wanted:08x}"), AGAIN);
+    }
+    let mut fields = Fields(fields.0.get(..len as usize).unwrap_or_default());
+    let head = || {
+        let (chip, options) = (fields.text()?, fields.text()?);
+        let (program, cycle) = (fields.number(8)?, fields.number(8)?);
+        Some((Head { chip, program, options, cycle }, fields.0))
+    };
+    let mut head = head;
+    head().ok_or_else(|| no_state(name))
+}
+
+/// The state in the file, if it is one of the machine that `wanted` describes (its cycle aside), and its cycle.
+///
+/// # Errors
+/// What is wrong with the file, or what the machine has that is not as in the file.
+pub fn read_for<'a>(name: &str, bytes: &'a [u8], wanted: &Head) -> Result<(u64, &'a [u8]), Diagnostic> {
+    let (head, state) = read(name, bytes)?;
+    let (code, cause, hint) = if head.chip != wanted.chip {
+        let cause = format!("is a snapshot of {}, and the chip is {}", head.chip, wanted.chip);
+        (OTHER_CHIP, cause, "name the chip of the snapshot with --mcu")
+    } else if head.program != wanted.program {
+        let cause = "is a snapshot of another program".to_owned();
+        (OTHER_PROGRAM, cause, "give the image with which it was made, or make it anew")
+    } else if head.options != wanted.options {
+        let cause = format!("is of a machine with `{}`, and this one has `{}`", head.options, wanted.options);
+        (OTHER_OPTIONS, cause, "give the flags with which it was made, or make it anew")
+    } else {
+        return Ok((head.cycle, state));
+    };
+    Err(fault(name, code, cause, hint))
+}
+
+/// The file is whole, and holds no state of the machine.
+#[must_use]
+pub fn no_state(name: &str) -> Diagnostic {
+    fault(name, NO_STATE, "holds what is no state of this machine".to_owned(), "make it anew with --snapshot-out")
+}
+
+fn fault(name: &str, code: &'static str, cause: String, hint: &str) -> Diagnostic {
+    Diagnostic::new(Severity::Error, code, name, Pos::default(), cause, hint)
+}
+
+/// What is left to be read.
+struct Fields<'a>(&'a [u8]);
+
+impl Fields<'_> {
+    fn bytes(&mut self, len: usize) -> Option<&[u8]> {
+        let (bytes, rest) = self.0.split_at_checked(len)?;
+        self.0 = rest;
+        Some(bytes)
+    }
+
+    fn number(&mut self, bytes: usize) -> Option<u64> {
+        Some(self.bytes(bytes)?.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte)))
+    }
+
+    fn text(&mut self) -> Option<String> {
+        let len = self.number(4)?;
+        String::from_utf8(self.bytes(usize::try_from(len).ok()?)?.to_vec()).ok()
+    }
+}
+
+/// CRC-32 as in IEEE 802.3.
+fn crc(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| crc >> 1 ^ if crc & 1 == 1 { 0xEDB8_8320 } else { 0 })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample() -> (Head, Vec<u8>) {
+        let head = Head { chip: "atmega328p".into(), program: 7, options: "16 MHz".into(), cycle: 1234 };
+        let file = write(&head, &[1, 2, 3, 0, 255]);
+        (head, file)
+    }
+
+    #[test]
+    fn comes_back() {
+        let (head, file) = sample();
+        assert_eq!(crc(b"123456789"), 0xCBF4_3926);
+        assert_eq!(read("x", &file), Ok((head.clone(), &[1, 2, 3, 0, 255][..])));
+        assert_eq!(read_for("x", &file, &Head { cycle: 0, ..head }), Ok((1234, &[1, 2, 3, 0, 255][..])));
+    }
+
+    #[test]
+    fn no_damage_passes() {
+        let (_, file) = sample();
+        for len in 0..file.len() {
+            let code = read("x", &file[..len]).map_err(|d| d.code);
+            assert_eq!(code, Err(if len == 0 { NO_SNAPSHOT } else { CUT_SHORT }), "cut to {len}");
+        }
+        for at in 0..8 * file.len() {
+            let mut damaged = file.clone();
+            damaged[at / 8] ^= 1 << (at % 8);
+            assert!(read("x", &damaged).is_err(), "bit {at}");
+        }
+        let longer: Vec<u8> = file.iter().copied().chain([0]).collect();
+        assert_eq!(read("x", &longer).map_err(|d| d.code), Err(CHECKSUM));
+    }
+}

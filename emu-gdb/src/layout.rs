@@ -1,0 +1,162 @@
+//! Registers and memories of each family as gdb sees them.
+//!
+//! gdb has one space of addresses for everything. Program memory lies at 0, in bytes; the RAM of the chip at 0x800000, and the
+//! other memories each 0x10000 further, as the ELF files of AVR have it.
+
+use std::fmt::Write;
+
+use emu_core::chip::{Chip, Family};
+use emu_debug::debug::Target;
+
+/// Where the memories of a family lie.
+const MEMORIES: &[(Family, &[(&str, u32)])] = &[
+    (
+        Family::Avr,
+        &[("flash", 0), ("data", 0x80_0000), ("eeprom", 0x81_0000), ("fuse", 0x82_0000), ("lock", 0x83_0000)],
+    ),
+    (Family::Mcs51, &[("code", 0), ("idata", 0x80_0000), ("sfr", 0x81_0000), ("xdata", 0x82_0000), ("bit", 0x83_0000)]),
+    (Family::Pic16, &[("flash", 0), ("data", 0x80_0000), ("eeprom", 0x81_0000), ("config", 0x82_0000)]),
+    (
+        Family::Ap101,
+        &[
+            ("code", 0),
+            ("m", 0x80_0000),
+            ("i", 0x81_0000),
+            ("e", 0x82_0000),
+            ("r", 0x83_0000),
+            ("preset", 0x84_0000),
+            ("value", 0x85_0000),
+        ],
+    ),
+];
+
+/// Registers of the core that are not 8 bits wide.
+const WIDE: &[(Family, &str, u32)] = &[
+    (Family::Avr, "SP", 16),
+    (Family::Mcs51, "DPTR", 16),
+    (Family::Ap101, "RIC", 16),
+    (Family::Ap101, "RX", 16),
+    (Family::Ap101, "PROG", 16),
+    (Family::Ap101, "OVR", 32),
+];
+
+/// Places of the stack of a PIC16, which lies in no memory.
+const STACK: usize = 8;
+
+/// A register.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// One of [`Chip::cpu_regs`].
+    Core(&'static str),
+    /// The program counter under its name there; gdb has it in bytes.
+    Pc(&'static str),
+    /// A return address, the newest is 0; in bytes.
+    Stack(usize),
+}
+
+/// A memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Memory {
+    /// Its name in [`Chip::spaces`].
+    pub space: &'static str,
+    /// gdb's address of its first byte.
+    pub base: u32,
+    /// Bytes.
+    pub len: u32,
+    /// Bytes per address in [`Chip::spaces`].
+    pub width: u32,
+}
+
+/// A chip as gdb sees it.
+#[derive(Debug, Clone)]
+pub struct Layout {
+    chip: &'static Chip,
+    /// Registers in gdb's order, with their bytes.
+    pub registers: Vec<(Kind, usize)>,
+    /// Memories, program memory first.
+    pub memories: Vec<Memory>,
+}
+
+impl Layout {
+    /// The chip of a machine.
+    pub fn new(target: &dyn Target) -> Layout {
+        let chip = target.chip();
+        let bits = |name: &str| {
+            let wide = WIDE.iter().find(|(family, wide, _)| *family == chip.family && *wide == name);
+            wide.map_or(8, |wide| wide.2)
+        };
+        let core = chip.cpu_regs.iter().map(|name| match *name {
+            "PC" | "NA" => (Kind::Pc(name), 4),
+            name => (Kind::Core(name), bits(name) as usize / 8),
+        });
+        let places = if target.return_stack().is_empty() { 0 } else { STACK };
+        let registers = core.chain((0..places).map(|place| (Kind::Stack(place), 4))).collect();
+        let of = MEMORIES.iter().find(|(family, _)| *family == chip.family).map_or(&[][..], |found| found.1);
+        let memories = of.iter().filter_map(|&(name, base)| {
+            let &(space, size, width) = chip.spaces.iter().find(|(space, ..)| *space == name)?;
+            Some(Memory { space, base, len: size.saturating_mul(width), width })
+        });
+        Layout { chip, registers, memories: memories.collect() }
+    }
+
+    /// The memory in which `len` bytes from gdb's address `addr` on lie, and the address of the first there, in bytes.
+    pub fn find(&self, addr: u32, len: usize) -> Option<(&Memory, u32)> {
+        let memory = self.memories.iter().rev().find(|memory| memory.base <= addr)?;
+        let offset = addr - memory.base;
+        let left = memory.len.checked_sub(offset)?;
+        (left > 0 && len <= left as usize).then_some((memory, offset))
+    }
+
+    /// The program word at gdb's address, which is one in bytes.
+    pub fn word(&self, addr: u32) -> Option<u32> {
+        let (memory, offset) = self.find(addr, 1)?;
+        let per_word = self.chip.word_bytes.max(1);
+        (memory.space == self.chip.code && offset.is_multiple_of(per_word)).then_some(offset / per_word)
+    }
+
+    /// The file target.xml. gdb knows the registers of AVR, and takes no others; of the other families it is told what there is.
+    pub fn target_xml(&self) -> String {
+        let mut xml =
+            "<?xml version=\"1.0\"?>\n<!DOCTYPE target SYSTEM \"gdb-target.dtd\">\n<target version=\"1.0\">\n"
+                .to_owned();
+        let feature = match self.chip.family {
+            Family::Avr => {
+                // The smaller ones have neither CALL nor JMP.
+                let core = if self.chip.flash > 0x2000 { "avr:5" } else { "avr:4" };
+                return format!("{xml}  <architecture>{core}</architecture>\n</target>\n");
+            }
+            Family::Mcs51 => "mcs51",
+            Family::Pic16 => "pic16",
+            Family::Ap101 => "ap101",
+        };
+        _ = writeln!(xml, "  <feature name=\"org.emu.{feature}\">");
+        for (kind, bytes) in &self.registers {
+            let (name, kind) = match kind {
+                Kind::Core(name) => (name.to_ascii_lowercase(), format!("uint{}", 8 * bytes)),
+                Kind::Pc(_) => ("pc".to_owned(), "code_ptr".to_owned()),
+                Kind::Stack(place) => (format!("stk{place}"), "code_ptr".to_owned()),
+            };
+            _ = writeln!(xml, "    <reg name=\"{name}\" bitsize=\"{}\" type=\"{kind}\"/>", 8 * bytes);
+        }
+        xml + "  </feature>\n</target>\n"
+    }
+
+    /// The map of memories: with it gdb's `load` writes program memory as one does a flash. A block is one word, so that nothing is
+    /// erased but what is loaded.
+    pub fn memory_xml(&self) -> String {
+        let mut xml = "<?xml version=\"1.0\"?>\n<memory-map>\n".to_owned();
+        for memory in &self.memories {
+            let place = format!("start=\"0x{:x}\" length=\"0x{:x}\"", memory.base, memory.len);
+            _ = if memory.space == self.chip.code {
+                let block = self.chip.word_bytes;
+                writeln!(
+                    xml,
+                    "  <memory type=\"flash\" {place}><property name=\"blocksize\">{block}</property></memory>"
+                )
+            } else {
+                writeln!(xml, "  <memory type=\"ram\" {place}/>")
+            };
+        }
+        xml + "</memory-map>\n"
+    }
+}

@@ -1,0 +1,35 @@
+//! The debugger for gdb: its remote serial protocol over a [`Session`].
+//!
+//! ```text
+//!   wire.rs     bytes to packets: check sums, acknowledgements, Ctrl-C
+//!   layout.rs   registers and memories of each family as gdb sees them, target.xml, the map of memories
+//!   arch.rs     what the crate gdbstub wants to know of a processor, the same for all of ours
+//!   stub.rs     registers and memories
+//!   points.rs   breakpoints and watchpoints
+//!   resume.rs   running, stepping, going back, and what is said of a stop
+//!   flash.rs    `load`
+//!   monitor.rs  the commands behind `monitor`
+//!   serve.rs    a client from its first byte to its last
+//! ```
+//!
+//! The packets themselves are read and written by gdbstub. Everything that changes the machine is an action of the session, so
+//! that it is in its history.
+
+#![forbid(unsafe_code)]
+
+mod arch;
+mod flash;
+mod layout;
+mod monitor;
+mod points;
+mod resume;
+mod serve;
+mod stub;
+mod wire;
+
+pub use serve::{Ended, Options, address, serve};
+
+use emu_debug::debug::Session;
+
+/// Commands behind `monitor` that this crate does not know: the lines of the answer, or nothing where there is no such command.
+pub type Monitor = dyn FnMut(&mut Session, &str) -> Option<Vec<String>>;

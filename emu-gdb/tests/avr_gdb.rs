@@ -1,0 +1,57 @@
+//! avr-gdb itself, on a program that avr-gcc has compiled: what it says to `avr.gdb` stands in `avr.out`. `EMU_BLESS=1` writes it
+//! anew.
+
+mod machine;
+
+use std::path::Path;
+use std::process::Command;
+
+use emu_core::image::{Lines, load_elf};
+
+/// The program is built without what differs from one machine to the other: its folder is not in it.
+#[test]
+#[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
+fn avr_gdb() {
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let elf = folder.join("program.elf");
+    let gcc = Command::new("avr-gcc")
+        .args(["-mmcu=atmega328p", "-Og", "-gdwarf-4", "-o"])
+        .arg(&elf)
+        .arg("program.c")
+        .current_dir(&tests)
+        .status();
+    assert!(gcc.expect("avr-gcc").success());
+
+    let chip = machine::chip("atmega328p");
+    let bytes = std::fs::read(&elf).expect("what avr-gcc wrote");
+    let mut image = load_elf("program.elf", &bytes, chip.elf, chip.elf_machine).expect("an ELF file").image;
+    image.lines = Lines::of_elf("program.elf", bytes);
+    let (address, server) = machine::server(chip, image);
+    // 100 s are for a gdb that waits for ever, and what it has said up to then is told.
+    let gdb = Command::new("timeout")
+        .args(["100", "avr-gdb"])
+        .args(["-nx", "-batch", "-ex", &format!("target remote {address}"), "-x", "avr.gdb"])
+        .arg(&elf)
+        .current_dir(&tests)
+        .output()
+        .expect("avr-gdb");
+    let ended = server.join().expect("no panic");
+    let shown = String::from_utf8_lossy(&gdb.stdout);
+    let wrong = String::from_utf8_lossy(&gdb.stderr);
+    // How fast the loader was is not the program's.
+    let mut out: String = shown
+        .lines()
+        .filter(|line| !line.starts_with("Transfer rate"))
+        .fold(String::new(), |all, line| all + line + "\n");
+    out += &format!("== on its standard error\n{wrong}== the server\n{ended}\n");
+    let file = tests.join("avr.out");
+    if std::env::var_os("EMU_BLESS").is_some() {
+        return std::fs::write(file, out).expect("written");
+    }
+    let wanted = std::fs::read_to_string(file).expect("avr.out");
+    for (n, (came, wanted)) in out.lines().zip(wanted.lines()).enumerate() {
+        assert_eq!(came, wanted, "avr.out:{}\n{out}", n + 1);
+    }
+    assert_eq!(out, wanted);
+}

@@ -1,0 +1,50 @@
+//! A session with any chip, and a server for it in a thread of its own.
+
+use std::net::{SocketAddr, TcpListener};
+use std::thread::JoinHandle;
+
+use emu_core::chip::Chip;
+use emu_core::cpu::{Cpu, RamInit};
+use emu_core::image::Image;
+use emu_debug::debug::{Options, Rig, Scope, Session, Target};
+use emu_debug::{Board, Clock};
+
+/// The chip of that name.
+pub fn chip(name: &str) -> &'static Chip {
+    let avr = emu_avr::chips::CHIPS.iter().copied();
+    let mut all = avr.chain(emu_8051::chips::chips()).chain(emu_pic16::chips::chips()).chain(emu_ap101::chips::chips());
+    all.find(|chip| chip.name == name).unwrap_or_else(|| panic!("no chip {name}"))
+}
+
+fn rig<C: Cpu + 'static>(cpu: C) -> Box<dyn Target> {
+    let clock = Clock { hz: cpu.chip().default_hz, clocks_per_cycle: cpu.clocks_per_cycle() };
+    Box::new(Rig::new(cpu, Board::new(Vec::new(), clock)))
+}
+
+/// A machine after power-up with zeros in its RAM.
+pub fn session(chip: &'static Chip, image: &Image) -> Session {
+    use emu_core::chip::Family;
+    let target = match chip.family {
+        Family::Avr => rig(emu_avr::Avr::new(chip, image, RamInit::Zero)),
+        Family::Mcs51 => rig(emu_8051::Mcs51::new(chip, image, RamInit::Zero)),
+        Family::Pic16 => rig(emu_pic16::Pic16::new(chip, image, RamInit::Zero)),
+        Family::Ap101 => rig(emu_ap101::Ap101::new(image)),
+    };
+    let mut scope = Scope::new(chip);
+    scope.symbols = image.symbols.clone();
+    scope.lines = image.lines.clone();
+    let clock = Clock { hz: chip.default_hz, clocks_per_cycle: target.clocks_per_cycle() };
+    Session::new(target, scope, Options { clock, history: 64 << 20, follow: None })
+}
+
+/// A server for one client: where it listens, and what it says when the client has gone.
+pub fn server(chip: &'static Chip, image: Image) -> (SocketAddr, JoinHandle<String>) {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port of this machine");
+    let address = listener.local_addr().expect("its address");
+    let thread = std::thread::spawn(move || {
+        let mut session = session(chip, &image);
+        let ended = emu_gdb::serve(&mut session, &listener, emu_gdb::Options::default(), &mut |_| {});
+        ended.expect("it listens").to_string()
+    });
+    (address, thread)
+}

@@ -1,0 +1,191 @@
+//! Talks with the server packet by packet, from the texts beside this file.
+//!
+//! ```text
+//! == a name                     a case begins: a server and a client of its own
+//! chip atmega328p
+//! | ldi r16, 5                  its program
+//! -> g                          a packet, and the answer to it
+//! <- 05000000
+//! -> monitor cycle              a command behind `monitor`; what it prints is shown as text
+//! -- vCont;c                    a packet whose answer is not waited for
+//! => \x03                       bytes as they are, and the answer; >> without
+//! ends the client has left      what the server says of the end; before it the client goes, if it has not been let go
+//! ```
+//! `EMU_BLESS=1` writes the answers anew.
+
+mod machine;
+
+use std::fmt::Write as _;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use emu_core::image::Image;
+
+struct Client {
+    stream: TcpStream,
+}
+
+impl Client {
+    fn byte(&mut self) -> Option<u8> {
+        let mut byte = [0];
+        matches!(self.stream.read(&mut byte), Ok(1)).then_some(byte[0])
+    }
+
+    /// The next packet or `-`; acknowledgements are passed over.
+    fn answer(&mut self) -> String {
+        loop {
+            match self.byte() {
+                None => return "(gone)".to_owned(),
+                Some(b'+') => {}
+                Some(b'$') => break,
+                Some(byte) => return char::from(byte).to_string(),
+            }
+        }
+        let mut body = Vec::new();
+        while let Some(byte) = self.byte() {
+            if byte == b'#' {
+                let sum = [self.byte().unwrap_or(0), self.byte().unwrap_or(0)];
+                let right = body.iter().fold(0u8, |sum, byte: &u8| sum.wrapping_add(*byte));
+                assert_eq!(format!("{right:02x}").as_bytes(), sum);
+                return body.iter().map(|byte| char::from(*byte)).collect();
+            }
+            body.push(byte);
+        }
+        "(gone)".to_owned()
+    }
+
+    /// Answers up to the first that is no text for the user; that is shown as text.
+    fn answers(&mut self) -> Vec<String> {
+        let mut all = Vec::new();
+        loop {
+            let answer = self.answer();
+            match answer.strip_prefix('O').filter(|hex| !hex.is_empty() && *hex != "K").and_then(text) {
+                Some(text) => all.extend(text.lines().map(|line| format!("O {line}"))),
+                None => {
+                    all.push(answer);
+                    return all;
+                }
+            }
+        }
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        // The server may have hung up; the answers tell.
+        _ = self.stream.write_all(bytes);
+    }
+
+    fn packet(&mut self, body: &[u8]) {
+        let sum = body.iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte));
+        let bytes = [b"$", body, format!("#{sum:02x}").as_bytes()].concat();
+        self.send(&bytes);
+    }
+}
+
+fn text(hex: &str) -> Option<String> {
+    let bytes: Option<Vec<u8>> =
+        (0..hex.len() / 2).map(|at| u8::from_str_radix(&hex[2 * at..2 * at + 2], 16).ok()).collect();
+    String::from_utf8(bytes?).ok()
+}
+
+/// Bytes of a text with `\xNN` and `*N` behind a byte, which is N of it.
+fn bytes(text: &str) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        let escape = rest.strip_prefix("\\x").and_then(|hex| u8::from_str_radix(hex.get(..2)?, 16).ok());
+        match escape {
+            Some(byte) => {
+                bytes.push(byte);
+                rest = &rest[4..];
+            }
+            None if c == '*' => {
+                let digits: String = rest[1..].chars().take_while(char::is_ascii_digit).collect();
+                let last = *bytes.last().expect("a byte before *");
+                bytes.resize(bytes.len() + digits.parse::<usize>().expect("a number behind *"), last);
+                rest = &rest[1 + digits.len()..];
+            }
+            None => {
+                bytes.push(c as u8);
+                rest = &rest[c.len_utf8()..];
+            }
+        }
+    }
+    bytes
+}
+
+/// Plays a case; gives its text with the answers that came.
+fn play(case: &str) -> String {
+    let chip_name = case.lines().find_map(|line| line.strip_prefix("chip ")).expect("a chip");
+    let chip = machine::chip(chip_name);
+    let program: String =
+        case.lines().filter_map(|line| line.strip_prefix("| ")).fold(String::new(), |all, line| all + line + "\n");
+    let image = if program.is_empty() { Image::default() } else { emu_asm::image(chip, &program).expect("a program") };
+    let (address, server) = machine::server(chip, image);
+    let stream = TcpStream::connect(address).expect("a server");
+    // Only so that a server that hangs does not hang the test.
+    stream.set_read_timeout(Some(Duration::from_secs(60))).expect("a socket");
+    let mut client = Client { stream };
+    let mut out = String::new();
+    let mut server = Some(server);
+    for line in case.lines().filter(|line| !line.starts_with("<-")) {
+        let (how, rest) = line.split_once(' ').unwrap_or((line, ""));
+        if how == "ends" {
+            _ = client.stream.shutdown(std::net::Shutdown::Both);
+            let ended = server.take().expect("one end").join().expect("no panic");
+            _ = writeln!(out, "ends {ended}");
+            continue;
+        }
+        _ = writeln!(out, "{line}");
+        let body = match rest.strip_prefix("monitor ") {
+            Some(command) => {
+                format!("qRcmd,{}", command.bytes().fold(String::new(), |hex, byte| format!("{hex}{byte:02x}")))
+            }
+            None => rest.to_owned(),
+        };
+        match how {
+            "->" | "--" => client.packet(&bytes(&body)),
+            "=>" | ">>" => client.send(&bytes(rest)),
+            _ => continue,
+        }
+        if matches!(how, "->" | "=>") {
+            client
+                .answers()
+                .iter()
+                .for_each(|answer| _ = writeln!(out, "<- {}", answer.trim_end().replace('\n', "\n<- ")));
+        }
+    }
+    assert!(server.is_none(), "a case without `ends`:\n{case}");
+    out
+}
+
+fn texts() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let files = std::fs::read_dir(folder).expect("tests").flatten().map(|entry| entry.path());
+    let mut texts: Vec<PathBuf> = files.filter(|path| path.extension().is_some_and(|end| end == "txt")).collect();
+    texts.sort();
+    texts
+}
+
+#[test]
+fn packets() {
+    let texts = texts();
+    assert!(!texts.is_empty());
+    for file in texts {
+        let text = std::fs::read_to_string(&file).expect("a text");
+        let mut cases = text.split("== ");
+        let mut out = cases.next().unwrap_or_default().to_owned();
+        for case in cases {
+            out += &format!("== {}", play(case));
+        }
+        if std::env::var_os("EMU_BLESS").is_some() {
+            std::fs::write(&file, &out).expect("written");
+            continue;
+        }
+        for (n, (came, wanted)) in out.lines().zip(text.lines()).enumerate() {
+            assert_eq!(came, wanted, "{}:{}", file.display(), n + 1);
+        }
+        assert_eq!(out.lines().count(), text.lines().count(), "{}", file.display());
+    }
+}

@@ -1,0 +1,35 @@
+//! How a PIC16 is wired.
+
+/// Which of the times that a data sheet gives in bounds a run takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Corner {
+    /// The shortest.
+    Min,
+    /// The typical.
+    #[default]
+    Typ,
+    /// The longest.
+    Max,
+}
+
+/// How a machine is wired.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Oscillator, in Hz.
+    pub hz: u64,
+    /// Watchdog, power-up timer, EEPROM and RC times.
+    pub corner: Corner,
+    /// The first configuration word, in place of that of the image.
+    pub config: Option<u16>,
+    /// The start-up timers run after power-on; else the program begins at cycle 0.
+    pub start_up: bool,
+    /// The crystal of timer 1's oscillator, in Hz; `None` where there is none.
+    pub timer1_hz: Option<u64>,
+}
+
+impl Default for Options {
+    /// 4 MHz, typical times, a watch crystal.
+    fn default() -> Options {
+        Options { hz: 4_000_000, corner: Corner::Typ, config: None, start_up: true, timer1_hz: Some(32_768) }
+    }
+}

@@ -1,0 +1,384 @@
+//! What the debugger's screen looks like.
+//!
+//! ```text
+//!   | what, where, when                |
+//!   | code             | registers     |     A narrow screen has registers and pins
+//!   | rung, memory ..  | pins          |     below the code.
+//!   | waveform                         |
+//!   | what the last command said       |
+//!   | keys                             |
+//! ```
+
+use ratatui_core::buffer::Buffer;
+use ratatui_core::layout::Rect;
+
+use super::update::SCALES;
+use super::{Code, Debugger, Lower, Machine, Memory, Run, Sight, Trace, Value, Wants};
+use crate::Look;
+use crate::flow::{Ink, Sign};
+use crate::look::{Paper, fit};
+
+/// Least size that shows anything of use.
+const LEAST: (u16, u16) = (40, 12);
+
+/// From this width on registers stand beside the code.
+const WIDE: u16 = 72;
+
+/// Lines for what commands say.
+const TOLD: u16 = 5;
+
+/// The keys, as many as fit.
+#[rustfmt::skip]
+const KEYS: [(&str, &str); 12] = [
+    ("s", "step"), ("n", "next"), ("S", "scan"), ("e", "element"), ("c", "continue"), ("space", "run"), ("b", "break"), ("u", "back"),
+    (":", "command"), ("?", "help"), ("q", "quit"), ("r", "rev-cont"),
+];
+
+/// Those that are of use with a ladder program only.
+const LADDER: [&str; 2] = ["S", "e"];
+
+const HELP: &str = "\
+s      one instruction           u   one instruction back
+n N    next line, instruction    U   next line back
+f      finish this subroutine    r   back to the last hit of a point
+S g e  next scan, rung, element  R   reset
+c      continue, freely          p, space, esc, ctrl-c  pause
+space  run as the clock goes     + -  faster, slower
+up, down, home                   the cursor in the code
+b      breakpoint at the cursor, or none
+enter  run to the cursor
+tab    rung, symbols, memory     m   next memory
+[ ]    scroll memory, page keys  z Z waveform: longer, shorter
+:      any command of the debugger, such as watch PB5
+ctrl-z to the shell              q   quit
+";
+
+/// Where things are.
+struct Places {
+    code: Rect,
+    lower: Rect,
+    registers: Rect,
+    pins: Rect,
+    wave: Rect,
+    told: Rect,
+    keys: Rect,
+}
+
+fn places(area: Rect, sight: &Sight) -> Places {
+    let bottom = area.y + area.height;
+    let keys = Rect { y: bottom - 1, height: 1, ..area };
+    let told_height = TOLD.min(area.height / 8).max(1);
+    let told = Rect { y: keys.y - told_height, height: told_height, ..area };
+    let wanted = u16::try_from(sight.traces.len()).unwrap_or(u16::MAX).saturating_add(1);
+    let wave_height = if sight.traces.is_empty() { 0 } else { wanted.min(area.height / 5) };
+    let wave = Rect { y: told.y - wave_height, height: wave_height, ..area };
+    let middle = Rect { y: area.y + 1, height: wave.y - area.y - 1, ..area };
+    let (left, right) = if area.width >= WIDE {
+        let right = (area.width * 2 / 5).clamp(28, 42);
+        let left = Rect { width: area.width - right - 3, ..middle };
+        (left, Rect { x: area.x + area.width - right, width: right, ..middle })
+    } else {
+        let height = middle.height / 3;
+        let left = Rect { height: middle.height - height, ..middle };
+        (left, Rect { y: left.y + left.height, height, ..middle })
+    };
+    let code_height = (left.height / 2).max(left.height.min(6));
+    let code = Rect { height: code_height, ..left };
+    let lower = Rect { y: left.y + code_height, height: left.height - code_height, ..left };
+    let rows = u16::try_from(grid_rows(&sight.registers, right.width)).unwrap_or(u16::MAX).saturating_add(1);
+    let pins = u16::try_from(grid_rows(&sight.pins, right.width)).unwrap_or(u16::MAX).saturating_add(1);
+    // What does not fit is cut from the pins, which are also in the waveform when they move.
+    let rows = rows.min(right.height.saturating_sub(pins.min(3)));
+    let registers = Rect { height: rows, ..right };
+    let pins = Rect { y: right.y + rows, height: right.height - rows, ..right };
+    Places { code, lower, registers, pins, wave, told, keys }
+}
+
+/// Bytes of memory in a row.
+pub fn row_bytes(area: Rect) -> u32 {
+    let left = if area.width >= WIDE { area.width - (area.width * 2 / 5).clamp(28, 42) - 3 } else { area.width };
+    if left >= 74 { 16 } else { 8 }
+}
+
+/// The whole picture.
+pub fn view<M: Machine>(screen: &Debugger<M>, area: Rect, look: Look) -> Buffer {
+    let mut picture = Buffer::empty(area);
+    if area.width < LEAST.0 || area.height < LEAST.1 {
+        let text = format!("needs {}x{}", LEAST.0, LEAST.1);
+        Paper::new(&mut picture, area).put(0, 0, &text, look.text());
+        return picture;
+    }
+    let scale = SCALES.get(screen.zoom).copied().unwrap_or(1);
+    let bytes = row_bytes(area);
+    let left = if area.width >= WIDE { area.width - (area.width * 2 / 5).clamp(28, 42) - 3 } else { area.width };
+    let wants = |since| Wants {
+        around: screen.cursor,
+        lines: usize::from(area.height),
+        rung: if screen.lower == Lower::Rung { usize::from(left) - 1 } else { 0 },
+        memory: match screen.lower {
+            Lower::Memory => (screen.memory.0, screen.memory.1, usize::from(area.height) * bytes as usize),
+            _ => (0, 0, 0),
+        },
+        since,
+    };
+    let cycle = screen.machine.sight(&Wants { lines: 0, rung: 0, memory: (0, 0, 0), ..wants(u64::MAX) }).cycle;
+    let sight = screen.machine.sight(&wants(cycle.saturating_sub(scale.saturating_mul(area.width.into()))));
+    let places = places(area, &sight);
+    title(screen, &sight, &mut Paper::new(&mut picture, area), look);
+    code(screen, &sight, &mut Paper::new(&mut picture, places.code), look);
+    lower(screen, &sight, bytes as usize, &mut Paper::new(&mut picture, places.lower), look);
+    if area.width >= WIDE {
+        let right = Rect { height: places.registers.height + places.pins.height, ..places.registers };
+        let mut rule = Paper::new(&mut picture, Rect { x: right.x - 2, width: 1, ..right });
+        (0..right.height).for_each(|y| _ = rule.put(0, y, "│", look.faint()));
+    }
+    values("Registers", &sight.registers, &mut Paper::new(&mut picture, places.registers), look);
+    values("Pins", &sight.pins, &mut Paper::new(&mut picture, places.pins), look);
+    wave(&sight, scale, &mut Paper::new(&mut picture, places.wave), look);
+    told(screen, &mut Paper::new(&mut picture, places.told), look);
+    foot(screen, &sight, &mut Paper::new(&mut picture, places.keys), look);
+    if screen.help {
+        crate::look::help(&mut picture, area, HELP, look);
+    }
+    picture
+}
+
+fn title<M>(screen: &Debugger<M>, sight: &Sight, paper: &mut Paper<'_>, look: Look) {
+    let width = paper.area.width;
+    paper.put(0, 0, &" ".repeat(usize::from(width)), look.bar());
+    let pace = match screen.run {
+        None => "▪ stopped".to_owned(),
+        Some(Run::Free) => "▶ running".to_owned(),
+        Some(Run::Clock) => format!("▶ clock x{}", screen.speed),
+    };
+    let right = format!("{}   {pace} ", sight.time);
+    let room = usize::from(width).saturating_sub(right.chars().count() + 2);
+    paper.put(1, 0, &fit(&sight.title, room), look.bar());
+    paper.put_right(width, 0, &right, look.bar());
+}
+
+/// The code around the cursor, which is in the middle where there is enough on both sides.
+fn code<M>(screen: &Debugger<M>, sight: &Sight, paper: &mut Paper<'_>, look: Look) {
+    paper.head(0, "Code", look);
+    let cursor = screen.cursor.unwrap_or(sight.pc);
+    let mut rows: Vec<(Option<&Code>, &str)> = Vec::new();
+    let mut at = 0;
+    for line in &sight.code {
+        rows.extend(line.source.as_deref().map(|text| (None, text)));
+        rows.extend(line.label.as_deref().map(|text| (None, text)));
+        if line.word == cursor {
+            at = rows.len();
+        }
+        rows.push((Some(line), ""));
+    }
+    let height = usize::from(paper.area.height.saturating_sub(1));
+    let first = at.saturating_sub(height / 2).min(rows.len().saturating_sub(height));
+    let texts = rows.iter().filter_map(|(line, _)| line.map(|line| line.text.chars().count()));
+    let widest = texts.max().unwrap_or(0).min(30);
+    for (y, (line, text)) in (1..paper.area.height).zip(rows.iter().skip(first)) {
+        let Some(line) = line else {
+            paper.put(2, y, text, look.comment());
+            continue;
+        };
+        let (next, marked) = (line.word == sight.pc, line.word == cursor);
+        paper.put(0, y, if line.point.is_some() { "●" } else { " " }, look.wrong());
+        paper.put(
+            1,
+            y,
+            if next {
+                "▶"
+            } else if marked {
+                ">"
+            } else {
+                " "
+            },
+            look.live(),
+        );
+        let style = if next { look.live() } else { look.text() };
+        let x = paper.put(3, y, line.address.trim_start_matches("0x"), look.faint());
+        paper.put(x + 2, y, &line.text, style);
+        if !line.meant.is_empty() {
+            let column = x + 2 + u16::try_from(widest + 2).unwrap_or(0);
+            paper.put(column, y, &format!("; {}", line.meant), look.comment());
+        }
+        if marked && screen.cursor.is_some() {
+            paper.line(y, look.bar());
+        }
+    }
+}
+
+fn lower<M>(screen: &Debugger<M>, sight: &Sight, bytes: usize, paper: &mut Paper<'_>, look: Look) {
+    match screen.lower {
+        Lower::Rung => {
+            paper.head(0, "Rung", look);
+            let used = rung(sight.rung.as_deref().unwrap_or(&[]), paper, look);
+            // What room is left has the symbols.
+            let Rect { y, height, .. } = paper.area;
+            if used + 2 < height && !sight.symbols.is_empty() {
+                paper.area = Rect { y: y + used, height: height - used, ..paper.area };
+                values("Symbols", &sight.symbols, paper, look);
+            }
+        }
+        Lower::Symbols => values("Symbols", &sight.symbols, paper, look),
+        Lower::Memory => memory(sight.memory.as_ref(), bytes, paper, look),
+    }
+}
+
+/// A rung; of one that is higher than its place the part with the marked element. Gives the rows that it takes with its head.
+fn rung(lines: &[Vec<Sign>], paper: &mut Paper<'_>, look: Look) -> u16 {
+    if lines.is_empty() {
+        paper.put(1, 1, "the program is in no rung here", look.faint());
+    }
+    let height = usize::from(paper.area.height.saturating_sub(1));
+    let marked = lines.iter().rposition(|line| line.iter().any(|sign| sign.marked)).unwrap_or(0);
+    let first = (marked + 2).saturating_sub(height).min(lines.len().saturating_sub(height));
+    for (y, line) in (1..paper.area.height).zip(lines.iter().skip(first)) {
+        // The first column is for the mark.
+        let mut x = 1;
+        for sign in line {
+            let style = match sign.ink {
+                Ink::Power(power) => look.on(power),
+                Ink::Name(true) => look.live(),
+                Ink::Name(false) => look.text(),
+                Ink::Comment => look.comment(),
+                Ink::Number => look.faint(),
+            };
+            let style = if sign.marked && sign.sign != ' ' { style.patch(look.bar()) } else { style };
+            x = paper.put(x, y, sign.sign.encode_utf8(&mut [0; 4]), style);
+        }
+        // Colours or not, an element is also marked by a sign before its line.
+        if line.iter().any(|sign| sign.marked && matches!(sign.ink, Ink::Power(_))) {
+            paper.put(0, y, "▶", look.change());
+        }
+    }
+    u16::try_from(lines.len().max(1) + 1).unwrap_or(u16::MAX).min(paper.area.height)
+}
+
+fn memory(memory: Option<&Memory>, row: usize, paper: &mut Paper<'_>, look: Look) {
+    let Some(memory) = memory else {
+        paper.head(0, "Memory", look);
+        return;
+    };
+    paper.head(0, &format!("Memory {}", memory.name), look);
+    for (y, (n, line)) in (1..paper.area.height).zip(memory.bytes.chunks(row.max(1)).enumerate()) {
+        if line.iter().all(|(byte, _)| byte.is_none()) {
+            break;
+        }
+        let address = memory.at.saturating_add(u32::try_from(n * row).unwrap_or(u32::MAX));
+        let mut x = paper.put(0, y, &format!("{address:04x}"), look.faint()) + 1;
+        for (byte, changed) in line {
+            let text = byte.map_or("  ".to_owned(), |byte| format!("{byte:02x}"));
+            let style = if *changed { look.change() } else { look.text() };
+            x = paper.put(x, y, if *changed { "*" } else { " " }, style);
+            x = paper.put(x, y, &text, style);
+        }
+        let letter = |byte: Option<u8>| byte.filter(|b| b.is_ascii_graphic()).map_or('·', char::from);
+        let text: String = line.iter().map(|(byte, _)| letter(*byte)).collect();
+        paper.put(x + 2, y, &text, look.faint());
+    }
+}
+
+/// Columns of the longest value: its name, a space or a star, its text, and a space behind it.
+fn widest(values: &[Value]) -> usize {
+    values.iter().map(|value| value.name.chars().count() + value.text.chars().count() + 2).max().unwrap_or(2)
+}
+
+/// Rows that values take side by side.
+fn grid_rows(values: &[Value], width: u16) -> usize {
+    values.len().div_ceil((usize::from(width) / widest(values)).max(1))
+}
+
+/// Values side by side; one that has changed has a star.
+fn values(name: &str, values: &[Value], paper: &mut Paper<'_>, look: Look) {
+    if paper.area.height == 0 {
+        return;
+    }
+    paper.head(0, name, look);
+    let each = widest(values);
+    let columns = (usize::from(paper.area.width) / each).max(1);
+    let rows = values.len().div_ceil(columns).max(1);
+    let hidden = rows.saturating_sub(usize::from(paper.area.height) - 1);
+    for (at, value) in values.iter().enumerate() {
+        // Down first, as one reads a list.
+        let (column, row) = (at / rows, at % rows);
+        let x = u16::try_from(column * each).unwrap_or(u16::MAX);
+        let y = u16::try_from(row + 1).unwrap_or(u16::MAX);
+        let style = if value.changed { look.change() } else { look.text() };
+        let end = paper.put(x, y, &value.name, look.faint());
+        let end = paper.put(end, y, if value.changed { "*" } else { " " }, style);
+        paper.put(end, y, &value.text, style);
+    }
+    if hidden > 0 {
+        paper.put_right(paper.area.width, 0, &format!(" {hidden} more below"), look.faint());
+    }
+}
+
+/// Pins over time, now at the right.
+fn wave(sight: &Sight, scale: u64, paper: &mut Paper<'_>, look: Look) {
+    if paper.area.height == 0 {
+        return;
+    }
+    paper.head(0, &format!("Pins over time, {scale} cycle{} a column", if scale == 1 { "" } else { "s" }), look);
+    let widest = sight.traces.iter().map(|trace| trace.name.chars().count()).max().unwrap_or(0);
+    let columns = usize::from(paper.area.width).saturating_sub(widest + 2);
+    for (y, trace) in (1..paper.area.height).zip(&sight.traces) {
+        let edge = u16::try_from(widest).unwrap_or(0);
+        paper.put_right(edge, y, &trace.name, look.on(trace.high));
+        let mut x = edge + 2;
+        for (low, high) in levels(trace, sight.cycle, scale, columns) {
+            let (sign, style) = match (low, high) {
+                (true, true) => ("▒", look.live()),
+                (false, true) => ("▔", look.live()),
+                _ => ("▁", look.dead()),
+            };
+            x = paper.put(x, y, sign, style);
+        }
+    }
+}
+
+/// For each column whether the pin was low in it, and whether it was high. Columns begin at multiples of the scale, so that they
+/// do not flicker; those before power-up are left out.
+fn levels(trace: &Trace, now: u64, scale: u64, columns: usize) -> Vec<(bool, bool)> {
+    let last = now / scale;
+    let first = (last + 1).saturating_sub(columns as u64);
+    let mut edges = trace.edges.iter().peekable();
+    // Before its first edge a pin was what that edge ended.
+    let mut level = trace.edges.first().map_or(trace.high, |(_, to)| !to);
+    while let Some((_, to)) = edges.next_if(|(at, _)| *at < first * scale) {
+        level = *to;
+    }
+    let column = |column: u64| {
+        let (mut low, mut high) = (!level, level);
+        while let Some((at, to)) = edges.next_if(|(at, _)| *at < (column + 1).saturating_mul(scale)) {
+            if *at == column * scale {
+                (low, high) = (false, false);
+            }
+            level = *to;
+            (low, high) = (low | !level, high | level);
+        }
+        (low, high)
+    };
+    (first..=last).map(column).collect()
+}
+
+fn told<M>(screen: &Debugger<M>, paper: &mut Paper<'_>, look: Look) {
+    let (text, failed) = &screen.told;
+    let lines: Vec<&str> = text.lines().collect();
+    let height = usize::from(paper.area.height);
+    let first = lines.len().saturating_sub(height);
+    for (y, line) in (0..paper.area.height).zip(lines.iter().skip(first)) {
+        paper.put(0, y, line, if *failed { look.wrong() } else { look.text() });
+    }
+    if first > 0 {
+        paper.put_right(paper.area.width, 0, &format!(" {first} more above"), look.faint());
+    }
+}
+
+fn foot<M>(screen: &Debugger<M>, sight: &Sight, paper: &mut Paper<'_>, look: Look) {
+    if let Some(line) = &screen.prompt {
+        return crate::look::prompt(paper, line, look);
+    }
+    let ladder = !sight.symbols.is_empty();
+    let keys: Vec<_> = KEYS.into_iter().filter(|(key, _)| ladder || !LADDER.contains(key)).collect();
+    crate::look::keys(paper, &keys, look);
+}

@@ -1,0 +1,146 @@
+//! Keys, and how a text names them.
+
+use std::time::Duration;
+
+/// A key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Key {
+    /// A character, as typed: `a`, `A`, `!`.
+    Char(char),
+    /// A character with the Alt key held.
+    Alt(char),
+    /// A character with the Ctrl key held.
+    Ctrl(char),
+    /// Enter or Return.
+    Enter,
+    /// Escape.
+    Escape,
+    /// The key that deletes to the left.
+    Backspace,
+    /// Tabulator.
+    Tab,
+    /// Cursor up.
+    Up,
+    /// Cursor down.
+    Down,
+    /// Cursor left.
+    Left,
+    /// Cursor right.
+    Right,
+    /// A page up.
+    PageUp,
+    /// A page down.
+    PageDown,
+    /// To the beginning.
+    Home,
+    /// To the end.
+    End,
+}
+
+/// Keys by name.
+#[rustfmt::skip]
+const NAMES: [(&str, Key); 14] = [
+    ("space", Key::Char(' ')), ("enter", Key::Enter), ("esc", Key::Escape), ("backspace", Key::Backspace), ("tab", Key::Tab),
+    ("up", Key::Up), ("down", Key::Down), ("left", Key::Left), ("right", Key::Right),
+    ("pgup", Key::PageUp), ("pgdn", Key::PageDown), ("home", Key::Home), ("end", Key::End), ("ctrl-c", Key::Ctrl('c')),
+];
+
+/// Most steps that a text may stand for.
+const MOST: usize = 1_000_000;
+
+/// Something that a text lets happen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    /// A key.
+    Key(Key),
+    /// So much time passes on the wall clock.
+    Wait(Duration),
+}
+
+/// Reads keys from a text of words: a character (`1`, `g`), the name of a key (`space`, `enter`, `pgdn`), `alt-1`,
+/// `ctrl-c`, `:TEXT` (a command line with its Enter), `wait:500ms`; each with how often behind a star, as in `space*20`.
+///
+/// # Errors
+/// The first word that is none of these, or that comes too often, and what there is.
+pub fn keys(text: &str) -> Result<Vec<Step>, String> {
+    let mut steps = Vec::new();
+    for word in text.split_whitespace() {
+        let (name, times) = match word.rsplit_once('*') {
+            Some((name, times)) if !name.is_empty() => {
+                let times = times.parse::<usize>().ok().filter(|times| (1..=MOST).contains(times));
+                (name, times.ok_or_else(|| format!("`{word}`: how often is a number from 1 to {MOST}"))?)
+            }
+            _ => (word, 1),
+        };
+        let one = step(name)?;
+        if steps.len() + one.len() * times > MOST {
+            return Err(format!("`{word}`: that is more than {MOST} keys"));
+        }
+        (0..times).for_each(|_| steps.extend(&one));
+    }
+    Ok(steps)
+}
+
+/// What a word stands for.
+fn step(word: &str) -> Result<Vec<Step>, String> {
+    let mut letters = word.chars();
+    if let (Some(only), None) = (letters.next(), letters.next()) {
+        return Ok(vec![Step::Key(Key::Char(only))]);
+    }
+    let (head, rest) = word.split_at(word.find(['-', ':']).map_or(word.len(), |at| at + 1));
+    let mut rest_letters = rest.chars();
+    let only = rest_letters.next().filter(|_| rest_letters.next().is_none());
+    match (head, only) {
+        ("alt-", Some(c)) => return Ok(vec![Step::Key(Key::Alt(c))]),
+        ("ctrl-", Some(c)) => return Ok(vec![Step::Key(Key::Ctrl(c))]),
+        ("wait:", _) => {
+            let time = time(rest)
+                .ok_or_else(|| format!("`{word}`: give a time up to an hour, as in wait:500ms or wait:2s"))?;
+            return Ok(vec![Step::Wait(time)]);
+        }
+        _ => {}
+    }
+    if word.starts_with(':') {
+        let typed = word.chars().map(Key::Char).chain([Key::Enter]);
+        return Ok(typed.map(Step::Key).collect());
+    }
+    let named = NAMES.iter().find(|(name, _)| *name == word);
+    named.map(|(_, key)| vec![Step::Key(*key)]).ok_or_else(|| {
+        let names: Vec<&str> = NAMES.iter().map(|(name, _)| *name).collect();
+        format!("there is no key `{word}`; there are single characters, {}, alt-1, wait:500ms, :TEXT", names.join(", "))
+    })
+}
+
+/// A time in ms or s, at most an hour.
+fn time(text: &str) -> Option<Duration> {
+    let (digits, unit) = text.split_at(text.find(|c: char| !c.is_ascii_digit())?);
+    let number: u64 = digits.parse().ok()?;
+    let ms = match unit {
+        "ms" => number,
+        "s" => number.checked_mul(1_000)?,
+        _ => return None,
+    };
+    (ms <= 3_600_000).then(|| Duration::from_millis(ms))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words() {
+        let wait = Step::Wait(Duration::from_millis(500));
+        let key = |c| Step::Key(Key::Char(c));
+        assert_eq!(keys("space 1*2 *"), Ok(vec![key(' '), key('1'), key('1'), key('*')]));
+        assert_eq!(keys("wait:500ms alt-x"), Ok(vec![wait, Step::Key(Key::Alt('x'))]));
+        assert_eq!(
+            keys(":a=1 up"),
+            Ok(vec![key(':'), key('a'), key('='), key('1'), Step::Key(Key::Enter), Step::Key(Key::Up)])
+        );
+        for wrong in
+            ["spce", "space*0", "space*x", "wait:5", "wait:4000s", "1*1000001", "alt-", "ctrl-xy", "1*999999 1*2"]
+        {
+            assert!(keys(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Full-screen views. Each is a value and two functions without side effects: what a key makes of it, and what it looks
+//! like on a screen of some size. `screen` joins one to a real terminal; `play` gives it keys from a text and prints the
+//! last picture, so that everything here is tested, and shown in documents, without a terminal.
+//!
+//! ```text
+//!   key.rs     keys, and their names in a text      look.rs   styles, with and without colours; writing into a picture
+//!   screen.rs  the terminal, given back on every way out       play.rs   keys from a text
+//!   flow.rs    a rung with power flow               panel/    switches, lamps, timers: a ladder program by hand
+//!                                                   debugger/ code, registers, pins: a chip by hand
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod debugger;
+pub mod flow;
+pub mod key;
+pub mod look;
+pub mod panel;
+pub mod play;
+pub mod screen;
+
+pub use key::{Key, Step};
+pub use look::Look;
+pub use ratatui_core::buffer::Buffer;
+pub use ratatui_core::layout::Rect;
+use std::time::Duration;
+
+/// What a view wants after a key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wish {
+    /// To go on.
+    On,
+    /// To leave.
+    Quit,
+}
+
+/// A full-screen view.
+pub trait App {
+    /// What it looks like on a screen of this size.
+    fn view(&self, area: Rect, look: Look) -> Buffer;
+    /// A key was pressed while the screen had this size.
+    fn key(&mut self, key: Key, area: Rect) -> Wish;
+    /// Time has passed on the wall clock. Does a bounded piece of work, so that keys are answered.
+    fn pass(&mut self, time: Duration);
+    /// True while time moves it.
+    fn moves(&self) -> bool;
+}

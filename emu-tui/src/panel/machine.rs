@@ -1,0 +1,298 @@
+//! The program as it runs, with what it did before: every scan is kept as a value, so that it can be gone back to.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use ladder::{Element, ElementId, Program, SymbolKind};
+use ladder_eval::{Evaluator, Symbol};
+
+use crate::flow::Seen;
+
+/// Memory for the past, and most scans of it.
+const PAST: (usize, usize) = (64 << 20, 5_000);
+
+/// How long a byte is on the serial line, for ten bits and in microseconds.
+const BYTE_US: u64 = 10_000_000;
+
+/// Bytes sent that are remembered.
+const SENT: usize = 4_096;
+
+/// The program and what its surroundings do.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    pub program: Arc<Program>,
+    /// At power-up, with an erased EEPROM.
+    fresh: Arc<Evaluator>,
+    /// Ordinal of each rung's first element, and at the end how many there are.
+    firsts: Arc<[usize]>,
+    now: State,
+    /// States after the scans, the last one being the last; the first is from before scan 1, or the oldest that is kept.
+    past: VecDeque<Arc<Moment>>,
+    /// How many are kept.
+    room: usize,
+}
+
+/// What a scan starts from.
+#[derive(Debug, Clone)]
+struct State {
+    evaluator: Evaluator,
+    /// Levels at the analog inputs, in the order of their symbols.
+    levels: Vec<u16>,
+    /// Inputs that go back after the next scan.
+    pulsed: Vec<usize>,
+    /// Bytes that are still to arrive, and from which scan on the line is free for one.
+    coming: VecDeque<u8>,
+    free_at: u64,
+    /// The last bytes that the program sent.
+    sent: VecDeque<u8>,
+    /// Scans since the first power-up.
+    scans: u64,
+}
+
+/// What a scan left.
+#[derive(Debug)]
+pub struct Moment {
+    state: State,
+    /// Per element: bit 0 it ran, bit 1 power came in, bit 2 power went out.
+    flow: Vec<u8>,
+}
+
+impl Moment {
+    /// The value of a symbol after the scan; inputs hold for the whole scan.
+    pub fn get(&self, symbol: usize) -> i32 {
+        self.state.evaluator.get(symbol)
+    }
+
+    /// Which scan it was since the first power-up, from 1.
+    pub fn scan(&self) -> u64 {
+        self.state.scans
+    }
+
+    /// False for what is before the first scan, and for what a power cycle left.
+    pub fn ran(&self) -> bool {
+        !self.flow.is_empty()
+    }
+}
+
+impl Machine {
+    pub fn new(program: Program, evaluator: Evaluator) -> Machine {
+        let mut firsts = vec![0];
+        let mut rung = 0;
+        let mut count = 0;
+        for (id, ..) in program.elements() {
+            while rung < id.rung {
+                firsts.push(count);
+                rung += 1;
+            }
+            count += 1;
+        }
+        firsts.resize(program.rungs.len() + 1, count);
+        let symbols = evaluator.symbols().len();
+        let size = 500 + 4 * symbols + count + evaluator.eeprom().len();
+        let levels = vec![0; evaluator.adc_symbols().count()];
+        let now = State {
+            evaluator: evaluator.clone(),
+            levels,
+            pulsed: Vec::new(),
+            coming: VecDeque::new(),
+            free_at: 0,
+            sent: VecDeque::new(),
+            scans: 0,
+        };
+        let begin = Moment { state: now.clone(), flow: Vec::new() };
+        Machine {
+            program: Arc::new(program),
+            fresh: Arc::new(evaluator),
+            firsts: firsts.into(),
+            past: VecDeque::from([Arc::new(begin)]),
+            now,
+            room: (PAST.0 / size).clamp(2, PAST.1 + 1),
+        }
+    }
+
+    /// Runs scans.
+    pub fn run(&mut self, scans: u64) {
+        for _ in 0..scans {
+            self.scan();
+        }
+    }
+
+    fn scan(&mut self) {
+        let now = &mut self.now;
+        let free = now.evaluator.scans() >= now.free_at && !now.evaluator.waiting();
+        if let Some(byte) = free.then(|| now.coming.pop_front()).flatten() {
+            now.evaluator.receive(byte);
+            let baud = self.program.settings.baud.unwrap_or(0).max(1);
+            let apart = BYTE_US.div_ceil(baud.saturating_mul(self.program.settings.cycle_us.max(1)));
+            now.free_at = now.evaluator.scans().saturating_add(apart);
+        }
+        let mut flow = vec![0; self.firsts.last().copied().unwrap_or(0)];
+        let firsts = &self.firsts;
+        now.evaluator.scan_watched(&mut |id, came, went| {
+            let at = firsts.get(id.rung as usize).map(|first| first + id.index as usize);
+            if let Some(slot) = at.and_then(|at| flow.get_mut(at)) {
+                *slot = 1 | u8::from(came) << 1 | u8::from(went) << 2;
+            }
+        });
+        now.scans += 1;
+        if let Some(byte) = now.evaluator.sent() {
+            if now.sent.len() == SENT {
+                now.sent.pop_front();
+            }
+            now.sent.push_back(byte);
+        }
+        let after = now.clone();
+        for symbol in now.pulsed.drain(..) {
+            let value = now.evaluator.get(symbol);
+            now.evaluator.set(symbol, i32::from(value == 0));
+        }
+        self.keep(Moment { state: State { pulsed: Vec::new(), ..after }, flow });
+    }
+
+    fn keep(&mut self, moment: Moment) {
+        if self.past.len() >= self.room {
+            self.past.pop_front();
+        }
+        self.past.push_back(Arc::new(moment));
+    }
+
+    /// Goes back by scans, as far as they are kept, and tells by how many. Switches go back too.
+    pub fn back(&mut self, scans: usize) -> usize {
+        let scans = scans.min(self.past.len() - 1);
+        self.past.truncate(self.past.len() - scans);
+        if let (true, Some(last)) = (scans > 0, self.past.back()) {
+            self.now = last.state.clone();
+        }
+        scans
+    }
+
+    /// Takes the power away and gives it back: switches, levels and the EEPROM stay.
+    pub fn power_cycle(&mut self) {
+        let old = std::mem::replace(&mut self.now.evaluator, (*self.fresh).clone());
+        for (symbol, kind) in old.symbols().iter().map(|s| s.kind).enumerate() {
+            // All but the switches is as at power-up, whatever was set before the first scan.
+            let value = if kind == SymbolKind::Input { old.get(symbol) } else { self.fresh.get(symbol) };
+            self.now.evaluator.set(symbol, value);
+        }
+        for (cell, byte) in old.eeprom().iter().enumerate() {
+            self.now.evaluator.set_eeprom(cell, *byte);
+        }
+        self.levels_in();
+        (self.now.free_at, self.now.coming) = (0, VecDeque::new());
+        self.keep(Moment { state: self.now.clone(), flow: Vec::new() });
+    }
+
+    fn levels_in(&mut self) {
+        let symbols: Vec<usize> = self.now.evaluator.adc_symbols().collect();
+        for (symbol, level) in symbols.into_iter().zip(&self.now.levels) {
+            self.now.evaluator.set_adc(symbol, *level);
+        }
+    }
+
+    /// Throws a switch, or sets another symbol.
+    pub fn set(&mut self, symbol: usize, value: i32) {
+        self.now.evaluator.set(symbol, value);
+        self.now.pulsed.retain(|pulsed| *pulsed != symbol);
+    }
+
+    /// The other position of a switch, for one scan.
+    pub fn pulse(&mut self, symbol: usize) {
+        let value = i32::from(self.get(symbol) == 0);
+        self.set(symbol, value);
+        self.now.pulsed.push(symbol);
+    }
+
+    /// True while an input is to go back after the next scan.
+    pub fn is_pulsed(&self, symbol: usize) -> bool {
+        self.now.pulsed.contains(&symbol)
+    }
+
+    pub fn set_level(&mut self, symbol: usize, level: u16) {
+        let at = self.now.evaluator.adc_symbols().position(|adc| adc == symbol);
+        if let Some(slot) = at.and_then(|at| self.now.levels.get_mut(at)) {
+            *slot = level.min(1023);
+            self.now.evaluator.set_adc(symbol, level.min(1023));
+        }
+    }
+
+    /// The analog inputs with their levels.
+    pub fn levels(&self) -> impl Iterator<Item = (usize, u16)> {
+        self.now.evaluator.adc_symbols().zip(self.now.levels.iter().copied())
+    }
+
+    /// Lets bytes arrive on the serial line, as fast as it is.
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.now.coming.extend(bytes);
+    }
+
+    /// Bytes that are still to arrive.
+    pub fn coming(&self) -> usize {
+        self.now.coming.len()
+    }
+
+    pub fn get(&self, symbol: usize) -> i32 {
+        self.now.evaluator.get(symbol)
+    }
+
+    pub fn index(&self, name: &str) -> Option<usize> {
+        self.now.evaluator.index(name)
+    }
+
+    pub fn symbols(&self) -> &[Symbol] {
+        self.now.evaluator.symbols()
+    }
+
+    pub fn symbols_of(&self, is: impl Fn(SymbolKind) -> bool) -> impl Iterator<Item = usize> {
+        self.symbols().iter().enumerate().filter(move |(_, s)| is(s.kind)).map(|(at, _)| at)
+    }
+
+    /// The evaluator, to look at.
+    pub fn evaluator(&self) -> &Evaluator {
+        &self.now.evaluator
+    }
+
+    pub fn sent(&self) -> &VecDeque<u8> {
+        &self.now.sent
+    }
+
+    /// Whether the program can send.
+    pub fn sends(&self) -> bool {
+        self.has(|e| matches!(e, Element::UartSend { .. } | Element::FormattedString { .. }))
+    }
+
+    /// Whether the program can receive.
+    pub fn receives(&self) -> bool {
+        self.has(|e| matches!(e, Element::UartRecv { .. }))
+    }
+
+    fn has(&self, is: impl Fn(&Element) -> bool) -> bool {
+        self.program.elements().any(|(_, element, _)| is(element))
+    }
+
+    pub fn cycle_us(&self) -> u64 {
+        self.program.settings.cycle_us
+    }
+
+    /// Number of elements.
+    pub fn elements(&self) -> usize {
+        self.firsts.last().copied().unwrap_or(0)
+    }
+
+    /// What the scans left that are kept, the last one last. The first is from before them.
+    pub fn past(&self) -> impl DoubleEndedIterator<Item = &Moment> + ExactSizeIterator {
+        self.past.iter().map(|moment| &**moment)
+    }
+}
+
+impl Seen for Machine {
+    fn flow(&self, id: ElementId) -> Option<(bool, bool)> {
+        let at = self.firsts.get(id.rung as usize)? + id.index as usize;
+        let bits = *self.past.back()?.flow.get(at)?;
+        (bits & 1 == 1).then_some((bits & 2 != 0, bits & 4 != 0))
+    }
+
+    fn bit(&self, name: &str) -> Option<bool> {
+        let index = self.index(name)?;
+        self.symbols().get(index)?.kind.is_bit().then(|| self.get(index) != 0)
+    }
+}

@@ -1,0 +1,95 @@
+//! Timers and counters, one row each: what they count to, where they are, and whether they are done.
+
+use ladder::{CounterKind, Element, ElementId, Operand, Program, TimerKind};
+
+use super::machine::Machine;
+use crate::flow::Seen;
+
+/// A timer or counter of the program.
+#[derive(Debug, Clone)]
+pub struct Part {
+    id: ElementId,
+    /// LDmicro's word for it.
+    pub word: &'static str,
+    /// The accumulator's name.
+    pub name: String,
+    limit: Operand,
+    timer: bool,
+}
+
+/// A row of the panel.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Row {
+    /// What it counts to.
+    pub preset: String,
+    /// Where it is.
+    pub accumulator: String,
+    /// How far that is, in thousandths.
+    pub thousandths: usize,
+    /// Its done bit: what it let out in the last scan; of a circular counter, that it stands at its limit.
+    pub done: bool,
+}
+
+/// Those of a program, in text order.
+pub fn of(program: &Program) -> Vec<Part> {
+    let part = |(id, element, _): (ElementId, &Element, _)| {
+        let (word, name, limit, timer) = match element {
+            Element::Timer { kind, name, delay, .. } => {
+                let word = match kind {
+                    TimerKind::Ton => "TON",
+                    TimerKind::Tof => "TOF",
+                    TimerKind::Rto => "RTO",
+                };
+                (word, name, delay, true)
+            }
+            Element::Counter { kind, name, max, .. } => {
+                let word = match kind {
+                    CounterKind::Ctu => "CTU",
+                    CounterKind::Ctd => "CTD",
+                    CounterKind::Ctc => "CTC",
+                };
+                (word, name, max, false)
+            }
+            _ => return None,
+        };
+        Some(Part { id, word, name: name.clone(), limit: limit.clone(), timer })
+    };
+    program.elements().filter_map(part).collect()
+}
+
+impl Part {
+    /// How it stands.
+    pub fn row(&self, machine: &Machine) -> Row {
+        let value = |name: &str| machine.index(name).map_or(0, |index| i64::from(machine.get(index)));
+        let count = value(&self.name);
+        let limit = match &self.limit {
+            Operand::Var(name) => value(name),
+            Operand::Const { value, .. } => *value,
+        };
+        let out = machine.flow(self.id).is_some_and(|(_, went)| went);
+        let (preset, accumulator, at) = if self.timer {
+            // A delay is in microseconds and its accumulator in scans.
+            let at = count.saturating_mul(i64::try_from(machine.cycle_us()).unwrap_or(i64::MAX));
+            (time(limit), time(at.min(limit.max(0))), at)
+        } else {
+            (limit.to_string(), count.to_string(), count)
+        };
+        let share = i128::from(at.clamp(0, limit.max(0))) * 1000 / i128::from(limit.max(1));
+        let thousandths = usize::try_from(share).unwrap_or(0);
+        Row { preset, accumulator, thousandths, done: if self.word == "CTC" { count >= limit } else { out } }
+    }
+}
+
+/// Microseconds as people say them.
+pub fn time(us: i64) -> String {
+    let decimal = |unit: i64, digits: usize, name: &str| {
+        let text = format!("{}.{:0digits$}", us / unit, us.abs() % unit);
+        format!("{} {name}", text.trim_end_matches('0').trim_end_matches('.'))
+    };
+    match us.abs() {
+        0 => "0".to_owned(),
+        1..1_000 => format!("{us} us"),
+        1_000..1_000_000 => decimal(1_000, 3, "ms"),
+        _ => decimal(1_000_000, 6, "s"),
+    }
+}

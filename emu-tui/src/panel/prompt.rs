@@ -1,0 +1,83 @@
+//! The command line of the panel: `Xa=1`, `Aname=512`, `Cparts=5`, `send hello\n`, `scan 100`, `speed 0.5`.
+
+use super::{Panel, SPEEDS};
+
+/// Most scans that one command runs.
+const SCANS: u64 = 1_000_000;
+
+/// Does what a line says; what it came to, or why it cannot be.
+pub fn obey(panel: &mut Panel, line: &str) -> Result<String, String> {
+    let line = line.trim();
+    if let Some((name, value)) = line.split_once('=') {
+        return set(panel, name.trim(), value.trim());
+    }
+    let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
+    match word {
+        "" => Ok(String::new()),
+        "send" => {
+            let bytes = bytes(rest)?;
+            panel.machine.send(&bytes);
+            Ok(format!("{} byte(s) on their way", panel.machine.coming()))
+        }
+        "scan" => {
+            let scans = rest.trim().parse().ok().filter(|scans| (1..=SCANS).contains(scans));
+            panel.machine.run(scans.ok_or_else(|| format!("scan takes 1 to {SCANS}"))?);
+            Ok(String::new())
+        }
+        "back" => {
+            let scans = rest.trim().parse().map_err(|_| "back takes a number of scans".to_owned())?;
+            Ok(format!("{} scan(s) back", panel.machine.back(scans)))
+        }
+        "speed" => {
+            let speed = rest.trim().parse().ok().filter(|speed| SPEEDS.contains(speed));
+            panel.speed = speed.ok_or_else(|| format!("speed takes {} to {}", SPEEDS.start(), SPEEDS.end()))?;
+            Ok(String::new())
+        }
+        _ => Err(format!("`{line}` is no command: NAME=VALUE, send TEXT, scan N, back N, speed X")),
+    }
+}
+
+fn set(panel: &mut Panel, name: &str, value: &str) -> Result<String, String> {
+    let machine = &mut panel.machine;
+    let index = machine.index(name).ok_or_else(|| format!("the program has no symbol `{name}`"))?;
+    let bytes = machine.symbols().get(index).map_or(0, |s| s.bytes);
+    let analog = machine.levels().any(|(symbol, _)| symbol == index);
+    let (low, high) = match (analog, bytes) {
+        (true, _) => (0, 1023),
+        (_, 0) => (0, 1),
+        (_, bytes) => (-1_i64 << (8 * bytes - 1), (1_i64 << (8 * bytes - 1)) - 1),
+    };
+    let number = value.parse::<i64>().ok().filter(|number| (low..=high).contains(number));
+    let number = number.ok_or_else(|| format!("`{name}` takes {low} to {high}"))?;
+    match u16::try_from(number) {
+        Ok(level) if analog => machine.set_level(index, level),
+        _ => machine.set(index, i32::try_from(number).unwrap_or(0)),
+    }
+    Ok(format!("{name} = {number}"))
+}
+
+/// Text with `\n`, `\r`, `\t`, `\0`, `\\` and `\xNN`.
+fn bytes(text: &str) -> Result<Vec<u8>, String> {
+    let mut out = Vec::new();
+    let mut rest = text.chars();
+    while let Some(c) = rest.next() {
+        if c != '\\' {
+            out.extend(c.to_string().bytes());
+            continue;
+        }
+        out.push(match rest.next() {
+            Some('n') => b'\n',
+            Some('r') => b'\r',
+            Some('t') => b'\t',
+            Some('0') => 0,
+            Some('\\') => b'\\',
+            Some('x') => {
+                let digits: String = rest.by_ref().take(2).collect();
+                let byte = u8::from_str_radix(&digits, 16).ok().filter(|_| digits.len() == 2);
+                byte.ok_or("\\x wants two hexadecimal digits")?
+            }
+            _ => return Err("after \\ comes n, r, t, 0, \\ or xNN".to_owned()),
+        });
+    }
+    Ok(out)
+}

@@ -1,0 +1,195 @@
+//! Switches, lamps, relays, analog inputs, timers, counters, numbers and the parts of the chip, as lines of text.
+
+use ladder::SymbolKind;
+use ratatui_core::style::Style;
+
+use super::Panel;
+use super::parts::Row as Figures;
+use super::update::SWITCHES;
+use crate::Look;
+use crate::look::fit;
+
+/// A line of the panel.
+pub enum Row {
+    /// Begins a part.
+    Head(String),
+    /// Texts side by side.
+    Line(Vec<(String, Style)>),
+}
+
+/// Longest name that is shown whole.
+const NAME: usize = 16;
+
+/// All lines for a width.
+pub fn rows(panel: &Panel, width: u16, look: Look) -> Vec<Row> {
+    let width = usize::from(width);
+    let mut rows = Vec::new();
+    let mut part = |name: &str, lines: Vec<Row>| {
+        if !lines.is_empty() {
+            rows.push(Row::Head(name.to_owned()));
+            rows.extend(lines);
+        }
+    };
+    part("Inputs", grid(switches(panel, look), width));
+    part("Analog inputs", analog(panel, width, look));
+    part("Outputs", grid(lamps(panel, SymbolKind::Output, ["○", "●"], look.lamp(), look), width));
+    part("Relays", grid(lamps(panel, SymbolKind::Relay, ["□", "■"], look.live(), look), width));
+    part(&timers_head(width), timers(panel, width, look));
+    part("Numbers", grid(numbers(panel, look), width));
+    part("Serial line", serial(panel, width, look));
+    part("Pulse width", duty(panel, width, look));
+    part("EEPROM", eeprom(panel, width, look));
+    rows
+}
+
+type Spans = Vec<(String, Style)>;
+
+fn length(spans: &Spans) -> usize {
+    spans.iter().map(|(text, _)| text.chars().count()).sum()
+}
+
+/// Items of about equal width, as many beside each other as fit; down first, as one reads a list.
+fn grid(items: Vec<Spans>, width: usize) -> Vec<Row> {
+    let widest = items.iter().map(length).max().unwrap_or(0) + 2;
+    let columns = ((width + 2) / widest.max(1)).clamp(1, items.len().max(1));
+    let lines = items.len().div_ceil(columns);
+    let line = |line: usize| {
+        let mut spans = Spans::new();
+        for item in items.iter().skip(line).step_by(lines.max(1)) {
+            spans.extend(item.iter().cloned());
+            spans.push((" ".repeat(widest.saturating_sub(length(item))), Style::new()));
+        }
+        Row::Line(spans)
+    };
+    (0..lines).map(line).collect()
+}
+
+fn switches(panel: &Panel, look: Look) -> Vec<Spans> {
+    let machine = &panel.machine;
+    let mut keys = SWITCHES.chars();
+    let switch = |symbol: usize| {
+        let on = machine.get(symbol) != 0;
+        let picture = match (on, machine.is_pulsed(symbol)) {
+            (true, false) => "──●",
+            (false, false) => "○──",
+            (true, true) => "─>●",
+            (false, true) => "○<─",
+        };
+        let key = keys.next().map_or(" ".to_owned(), String::from);
+        vec![
+            (key, look.key()),
+            (format!(" {picture} "), look.on(on)),
+            (name(panel, symbol), if on { look.live() } else { look.text() }),
+        ]
+    };
+    panel.inputs().map(switch).collect()
+}
+
+fn name(panel: &Panel, symbol: usize) -> String {
+    fit(panel.machine.symbols().get(symbol).map_or("", |s| s.name.as_str()), NAME)
+}
+
+fn lamps(panel: &Panel, kind: SymbolKind, signs: [&str; 2], lit: Style, look: Look) -> Vec<Spans> {
+    let machine = &panel.machine;
+    let lamp = |symbol: usize| {
+        let on = machine.get(symbol) != 0;
+        let [off_sign, on_sign] = signs;
+        let (sign, style) = if on { (on_sign, lit) } else { (off_sign, look.dead()) };
+        vec![(format!("{sign} "), style), (name(panel, symbol), if on { lit } else { look.text() })]
+    };
+    machine.symbols_of(|k| k == kind).map(lamp).collect()
+}
+
+fn analog(panel: &Panel, width: usize, look: Look) -> Vec<Row> {
+    let count = panel.machine.levels().count().max(1);
+    let widest = panel.machine.levels().map(|(symbol, _)| name(panel, symbol).chars().count()).max().unwrap_or(0);
+    let row = |(at, (symbol, level)): (usize, (usize, u16))| {
+        let chosen = at == panel.analog % count;
+        let bar = width.saturating_sub(widest + 8);
+        Row::Line(vec![
+            (if chosen { "▸ " } else { "  " }.to_owned(), look.key()),
+            (format!("{:<widest$} ", name(panel, symbol)), look.text()),
+            (format!("{level:>4} "), look.live()),
+            (self::bar(usize::from(level) * 1000 / 1023, bar), look.live()),
+        ])
+    };
+    panel.machine.levels().enumerate().map(row).collect()
+}
+
+/// A bar that is filled to so many thousandths.
+fn bar(thousandths: usize, width: usize) -> String {
+    let full = (thousandths * width + 500) / 1000;
+    "█".repeat(full.min(width)) + &"░".repeat(width.saturating_sub(full))
+}
+
+const DONE: &str = "DN";
+
+fn timers_head(width: usize) -> String {
+    let name = if width >= 44 { "Timers, counters: preset, now" } else { "Timers: preset, now" };
+    let fill = width.saturating_sub(name.chars().count() + DONE.len() + 2);
+    format!("{name} {} {DONE}", "─".repeat(fill))
+}
+
+fn timers(panel: &Panel, width: usize, look: Look) -> Vec<Row> {
+    let rows: Vec<(&super::parts::Part, Figures)> = panel.parts.iter().map(|p| (p, p.row(&panel.machine))).collect();
+    let most = |length: &dyn Fn(&(&super::parts::Part, Figures)) -> usize| rows.iter().map(length).max().unwrap_or(0);
+    let names = most(&|(part, _)| part.name.chars().count()).min(12);
+    let presets = most(&|(_, row)| row.preset.chars().count());
+    // What is counted grows; the columns are not to jump about.
+    let counts = most(&|(_, row)| row.accumulator.chars().count()).max(presets).max(6);
+    let bar_width = width.saturating_sub(4 + names + 1 + presets + 1 + counts + 1 + 2);
+    let line = |(part, row): &(&super::parts::Part, Figures)| {
+        let bar = if bar_width >= 3 { self::bar(row.thousandths, bar_width) } else { " ".repeat(bar_width) };
+        Row::Line(vec![
+            (format!("{} ", part.word), look.faint()),
+            (format!("{:<names$} ", fit(&part.name, names)), if row.done { look.live() } else { look.text() }),
+            (format!("{:>presets$} ", row.preset), look.text()),
+            (format!("{:>counts$} ", row.accumulator), look.change()),
+            (bar, look.on(row.thousandths > 0)),
+            (format!(" {}", if row.done { "●" } else { "○" }), look.on(row.done)),
+        ])
+    };
+    rows.iter().map(line).collect()
+}
+
+fn numbers(panel: &Panel, look: Look) -> Vec<Spans> {
+    let machine = &panel.machine;
+    let of = machine.symbols_of(|k| matches!(k, SymbolKind::Variable | SymbolKind::Adc));
+    of.map(|symbol| vec![(name(panel, symbol), look.text()), (format!(" {:>6}", machine.get(symbol)), look.change())])
+        .collect()
+}
+
+/// The last bytes that were sent, as text.
+fn serial(panel: &Panel, width: usize, look: Look) -> Vec<Row> {
+    let machine = &panel.machine;
+    let mut rows = Vec::new();
+    if machine.sends() || !machine.sent().is_empty() {
+        let text: String = machine.sent().iter().map(|byte| byte.escape_ascii().to_string()).collect();
+        let room = width.saturating_sub(5);
+        let count = text.chars().count();
+        let shown = text.chars().skip(count.saturating_sub(room)).collect();
+        rows.push(Row::Line(vec![("sent ".to_owned(), look.faint()), (shown, look.change())]));
+    }
+    if machine.receives() || machine.coming() > 0 {
+        let waiting = if machine.evaluator().waiting() { ", one waits" } else { "" };
+        let text = format!("{} byte(s) to arrive{waiting}", machine.coming());
+        rows.push(Row::Line(vec![("in   ".to_owned(), look.faint()), (text, look.text())]));
+    }
+    rows
+}
+
+fn duty(panel: &Panel, width: usize, look: Look) -> Vec<Row> {
+    let evaluator = panel.machine.evaluator();
+    let Some(hertz) = evaluator.pwm_hz() else { return Vec::new() };
+    let text = evaluator.pwm().map_or("  off".to_owned(), |duty| format!("{duty:>3} %"));
+    let tail = format!(" at {hertz} Hz ");
+    let room = width.saturating_sub(text.len() + tail.len());
+    let bar = bar(usize::from(evaluator.pwm().unwrap_or(0)) * 10, room);
+    vec![Row::Line(vec![(text, look.change()), (tail, look.text()), (bar, look.on(evaluator.pwm().is_some()))])]
+}
+
+fn eeprom(panel: &Panel, width: usize, look: Look) -> Vec<Row> {
+    let cells: Vec<String> = panel.machine.evaluator().eeprom().iter().map(|byte| format!("{byte:02X}")).collect();
+    let each = (width / 3).max(1);
+    cells.chunks(each).map(|line| Row::Line(vec![(line.join(" "), look.text())])).collect()
+}

@@ -1,0 +1,58 @@
+//! Bits over the last scans.
+
+use ratatui_core::layout::Rect;
+
+use super::Panel;
+use super::machine::Moment;
+use crate::Look;
+use crate::look::{Paper, fit};
+
+/// Rows that it would fill: a head and every bit that is shown.
+pub fn height(panel: &Panel) -> usize {
+    1 + bits(panel).len()
+}
+
+/// Inputs, outputs and relays, in this order, as the symbols are.
+fn bits(panel: &Panel) -> Vec<usize> {
+    panel.machine.symbols_of(|kind| kind.is_bit()).collect()
+}
+
+/// Draws it, as many rows as there is room for.
+pub fn draw(panel: &Panel, paper: &mut Paper<'_>, look: Look) {
+    let Rect { width, height, .. } = paper.area;
+    let bits = bits(panel);
+    let symbols = panel.machine.symbols();
+    let name = |bit: usize| symbols.get(bit).map_or("", |s| s.name.as_str());
+    let widest = bits.iter().map(|bit| name(*bit).chars().count()).max().unwrap_or(0).clamp(4, 14);
+    let columns = usize::from(width).saturating_sub(widest + 2);
+    // The newest scan is in the last column; where one stands for several scans, they begin at multiples of their number.
+    let zoom = panel.zoom.max(1);
+    let kept = panel.machine.past();
+    let old = kept.len().saturating_sub((columns + 1).saturating_mul(zoom));
+    let past: Vec<&Moment> = kept.skip(old).filter(|moment| moment.ran()).collect();
+    let groups: Vec<_> =
+        past.chunk_by(|a, b| a.scan().div_ceil(zoom as u64) == b.scan().div_ceil(zoom as u64)).collect();
+    let groups = groups.get(groups.len().saturating_sub(columns)..).unwrap_or(&[]);
+    let each = if zoom == 1 { "a scan a column".to_owned() } else { format!("{zoom} scans a column") };
+    let more = if bits.len() >= usize::from(height) { ", w: others" } else { "" };
+    paper.head(0, &format!("Waveform, {each}{more}"), look);
+    for (row, bit) in (1..height).zip(bits.into_iter().skip(panel.bit)) {
+        paper.put_right(
+            u16::try_from(widest).unwrap_or(0),
+            row,
+            &fit(name(bit), widest),
+            look.on(panel.machine.get(bit) != 0),
+        );
+        let mut x = u16::try_from(widest + 2).unwrap_or(0);
+        for group in groups {
+            let level = |moment: &&&Moment| moment.get(bit) != 0;
+            let high = group.iter().filter(level).count();
+            let (sign, style) = match high {
+                0 => ("▁", look.dead()),
+                n if n == group.len() => ("▔", look.live()),
+                _ => ("▒", look.live()),
+            };
+            x = paper.put(x, row, sign, style);
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! A view on a real terminal, which gets back what it was on every way out: leaving, an error, a panic, a signal.
+
+use std::io::{self, Stdout};
+use std::panic;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use crossterm::{cursor, execute, terminal};
+use ratatui_core::layout::Rect;
+use ratatui_core::terminal::Terminal;
+use ratatui_crossterm::CrosstermBackend;
+
+use crate::{App, Key, Look, Wish};
+
+/// Time between two pictures while something moves.
+const PICTURE: Duration = Duration::from_millis(33);
+
+/// How long a signal may have to wait for its answer.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// True while the terminal is ours.
+static OURS: AtomicBool = AtomicBool::new(false);
+
+/// How it came to its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// It was left.
+    Left,
+    /// The process is to end by this signal. Pass it to [`obey`] once everything is put away.
+    Signal(i32),
+}
+
+/// Ends the process as the signal would have.
+pub fn obey(signal: i32) {
+    _ = signal_hook::low_level::emulate_default_handler(signal);
+}
+
+/// Shows a view until it is left.
+///
+/// # Errors
+/// The terminal cannot be read or written, or is gone.
+pub fn show(app: &mut dyn App, look: Look) -> io::Result<End> {
+    let signals = Signals::new()?;
+    let mut screen = Screen::open()?;
+    let mut last = Instant::now();
+    loop {
+        screen.draw(app, look)?;
+        let wait = if app.moves() { PICTURE.saturating_sub(last.elapsed()) } else { PATIENCE };
+        let until = Instant::now() + wait;
+        // All keys that are there before the next picture.
+        loop {
+            if let Some(signal) = signals.seen() {
+                return Ok(End::Signal(signal));
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            if !event::poll(left)? {
+                break;
+            }
+            match event::read()? {
+                Event::Key(key) if key.kind != KeyEventKind::Release => {
+                    let Some(key) = named(key) else { continue };
+                    if key == Key::Ctrl('z') {
+                        screen.suspend()?;
+                        last = Instant::now();
+                        break;
+                    }
+                    if app.key(key, screen.area()?) == Wish::Quit {
+                        return Ok(End::Left);
+                    }
+                    if !app.moves() {
+                        break;
+                    }
+                }
+                Event::Resize(..) => break,
+                _ => {}
+            }
+        }
+        let passed = last.elapsed();
+        if !app.moves() {
+            last = Instant::now();
+        } else if passed >= PICTURE {
+            last = Instant::now();
+            app.pass(passed);
+        }
+    }
+}
+
+/// How long a piece of work may take before keys are looked at for one that ends it.
+const UNASKED: Duration = Duration::from_millis(150);
+
+/// Does a piece of work that looks at `interrupt` now and then. When it takes long, Ctrl-C or escape set that; other keys that
+/// are pressed then are lost.
+pub fn interruptible<T>(interrupt: &AtomicBool, work: impl FnOnce() -> T) -> T {
+    /// Says that the work is over, also when it panics.
+    struct Over<'a>(&'a AtomicBool);
+    impl Drop for Over<'_> {
+        fn drop(&mut self) {
+            self.0.store(true, Ordering::SeqCst);
+        }
+    }
+    let over = AtomicBool::new(false);
+    let look = || {
+        let begin = Instant::now();
+        while !over.load(Ordering::SeqCst) {
+            if begin.elapsed() < UNASKED {
+                std::thread::sleep(Duration::from_millis(1));
+                continue;
+            }
+            match event::poll(Duration::from_millis(5))
+                .and_then(|there| if there { event::read().map(Some) } else { Ok(None) })
+            {
+                Ok(Some(Event::Key(key))) if matches!(named(key), Some(Key::Ctrl('c') | Key::Escape)) => {
+                    interrupt.store(true, Ordering::SeqCst);
+                }
+                Ok(_) => {}
+                // A terminal that is gone ends the work.
+                Err(_) => {
+                    interrupt.store(true, Ordering::SeqCst);
+                    return;
+                }
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        let _over = Over(&over);
+        scope.spawn(look);
+        work()
+    })
+}
+
+/// The terminal while it is ours.
+struct Screen {
+    terminal: Terminal<CrosstermBackend<Stdout>>,
+}
+
+impl Screen {
+    fn open() -> io::Result<Screen> {
+        static HOOK: AtomicBool = AtomicBool::new(false);
+        if !HOOK.swap(true, Ordering::SeqCst) {
+            // The message of a panic is to be read, so the terminal is given back before it is written.
+            let before = panic::take_hook();
+            panic::set_hook(Box::new(move |what| {
+                give_back();
+                before(what);
+            }));
+        }
+        take()?;
+        match Terminal::new(CrosstermBackend::new(io::stdout())) {
+            Ok(terminal) => Ok(Screen { terminal }),
+            Err(error) => {
+                give_back();
+                Err(error)
+            }
+        }
+    }
+
+    fn area(&self) -> io::Result<Rect> {
+        let size = self.terminal.size()?;
+        Ok(Rect::new(0, 0, size.width, size.height))
+    }
+
+    fn draw(&mut self, app: &dyn App, look: Look) -> io::Result<()> {
+        self.terminal.draw(|frame| *frame.buffer_mut() = app.view(frame.area(), look)).map(|_| ())
+    }
+
+    /// Lets the shell have the terminal, until it calls us back.
+    fn suspend(&mut self) -> io::Result<()> {
+        give_back();
+        #[cfg(unix)]
+        signal_hook::low_level::raise(signal_hook::consts::SIGTSTP)?;
+        take()?;
+        self.terminal.clear()
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        give_back();
+    }
+}
+
+fn take() -> io::Result<()> {
+    OURS.store(true, Ordering::SeqCst);
+    let taken =
+        terminal::enable_raw_mode().and_then(|()| execute!(io::stdout(), terminal::EnterAlternateScreen, cursor::Hide));
+    taken.inspect_err(|_| give_back())
+}
+
+/// Gives the terminal back, once.
+fn give_back() {
+    if OURS.swap(false, Ordering::SeqCst) {
+        _ = execute!(io::stdout(), terminal::LeaveAlternateScreen, cursor::Show);
+        _ = terminal::disable_raw_mode();
+    }
+}
+
+/// The signals that end a process, as they come in.
+struct Signals(Arc<AtomicUsize>);
+
+impl Signals {
+    fn new() -> io::Result<Signals> {
+        let seen = Arc::new(AtomicUsize::new(0));
+        #[cfg(unix)]
+        for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGHUP, signal_hook::consts::SIGINT] {
+            signal_hook::flag::register_usize(signal, Arc::clone(&seen), usize::try_from(signal).unwrap_or(0))?;
+        }
+        Ok(Signals(seen))
+    }
+
+    fn seen(&self) -> Option<i32> {
+        i32::try_from(self.0.load(Ordering::SeqCst)).ok().filter(|signal| *signal != 0)
+    }
+}
+
+/// A key of the terminal as one of ours.
+fn named(event: KeyEvent) -> Option<Key> {
+    Some(match event.code {
+        KeyCode::Char(c) if event.modifiers.contains(KeyModifiers::CONTROL) => Key::Ctrl(c.to_ascii_lowercase()),
+        KeyCode::Char(c) if event.modifiers.contains(KeyModifiers::ALT) => Key::Alt(c),
+        KeyCode::Char(c) => Key::Char(c),
+        KeyCode::Enter => Key::Enter,
+        KeyCode::Esc => Key::Escape,
+        KeyCode::Backspace => Key::Backspace,
+        KeyCode::Tab => Key::Tab,
+        KeyCode::Up => Key::Up,
+        KeyCode::Down => Key::Down,
+        KeyCode::Left => Key::Left,
+        KeyCode::Right => Key::Right,
+        KeyCode::PageUp => Key::PageUp,
+        KeyCode::PageDown => Key::PageDown,
+        KeyCode::Home => Key::Home,
+        KeyCode::End => Key::End,
+        _ => return None,
+    })
+}

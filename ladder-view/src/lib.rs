@@ -1,0 +1,209 @@
+//! A ladder program that runs on a chip, as a debugger shows it: which scan, rung and element the chip is in, the rung with its power
+//! flow so far, and what made a symbol what it is.
+//!
+//! ```text
+//!   lib.rs     View: program and map together, places in both directions
+//!   follow.rs  the follower: scan by scan, the reference evaluator beside the chip
+//!   flow.rs    which elements let power through, or kept it from coming
+//!   draw.rs    a rung as text with power in its wires
+//!   why.rs     what made a symbol what it is, back through scans
+//! ```
+//!
+//! Power flow is not kept anywhere on a chip: most of it is program counter. So when the inputs of a scan are latched, the evaluator is
+//! given the values of all symbols as the chip has them, runs that scan, and tells the bit before and behind each element. Values are
+//! always the chip's own; only edges and other memories without a name are the evaluator's.
+
+#![forbid(unsafe_code)]
+
+mod draw;
+mod flow;
+mod follow;
+mod why;
+
+use std::sync::Arc;
+
+use diag::{Code, Diagnostic, Pos, Severity};
+use emu_core::Chip;
+use emu_debug::debug::{Follow, Place, Target};
+use ladder::{ElementId, Program};
+use ladder_compile::{Map, Place as Kept};
+use ladder_eval::Evaluator;
+
+use follow::Follower;
+
+/// The map is not of this program or chip.
+pub const BAD_MAP: &str = "DBG001";
+
+/// The codes of this crate.
+pub const CODES: &[Code] = &[Code {
+    code: BAD_MAP,
+    title: "the map is not of this program",
+    explain: "A debugger finds rungs, elements and symbols on the chip by the map that was written with the image. This one names another \
+              chip, or lacks rungs or symbols of the ladder program. Mend: compile the program again and give the image, the map and \
+              the program that belong together, or give the program alone, which is compiled on the fly.",
+}];
+
+/// A ladder program and where it is on its chip. A clone shares everything.
+#[derive(Debug, Clone)]
+pub struct View {
+    facts: Arc<Facts>,
+}
+
+/// What does not change while the program runs.
+#[derive(Debug)]
+struct Facts {
+    program: Program,
+    map: Map,
+    chip: &'static Chip,
+    /// Power-up state, and names of symbols in the evaluator's order.
+    start: Evaluator,
+    /// Places of the symbols, in the evaluator's order.
+    places: Vec<Place>,
+    /// Program words at which a scan begins, and at which its inputs are latched.
+    stops: Vec<u32>,
+    scan_start: u32,
+    latched: u32,
+}
+
+impl View {
+    /// The program and the map that was made with its image. Cheap to clone.
+    ///
+    /// # Errors
+    /// [`BAD_MAP`] where they do not belong together; an element without a meaning, which no image has.
+    pub fn new(program: Program, map: Map, chip: &'static Chip) -> Result<View, Vec<Diagnostic>> {
+        let file = program.file.clone();
+        let refuse = |cause: String| {
+            let hint = "give the image, the map and the program that were made together, or the program alone";
+            vec![Diagnostic::new(Severity::Error, BAD_MAP, &file, Pos::default(), cause, hint)]
+        };
+        if map.mcu != chip.name {
+            return Err(refuse(format!("the map is of a program for {}, not for {}", map.mcu, chip.name)));
+        }
+        let elements = program.elements().count();
+        if map.rungs.len() != program.rungs.len() || map.elements.len() != elements {
+            return Err(refuse(format!(
+                "the map has {} rungs with {} elements, the program {} with {elements}",
+                map.rungs.len(),
+                map.elements.len(),
+                program.rungs.len()
+            )));
+        }
+        let start = Evaluator::new(&program).map_err(|why| refuse(why.to_string()))?;
+        let mut places = Vec::new();
+        for symbol in start.symbols() {
+            let kept = map.symbols.iter().find(|kept| kept.name == symbol.name);
+            let place = kept.and_then(|kept| place(chip, &kept.place));
+            places.push(
+                place.ok_or_else(|| refuse(format!("the map has no place on {} for `{}`", chip.name, symbol.name)))?,
+            );
+        }
+        let word = |byte: u32| byte / chip.word_bytes.max(1);
+        let scan_start = word(map.scan_start);
+        let latched = map.rungs.iter().find(|rung| rung.start < rung.end).map_or(scan_start, |rung| word(rung.start));
+        let mut stops = vec![scan_start, latched];
+        stops.dedup();
+        Ok(View { facts: Arc::new(Facts { program, map, chip, start, places, stops, scan_start, latched }) })
+    }
+
+    /// One that follows the program in a session, from power-up on.
+    #[must_use]
+    pub fn follower(&self) -> Box<dyn Follow> {
+        Box::new(Follower::new(self.facts.clone()))
+    }
+
+    /// Symbols, and where the chip keeps them.
+    #[must_use]
+    pub fn symbols(&self) -> Vec<(String, Place)> {
+        let names = self.facts.start.symbols().iter().map(|symbol| symbol.name.clone());
+        names.zip(self.facts.places.iter().copied()).collect()
+    }
+
+    /// The values of all symbols on the chip now; nothing for one that has none.
+    #[must_use]
+    pub fn values(&self, target: &dyn Target) -> Vec<(String, Option<i64>)> {
+        self.symbols().into_iter().map(|(name, place)| (name, place.value(target))).collect()
+    }
+
+    /// The program.
+    #[must_use]
+    pub fn program(&self) -> &Program {
+        &self.facts.program
+    }
+
+    /// The map.
+    #[must_use]
+    pub fn map(&self) -> &Map {
+        &self.facts.map
+    }
+
+    /// Whether power comes into an element in the scan whose inputs were latched last, and goes out of it; the chip may still be
+    /// before it. Nothing before the first scan, and for comments.
+    #[must_use]
+    pub fn power(&self, follow: &dyn Follow, id: ElementId) -> Option<(bool, bool)> {
+        Follower::of(follow)?.now.as_ref()?.power(id)
+    }
+
+    /// Program word at which a scan begins.
+    #[must_use]
+    pub fn scan_start(&self) -> u32 {
+        self.facts.scan_start
+    }
+
+    /// Rungs that have code, by number from 1, with the program word at which it begins.
+    #[must_use]
+    pub fn rung_words(&self) -> Vec<(u32, u32)> {
+        let with_code = self.facts.map.rungs.iter().filter(|rung| rung.start < rung.end);
+        with_code.map(|rung| (rung.rung, self.word(rung.start))).collect()
+    }
+
+    /// Elements that have code, by rung and element from 1, with the program word at which it begins.
+    #[must_use]
+    pub fn element_words(&self) -> Vec<((u32, u32), u32)> {
+        let with_code = self.facts.map.elements.iter().filter(|element| element.start < element.end);
+        with_code.map(|element| ((element.rung, element.element), self.word(element.start))).collect()
+    }
+
+    /// The rung, from 1, that a program word belongs to.
+    #[must_use]
+    pub fn rung_at(&self, word: u32) -> Option<u32> {
+        let within = |start: u32, end: u32| (self.word(start)..self.word(end)).contains(&word);
+        self.facts.map.rungs.iter().find(|rung| within(rung.start, rung.end)).map(|rung| rung.rung)
+    }
+
+    /// The element that a program word belongs to.
+    #[must_use]
+    pub fn element_at(&self, word: u32) -> Option<ElementId> {
+        let within = |start: u32, end: u32| (self.word(start)..self.word(end)).contains(&word);
+        let found = self.facts.map.elements.iter().find(|element| within(element.start, element.end))?;
+        Some(ElementId { rung: found.rung.checked_sub(1)?, index: found.element.checked_sub(1)? })
+    }
+
+    /// The line of the `.ld` file, from 1, on which a rung, from 1, begins.
+    #[must_use]
+    pub fn rung_line(&self, rung: u32) -> Option<u32> {
+        let rung = self.facts.program.rungs.get(rung.checked_sub(1)? as usize)?;
+        Some(rung.pos.line)
+    }
+
+    /// The rung, from 1, in which a line of the `.ld` file stands.
+    #[must_use]
+    pub fn rung_of_line(&self, line: u32) -> Option<u32> {
+        let before = self.facts.program.rungs.iter().take_while(|rung| rung.pos.line <= line).count();
+        u32::try_from(before).ok().filter(|rung| *rung > 0)
+    }
+
+    fn word(&self, byte: u32) -> u32 {
+        byte / self.facts.chip.word_bytes.max(1)
+    }
+}
+
+/// A place of the map as the debugger has it; nothing where the chip has no such memory.
+fn place(chip: &'static Chip, kept: &Kept) -> Option<Place> {
+    let memory = |name: &str| chip.spaces.iter().find(|(space, ..)| *space == name).map(|found| found.0);
+    Some(match kept {
+        Kept::Bit { space, addr, bit } => Place::Bit { space: memory(space)?, addr: *addr, bit: *bit },
+        Kept::Word { space, addr, bytes } => {
+            Place::Memory { space: memory(space)?, addr: *addr, bytes: *bytes, signed: true }
+        }
+    })
+}

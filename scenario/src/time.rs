@@ -1,0 +1,180 @@
+//! Times as people write them, and as a machine counts them.
+
+use diag::Pos;
+
+/// Most ticks: later than any run.
+pub(crate) const MAX_TICKS: u64 = 1 << 62;
+
+/// Most digits of a number, so that the products below fit in 128 bits.
+const MAX_DIGITS: usize = 18;
+
+/// The unit of a time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unit {
+    /// 10 to minus this many seconds: 0, 3, 6, 9.
+    Second(u32),
+    /// Machine cycles; of a ladder program periods of its CRYSTAL=.
+    Cycle,
+    /// Clocks of the oscillator.
+    Clock,
+    /// Scans of a ladder program.
+    Scan,
+}
+
+/// A length of time, exact.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Span {
+    /// The number without its point.
+    pub mantissa: u64,
+    /// Digits behind the point; none with cycles, clocks and scans.
+    pub decimals: u32,
+    /// The unit.
+    pub unit: Unit,
+    /// As it was written.
+    pub text: String,
+    /// Its place.
+    pub pos: Pos,
+    /// A time within a tick counts as the end of the tick, whatever the machine does elsewhere.
+    pub up: bool,
+}
+
+impl Span {
+    /// Reads `10ms`, `2.5us`, `1000 cycles`, `5 scans`.
+    ///
+    /// # Errors
+    /// What is wrong, in a sentence.
+    pub fn read(text: &str, pos: Pos) -> Result<Span, String> {
+        let trimmed = text.trim();
+        let end = trimmed.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(trimmed.len());
+        let (number, unit) = trimmed.split_at(end);
+        let whole = |digits: &str| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
+        let (units, tenths) = number.split_once('.').map_or((number, None), |(units, tenths)| (units, Some(tenths)));
+        if !whole(units) || tenths.is_some_and(|tenths| !whole(tenths)) {
+            return Err(format!("`{}` is no time", shown(text)));
+        }
+        let digits = format!("{units}{}", tenths.unwrap_or_default());
+        if digits.trim_start_matches('0').len() > MAX_DIGITS || digits.len() > 4 * MAX_DIGITS {
+            return Err(format!("`{}` has more than {MAX_DIGITS} digits", shown(text)));
+        }
+        let decimals = tenths.map_or(0, str::len) as u32;
+        let found = match unit.trim() {
+            "s" => Unit::Second(0),
+            "ms" => Unit::Second(3),
+            "us" => Unit::Second(6),
+            "ns" => Unit::Second(9),
+            "c" | "cycle" | "cycles" => Unit::Cycle,
+            "clock" | "clocks" => Unit::Clock,
+            "scan" | "scans" => Unit::Scan,
+            "" => return Err(format!("`{}` has no unit", shown(text))),
+            other => return Err(format!("`{}` is no unit of time", shown(other))),
+        };
+        if decimals > 0 && !matches!(found, Unit::Second(_)) {
+            return Err(format!("`{}` is no whole number of {}", shown(text), unit.trim()));
+        }
+        let mantissa = digits.parse().unwrap_or(0);
+        Ok(Span { mantissa, decimals, unit: found, text: trimmed.to_owned(), pos, up: false })
+    }
+}
+
+/// A word as it may stand in a message.
+pub(crate) fn shown(text: &str) -> String {
+    let clean = |c: char| if c.is_control() { '?' } else { c };
+    let short: String = text.chars().take(40).map(clean).collect();
+    if text.chars().count() > 40 { short + ".." } else { short }
+}
+
+/// How long a tick of a machine is: each unit in ticks, as a fraction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Scale {
+    /// Ticks of a second, as numerator and denominator; both above 0, as below.
+    pub second: (u64, u64),
+    /// Ticks of a cycle.
+    pub cycle: (u64, u64),
+    /// Ticks of a clock of the oscillator.
+    pub clock: (u64, u64),
+    /// Ticks of a scan, where there are scans.
+    pub scan: Option<u64>,
+    /// A time within a tick counts as the end of the tick; else as its start.
+    pub up: bool,
+}
+
+impl Scale {
+    /// A ladder program whose scans are this many microseconds apart, with an oscillator of so many Hz: a tick is a scan.
+    #[must_use]
+    pub fn scans(cycle_us: u64, hz: u64) -> Scale {
+        let (cycle_us, hz) = (cycle_us.max(1), hz.max(1));
+        let clock = (1_000_000, cycle_us.saturating_mul(hz));
+        Scale { second: (1_000_000, cycle_us), cycle: clock, clock, scan: Some(1), up: true }
+    }
+
+    /// A machine with an oscillator of `hz`, `clocks` of which are a cycle: a tick is a clock.
+    #[must_use]
+    pub fn clocks(hz: u64, clocks: u32) -> Scale {
+        Scale { second: (hz.max(1), 1), cycle: (clocks.into(), 1), clock: (1, 1), scan: None, up: false }
+    }
+
+    /// The ticks of a time.
+    ///
+    /// # Errors
+    /// There are no such ticks, or too many: a sentence and a hint.
+    pub fn ticks(&self, span: &Span) -> Result<u64, (String, &'static str)> {
+        let (num, den) = match span.unit {
+            Unit::Second(_) => self.second,
+            Unit::Cycle => self.cycle,
+            Unit::Clock => self.clock,
+            Unit::Scan => match self.scan {
+                Some(scan) => (scan, 1),
+                None => {
+                    let why = format!("`{}`: an image has no scans, only a ladder program has", span.text);
+                    return Err((why, "give the time in us, ms, s or cycles"));
+                }
+            },
+        };
+        let places = span.decimals + if let Unit::Second(places) = span.unit { places } else { 0 };
+        let too_long = || (format!("`{}` is longer than 2^62 ticks, the most", span.text), "give a shorter time");
+        let num = u128::from(span.mantissa) * u128::from(num);
+        let den = 10u128.checked_pow(places).and_then(|p| p.checked_mul(den.max(1).into())).ok_or_else(too_long)?;
+        let ticks = if self.up || span.up { num.div_ceil(den) } else { num / den };
+        u64::try_from(ticks).ok().filter(|ticks| *ticks <= MAX_TICKS).ok_or_else(too_long)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `text | ticks in scans of 10 ms at 4 MHz | ticks at 4 MHz, 4 clocks a cycle`; - where it is refused.
+    const TIMES: &str = "
+        10ms        | 1   | 40000
+        10.01ms     | 2   | 40040
+        0s          | 0   | 0
+        2.5us       | 1   | 10
+        1 s         | 100 | 4000000
+        3 cycles    | 1   | 12
+        7 clocks    | 1   | 7
+        40000c      | 1   | 160000
+        40001 clocks| 2   | 40001
+        5 scans     | 5   | -
+        1 scan      | 1   | -
+        5           | -   | -
+        5 weeks     | -   | -
+        1.5 scans   | -   | -
+        .5s         | -   | -
+        1.s         | -   | -
+        -1s         | -   | -
+        9223372036854775807s | - | -
+        999999999999999999s  | - | -
+    ";
+
+    #[test]
+    fn times() {
+        for row in TIMES.lines().filter(|row| row.contains('|')) {
+            let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+            let scales = [Scale::scans(10_000, 4_000_000), Scale::clocks(4_000_000, 4)];
+            for (scale, wanted) in scales.iter().zip(&cells[1..]) {
+                let found = Span::read(cells[0], Pos::default()).ok().and_then(|span| scale.ticks(&span).ok());
+                assert_eq!(found.map_or("-".to_owned(), |ticks| ticks.to_string()), **wanted, "{}", cells[0]);
+            }
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Values of TOML as numbers, comparisons and words.
+
+use toml::de::DeValue;
+
+use crate::model::{Compare, Value};
+use crate::parse::Item;
+use crate::time::shown;
+
+/// `5`, `> 5`, `>= 5`, `< 5`, `<= 5`, `!= 5`, `3..7`, `z`.
+pub(crate) fn compare(value: &Value) -> Option<Compare> {
+    let text = match value {
+        Value::Number(number) => return Some(Compare::Is(*number)),
+        Value::Text(text) => text.trim(),
+    };
+    let read = |text: &str| -> Option<i64> {
+        let text = text.trim();
+        text.strip_prefix("0x").map_or_else(|| text.parse().ok(), |hex| i64::from_str_radix(hex, 16).ok())
+    };
+    if text.eq_ignore_ascii_case("z") {
+        return Some(Compare::Floating);
+    }
+    if let Some((from, to)) = text.split_once("..") {
+        return Some(Compare::Within(read(from)?, read(to)?)).filter(|c| matches!(c, Compare::Within(a, b) if a <= b));
+    }
+    // The longer signs first.
+    let sign = ["!=", ">=", "<=", "==", ">", "<", "="].into_iter().find(|sign| text.starts_with(sign));
+    let number = read(text.get(sign.map_or(0, str::len)..)?)?;
+    Some(match sign {
+        Some("!=") => Compare::Not(number),
+        Some(">=") => Compare::Within(number, i64::MAX),
+        Some("<=") => Compare::Within(i64::MIN, number),
+        Some(">") => Compare::Within(number.checked_add(1)?, i64::MAX),
+        Some("<") => Compare::Within(i64::MIN, number.checked_sub(1)?),
+        _ => Compare::Is(number),
+    })
+}
+
+/// A whole number of 64 bits.
+pub(crate) fn number(item: &Item<'_>) -> Option<i64> {
+    let DeValue::Integer(number) = item.get_ref() else { return None };
+    i64::from_str_radix(number.as_str(), number.radix()).ok()
+}
+
+pub(crate) fn kind(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::String(text) => format!("\"{}\"", shown(text)),
+        DeValue::Integer(number) => shown(number.as_str()),
+        DeValue::Float(number) => shown(number.as_str()),
+        DeValue::Boolean(bit) => bit.to_string(),
+        DeValue::Datetime(_) => "a date".to_owned(),
+        DeValue::Array(_) => "a list".to_owned(),
+        DeValue::Table(_) => "a table".to_owned(),
+    }
+}

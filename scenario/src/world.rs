@@ -1,0 +1,107 @@
+//! What a machine has to do for a scenario, and to tell.
+
+use crate::model::Value;
+use crate::time::Scale;
+
+/// Something that can be given a value, with the value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Input {
+    /// What the site calls it.
+    pub id: usize,
+    /// It can be told before its time ([`World::ahead`]).
+    pub ahead: bool,
+}
+
+/// What something is at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reading {
+    /// A number; of a pin 0 or 1.
+    Value(i64),
+    /// A pin that nothing drives.
+    Floating,
+}
+
+impl std::fmt::Display for Reading {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Reading::Value(value) => write!(f, "{value}"),
+            Reading::Floating => f.write_str("z"),
+        }
+    }
+}
+
+/// A machine before it runs: what has which name, and how its time is counted.
+pub trait Site {
+    /// Its ticks.
+    fn scale(&self) -> Scale;
+    /// Something and the value that it will be given.
+    ///
+    /// # Errors
+    /// Why not: a sentence, and true where it is the name that is wrong.
+    fn input(&mut self, name: &str, value: &Value) -> Result<Input, (String, bool)>;
+    /// Something that can be looked at.
+    ///
+    /// # Errors
+    /// Why not, a sentence.
+    fn output(&mut self, name: &str) -> Result<usize, String>;
+    /// All names that are worth proposing for one that is wrong.
+    fn names(&self) -> Vec<String>;
+    /// Bytes can be sent to the machine.
+    ///
+    /// # Errors
+    /// Why not, a sentence.
+    fn sends(&mut self) -> Result<(), String>;
+    /// Bytes of the machine can be received.
+    ///
+    /// # Errors
+    /// Why not, a sentence.
+    fn receives(&mut self) -> Result<(), String>;
+    /// Snapshots can be written.
+    ///
+    /// # Errors
+    /// Why not, a sentence.
+    fn snapshots(&mut self) -> Result<(), String>;
+    /// The supply can go off and on.
+    ///
+    /// # Errors
+    /// Why not, a sentence.
+    fn power_cycles(&mut self) -> Result<(), String>;
+}
+
+/// A machine as it runs. Identifiers are those of its [`Site`].
+pub trait World {
+    /// Now, in ticks since power-up.
+    fn now(&self) -> u64;
+    /// How many ticks ahead stimuli are wanted, so that each takes effect at its own tick.
+    fn ahead(&self) -> u64 {
+        0
+    }
+    /// Gives something its value at a tick: now, or at most [`World::ahead`] later.
+    ///
+    /// # Errors
+    /// The machine cannot take it, a sentence.
+    fn put(&mut self, input: usize, at: u64) -> Result<(), String>;
+    /// What something is at now.
+    fn read(&self, output: usize) -> Reading;
+    /// Sends bytes to the machine from a tick on, behind those sent before.
+    ///
+    /// # Errors
+    /// The machine cannot take it, a sentence.
+    fn send(&mut self, bytes: &[u8], at: u64) -> Result<(), String>;
+    /// All bytes of the machine so far.
+    fn received(&self) -> &[u8];
+    /// Switches the supply off and on.
+    ///
+    /// # Errors
+    /// Why it cannot, a sentence.
+    fn power_cycle(&mut self) -> Result<(), String>;
+    /// Writes the whole machine to a file.
+    ///
+    /// # Errors
+    /// Why it cannot, a sentence.
+    fn snapshot(&mut self, file: &str) -> Result<(), String>;
+    /// Tells a line.
+    fn log(&mut self, line: &str);
+    /// A tick in words, for messages: `scan 12 (120 ms)`.
+    fn moment(&self, tick: u64) -> String;
+}

@@ -1,0 +1,124 @@
+//! `emu debug`: a machine under the debugger, by commands.
+
+mod back;
+mod code;
+mod commands;
+mod data;
+mod files;
+mod frames;
+mod gdb;
+mod info;
+mod ladder;
+mod names;
+mod numbers;
+pub mod open;
+mod points;
+mod record;
+mod repl;
+mod rungs;
+mod running;
+mod scenario;
+mod shell;
+mod stop;
+mod terminal;
+#[cfg(feature = "tui")]
+mod tui;
+
+use std::io::IsTerminal;
+use std::sync::Arc;
+
+use clap::Args;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+use crate::fail::Failure;
+use crate::report::Terminal;
+use gdb::GdbArgs;
+use open::{Subject, open};
+#[cfg(feature = "tui")]
+use repl::prepare;
+use repl::{Script, Signals, talk};
+use shell::Shell;
+
+const EXAMPLES: &str = "\
+Examples:
+  emu debug blink.elf --mcu atmega328p
+  emu debug examples/blinker.ld --mcu atmega328p
+  emu debug app.ihx --mcu at89s52 --symbols app.cdb -x script.txt
+  emu debug blink.hex --mcu atmega328p --ex 'watch PB5' --ex continue --batch
+  emu debug welder.ld --mcu atmega328p --scenario welder.toml    its inputs come by themselves; how it ends is told
+  emu debug blink.elf --mcu atmega328p --gdb :1234    then: avr-gdb blink.elf -ex 'target remote :1234'
+
+`help` at the prompt lists the commands; docs/debug.md has them with examples.
+
+Exit codes: 0; 1 an assertion or another command of a script or a pipe failed; 2 the command line makes no sense; 3 a file was
+refused; 4 a script ended where the program had stopped in a fault.";
+
+/// Flags of `emu debug`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct DebugArgs {
+    #[command(flatten)]
+    subject: Subject,
+    /// Carry out the commands of a file first, up to the first that fails. Repeatable.
+    #[arg(short = 'x', long = "command", value_name = "FILE")]
+    files: Vec<String>,
+    /// Carry out a command, after those of -x. Repeatable.
+    #[arg(long = "ex", value_name = "COMMAND")]
+    commands: Vec<String>,
+    /// Leave after -x and --ex, or without them after standard input; the first command that fails ends it with exit code 1, and
+    /// commands are not repeated in the output.
+    #[arg(long)]
+    batch: bool,
+    #[command(flatten)]
+    gdb: GdbArgs,
+    /// A full screen: code, registers, pins, a waveform, the rung with power flow; ? tells the keys. -x and --ex are carried out first.
+    #[cfg(feature = "tui")]
+    #[arg(long = "tui", id = "full", conflicts_with_all = ["batch", "addr"])]
+    full: bool,
+    #[cfg(feature = "tui")]
+    #[command(flatten)]
+    played: crate::watch::Played,
+}
+
+/// Opens a session and talks with its user.
+pub fn debug(args: &DebugArgs, terminal: &Terminal) -> Result<u8, Failure> {
+    let listener = args.gdb.listener()?;
+    let opened = open(&args.subject, terminal)?;
+    if let Some(listener) = listener {
+        return args.gdb.serve(opened, &listener);
+    }
+    let user = !args.batch && std::io::stdin().is_terminal();
+    #[cfg(feature = "tui")]
+    let user = user && !args.full;
+    let user = user.then(terminal::Terminal::new);
+    let signals = Signals::default();
+    listen(&signals);
+    let color = terminal.color && std::io::stdout().is_terminal();
+    // What commands say on a full screen has the colours of the screen.
+    #[cfg(feature = "tui")]
+    let color = color && !args.full;
+    let mut shell = Shell::new(opened, Arc::clone(&signals.interrupt), color);
+    let script = Script { files: &args.files, commands: &args.commands, batch: args.batch };
+    #[cfg(feature = "tui")]
+    if args.full {
+        let mut told = String::new();
+        if let Some(code) = prepare(&mut shell, &script, &mut told)? {
+            return Ok(code);
+        }
+        let file = args.subject.file.rsplit('/').next().unwrap_or(&args.subject.file);
+        let title = format!("{file} on {}", args.subject.machine.mcu.chip.name);
+        return tui::show(shell, &title, signals.interrupt, &told, &args.played, terminal);
+    }
+    talk(&mut shell, &script, user, &signals)
+}
+
+/// Ctrl-C stops a running command; being told to end stops it too, and leaves behind it. Where the system refuses, signals do what
+/// they always do.
+fn listen(signals: &Signals) {
+    _ = signal_hook::flag::register(SIGINT, Arc::clone(&signals.interrupt));
+    for signal in [SIGTERM, SIGHUP] {
+        _ = signal_hook::flag::register_conditional_default(signal, Arc::clone(&signals.prompt));
+        _ = signal_hook::flag::register(signal, Arc::clone(&signals.leave));
+        _ = signal_hook::flag::register(signal, Arc::clone(&signals.interrupt));
+    }
+}

@@ -1,0 +1,160 @@
+//! Commands that go back in time.
+
+use emu_debug::debug::{Access, Expr, Halt, Hit, Passed, Place, Scope, What, Why};
+
+use super::frames::{Calls, Frames};
+use super::numbers::brief;
+use super::shell::{Done, Shell};
+
+pub(super) fn stepi(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let count = shell.count(args)?;
+    shell.go(out, |session, _| session.back_stepi(count));
+    Ok(())
+}
+
+pub(super) fn go_on(shell: &mut Shell, _: &str, out: &mut String) -> Done {
+    shell.go(out, |session, go_on| session.back_run(go_on));
+    Ok(())
+}
+
+pub(super) fn goto_cycle(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let cycle = shell.cycle(args)?;
+    shell.go(out, |session, go_on| {
+        let halt = session.goto_cycle(cycle, go_on);
+        // That it came there is no news.
+        if halt.why == Why::Limit { Halt { why: Why::Done } } else { halt }
+    });
+    Ok(())
+}
+
+/// Says which positions are wanted.
+type Wanted = fn(&Scope, &Passed<'_>) -> bool;
+
+/// Goes back to the last position that `wanted` and that lies where `calls` says; `count` times.
+fn back_to(shell: &mut Shell, args: &str, calls: Calls, wanted: Wanted, out: &mut String) -> Done {
+    let count = shell.count(args)?;
+    shell.go(out, |session, go_on| {
+        let mut halt = Halt { why: Why::Done };
+        for _ in 0..count {
+            halt = Frames::search(session, calls, wanted, go_on);
+            if halt.why != Why::Done {
+                break;
+            }
+        }
+        halt
+    });
+    Ok(())
+}
+
+/// A source line begins at a position.
+fn begins(scope: &Scope, passed: &Passed<'_>) -> bool {
+    let source = scope.source();
+    let (pc, bytes) = (passed.target.pc(), scope.chip().word_bytes);
+    let Some(line) = source.line_at(pc) else { return false };
+    let before = source.line_at(passed.from).map(|line| (&line.file, line.line));
+    line.addr == pc * bytes && before != Some((&line.file, line.line))
+}
+
+fn has_lines(shell: &Shell) -> bool {
+    !shell.session.scope.lines.all().is_empty()
+}
+
+pub(super) fn step(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    if !has_lines(shell) {
+        return back_to(shell, args, Calls::Into, |_, _| true, out);
+    }
+    back_to(shell, args, Calls::Into, begins, out)
+}
+
+pub(super) fn next(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    if !has_lines(shell) {
+        return back_to(shell, args, Calls::Over, |_, _| true, out);
+    }
+    back_to(shell, args, Calls::Over, begins, out)
+}
+
+pub(super) fn finish(shell: &mut Shell, _: &str, out: &mut String) -> Done {
+    back_to(shell, "", Calls::Out, |_, _| true, out)
+}
+
+pub(super) fn last_write(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let (text, moves) = match args.strip_suffix(" go") {
+        Some(text) => (text.trim(), true),
+        None => (args.trim(), false),
+    };
+    if text.is_empty() {
+        return Err("whose last write? last-write buf, last-write PORTB.5, last-write data:0x100".to_owned());
+    }
+    let mut found = last(shell, text)?;
+    // It stands there already: the one before is meant.
+    if moves && found.is_some_and(|(cycle, _)| cycle == shell.session.target().cycle()) {
+        let here = shell.session.target().cycle();
+        shell.session.back_stepi(1);
+        found = last(shell, text)?;
+        if found.is_none() {
+            shell.session.goto_cycle(here, &mut || true);
+        }
+    }
+    let Some((cycle, hit)) = found else {
+        out.push_str(&format!("{text} was not written in this history\n"));
+        return Ok(());
+    };
+    let value = match (hit.old, hit.new) {
+        (Some(old), Some(new)) => format!("{} -> {}", brief(old), brief(new)),
+        (None, Some(new)) => brief(new),
+        _ => String::new(),
+    };
+    let instruction = shell.instruction(hit.pc).text;
+    out.push_str(&format!("{text} {value}, by {}: {instruction}, at cycle {cycle}\n", shell.spot(hit.pc)));
+    if moves {
+        shell.go(out, |session, go_on| session.goto_cycle(cycle, go_on));
+    }
+    Ok(())
+}
+
+pub(super) fn reverse_last(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    last_write(shell, &format!("{args} go"), out)
+}
+
+/// The last change of a place, and where there is none the last write to its bytes.
+fn last(shell: &mut Shell, text: &str) -> Result<Option<(u64, Hit)>, String> {
+    let interrupted = |_| "interrupted".to_owned();
+    let expr = shell.session.scope.expr(text)?;
+    let place = expr.place(shell.session.target()).ok_or_else(|| format!("`{text}` is no place that is written"))?;
+    let bytes = match place {
+        Place::Memory { space, addr, bytes, .. } => Some((space, addr, u32::from(bytes))),
+        Place::Bit { space, addr, .. } => Some((space, addr, 1)),
+        Place::Pin(_) | Place::Reg(_) => None,
+        Place::Pc | Place::Cycle | Place::Instructions => {
+            return Err(format!("`{text}` changes with every instruction"));
+        }
+    };
+    let by_bytes = |shell: &mut Shell| {
+        let Some((space, addr, bytes)) = bytes else { return Ok(None) };
+        let width = shell.session.scope.chip().width(space).max(1);
+        let range = emu_debug::Range { space, start: addr / width, end: (addr + bytes).div_ceil(width) };
+        shell.session.last(What::Access(range, Access::Write), &mut shell.go_on()).map_err(interrupted)
+    };
+    let by_value = |shell: &mut Shell| {
+        let found = shell.session.last(What::Change(Expr::Place(place)), &mut shell.go_on()).map_err(interrupted)?;
+        Ok::<_, String>(found.map(|(cycle, hit)| (cycle, Hit { pc: writer(shell, cycle), ..hit })))
+    };
+    // Of a bit the byte is written for others too; of a register of the chip the value changes without a write.
+    if matches!(place, Place::Memory { .. }) {
+        let found = by_bytes(shell)?;
+        return if found.is_some() { Ok(found) } else { by_value(shell) };
+    }
+    let found = by_value(shell)?;
+    if found.is_some() { Ok(found) } else { by_bytes(shell) }
+}
+
+/// The program word of the instruction that ended at a cycle: found by going there, one back, and returning.
+fn writer(shell: &mut Shell, cycle: u64) -> u32 {
+    let now = shell.session.target().cycle();
+    let mut always = || true;
+    shell.session.goto_cycle(cycle, &mut always);
+    shell.session.back_stepi(1);
+    let pc = shell.session.target().pc();
+    shell.session.goto_cycle(now, &mut always);
+    pc
+}

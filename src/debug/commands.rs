@@ -1,0 +1,284 @@
+//! The table of commands, from which dispatch, help, completion and the page `docs/debug.md` are made.
+
+use super::shell::{Done, Shell};
+use super::{back, code, data, files, info, points, record, rungs, running};
+use crate::nearest::nearest;
+
+/// What an empty line does after a command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Repeat {
+    /// Nothing.
+    No,
+    /// The same again.
+    Same,
+    /// It goes on where it was.
+    On,
+}
+
+/// What a group of commands is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Group {
+    /// Running.
+    Run,
+    /// Breakpoints and watchpoints.
+    Points,
+    /// Values.
+    Data,
+    /// The program.
+    Code,
+    /// Ladder programs.
+    Ladder,
+    /// Back in time.
+    Back,
+    /// The session itself.
+    Session,
+}
+
+impl Group {
+    /// All, in their order.
+    pub const ALL: &[(Group, &'static str)] = &[
+        (Group::Run, "Running"),
+        (Group::Points, "Breakpoints and watchpoints"),
+        (Group::Data, "Values"),
+        (Group::Code, "The program"),
+        (Group::Ladder, "Ladder programs"),
+        (Group::Back, "Back in time"),
+        (Group::Session, "The session"),
+    ];
+}
+
+/// A command.
+pub struct Command {
+    /// Its name; any beginning of it that no other has will do.
+    pub name: &'static str,
+    /// Other names.
+    pub aliases: &'static [&'static str],
+    /// What follows it.
+    pub syntax: &'static str,
+    /// What it does, in a line.
+    pub help: &'static str,
+    /// What it is about.
+    pub group: Group,
+    /// What an empty line does after it.
+    pub repeat: Repeat,
+    /// Does it.
+    pub run: fn(&mut Shell, &str, &mut String) -> Done,
+}
+
+const fn command(
+    group: Group,
+    name: &'static str,
+    aliases: &'static [&'static str],
+    syntax: &'static str,
+    repeat: Repeat,
+    run: fn(&mut Shell, &str, &mut String) -> Done,
+    help: &'static str,
+) -> Command {
+    Command { name, aliases, syntax, help, group, repeat, run }
+}
+
+use Group::{Back, Code, Data, Ladder, Points, Run, Session};
+use Repeat::{No, On, Same};
+
+/// All commands, group by group.
+#[rustfmt::skip]
+pub const COMMANDS: &[Command] = &[
+    command(Run, "step",              &["s"],         "[COUNT]",     Same, running::step,          "to the next source line, into calls; service routines are run through; without lines an instruction"),
+    command(Run, "stepi",             &["si"],        "[COUNT]",     Same, running::stepi,         "one instruction, or one entry of an interrupt"),
+    command(Run, "next",              &["n"],         "[COUNT]",     Same, running::next,          "to the next source line, over calls; without lines an instruction"),
+    command(Run, "nexti",             &["ni"],        "[COUNT]",     Same, running::nexti,         "one instruction, over calls and interrupts"),
+    command(Run, "finish",            &["fin"],       "",            Same, running::finish,        "to where this subroutine or service routine returns to"),
+    command(Run, "until",             &["u"],         "[LOCATION]",  Same, running::until,         "to a location, or out of this subroutine; without one as next, but never back, so that it leaves loops"),
+    command(Run, "continue",          &["c", "fg"],   "[COUNT]",     Same, running::go_on,         "run until something stops it; with a count the breakpoint here is passed COUNT - 1 times"),
+    command(Run, "until-pin",         &["up"],        "PIN=LEVEL",   Same, running::until_pin,     "run until a pin comes to a level: until-pin PB5=1, or z where nothing drives it"),
+    command(Run, "run-to-cycle",      &[],            "CYCLE",       No,   running::run_to_cycle,  "run up to a machine cycle, or a time: run-to-cycle 16000, run-to-cycle 10ms, run-to-cycle $cycle+100"),
+    command(Run, "reset",             &[],            "[power|external|watchdog|brownout]", No, running::reset, "reset the chip; time goes on"),
+
+    command(Points, "break",          &["b", "br"],   "[LOCATION] [if EXPR]", No, points::set_break,   "stop before a location: 0x86, main, main.c:12, rung 3, rung 3.2 (an element), welder.ld:12; without one before the instruction that is next"),
+    command(Points, "tbreak",         &["tb"],        "[LOCATION] [if EXPR]", No, points::set_tbreak,  "the same, once"),
+    command(Points, "watch",          &["wa"],        "PLACE [if EXPR]",      No, points::watch,       "stop where a value has changed: memory, register, bit, pin, expression"),
+    command(Points, "rwatch",         &["rw"],        "PLACE [if EXPR]",      No, points::rwatch,      "stop where memory is read"),
+    command(Points, "awatch",         &["aw"],        "PLACE [if EXPR]",      No, points::awatch,      "stop where memory is read or written"),
+    command(Points, "condition",      &["cond"],      "NUMBER [EXPR]",        No, points::condition,   "a point stops only where EXPR is not 0; without one always"),
+    command(Points, "ignore",         &[],            "NUMBER COUNT",         No, points::ignore,      "a point passes over the next COUNT hits"),
+    command(Points, "commands",       &["comm"],      "[NUMBER]",             No, points::commands,    "the lines up to `end` are carried out when a point stops; `silent` first leaves out what a stop prints"),
+    command(Points, "delete",         &["d"],         "[NUMBER..]",           No, points::delete,      "delete points; without numbers all"),
+    command(Points, "enable",         &[],            "[NUMBER..]",           No, points::enable,      "points count again"),
+    command(Points, "disable",        &[],            "[NUMBER..]",           No, points::disable,     "points do not count"),
+
+    command(Data, "print",            &["p"],         "[/FORMAT] EXPR",       No, data::print,         "the value of an expression: registers, memory, bits, pins, symbols, operators of C; /x /d /u /o /t /c /a"),
+    command(Data, "set",              &[],            "PLACE = EXPR",         No, data::set,           "give a place another value: set r16 = 5, set PB0 = 1, set VCC=4.5V, set buf = buf + 1"),
+    command(Data, "x",                &[],            "[/FORMAT] PLACE",      On, data::examine,       "memory from a place on: x/8xb data:0x100; count, format (x d u o t c a i s), unit (b h w)"),
+    command(Data, "display",          &[],            "[/FORMAT] [EXPR]",     No, data::display,       "show an expression at every stop; without one show them all now"),
+    command(Data, "undisplay",        &[],            "[NUMBER..]",           No, data::undisplay,     "show it no more; without numbers none"),
+    command(Data, "assert",           &[],            "EXPR",                 No, data::assert,        "fail where EXPR is 0: a script ends with exit code 1"),
+
+    command(Code, "info",             &["i"],         "WHAT [..]",            No, info::info,          "what is known: info without more lists what there is"),
+    command(Code, "disas",            &["disassemble"], "[LOCATION] [COUNT]", On, code::disas,         "instructions from a location on; without one from where the function begins, or from the next one"),
+    command(Code, "list",             &["l"],         "[LOCATION]",           On, code::list,          "lines of the source"),
+    command(Code, "bt",               &["backtrace", "where"], "",             No, code::backtrace,     "the calls that led here, as far as the stack tells"),
+
+    command(Ladder, "scan",           &[],            "[COUNT]",   Same, rungs::scan,         "to where the next scan begins"),
+    command(Ladder, "rung",           &[],            "[COUNT]",   Same, rungs::rung,         "to where the next rung with code begins"),
+    command(Ladder, "element",        &["el"],        "[COUNT]",   Same, rungs::element,      "to where the next element with code begins"),
+    command(Ladder, "why",            &[],            "SYMBOL",    No,   rungs::why,          "what made a symbol what it is: the contacts that did, back through the scans"),
+
+    command(Back, "reverse-stepi",    &["rsi"],       "[COUNT]",   Same, back::stepi,        "one instruction back"),
+    command(Back, "reverse-step",     &["rs"],        "[COUNT]",   Same, back::step,         "back to where a source line begins, into calls"),
+    command(Back, "reverse-next",     &["rn"],        "[COUNT]",   Same, back::next,         "the same, over calls; without lines an instruction"),
+    command(Back, "reverse-continue", &["rc"],        "",          Same, back::go_on,        "back to the last hit of a point, or to the beginning"),
+    command(Back, "reverse-finish",   &["rfin"],      "",          Same, back::finish,       "back to before the call of this subroutine"),
+    command(Back, "goto-cycle",       &["gc"],        "CYCLE",     No,   back::goto_cycle,   "to a machine cycle or a time, back or forwards; points do not stop it"),
+    command(Back, "last-write",       &["lw"],        "PLACE [go]", No,  back::last_write,   "who gave a place its value last; with `go` goes to behind that instruction"),
+    command(Back, "reverse-last",     &["rl"],        "PLACE",     No,   back::reverse_last, "goes to where a place got its value last, as last-write with `go`"),
+
+    command(Session, "save",          &[],            "FILE",      No,   files::save,        "write the machine to a file, for `load` and for `emu run --snapshot-in`"),
+    command(Session, "load",          &[],            "FILE",      No,   files::load,        "go on from a machine that `save` or `emu run --snapshot-out` has written; a history begins there"),
+    command(Session, "source",        &[],            "FILE",      No,   files::source,      "carry out the commands of a file, up to the first that fails"),
+    command(Session, "record",        &[],            "FILE",      No,   record::record,     "write what was done from outside up to now as a scenario that does it again"),
+    command(Session, "echo",          &[],            "TEXT",      No,   files::echo,        "print a text"),
+    command(Session, "help",          &["h", "?"],    "[COMMAND]", No,   help,               "what a command does"),
+    command(Session, "quit",          &["q", "exit"], "[CODE]",    No,   files::quit,        "leave"),
+];
+
+/// The first word of a line and the rest: `x/8xb buf` is `x` and `/8xb buf`. Nothing where the line is empty or a comment.
+pub fn split(line: &str) -> Option<(&str, &str)> {
+    let line = line.trim();
+    if line.is_empty() || line.starts_with('#') {
+        return None;
+    }
+    let end = line
+        .char_indices()
+        .skip(1)
+        .find(|(_, c)| !c.is_ascii_alphanumeric() && *c != '-')
+        .map_or(line.len(), |(at, _)| at);
+    let (word, rest) = line.split_at(end);
+    Some((word, rest.trim()))
+}
+
+/// The command that a word stands for: a name, another name, or the beginning of one name only.
+///
+/// # Errors
+/// There is none, or there are several: a sentence that names them.
+pub fn find(word: &str) -> Result<&'static Command, String> {
+    let exact = COMMANDS.iter().find(|command| command.name == word || command.aliases.contains(&word));
+    if let Some(command) = exact {
+        return Ok(command);
+    }
+    let all: Vec<&Command> = COMMANDS.iter().filter(|command| command.name.starts_with(word)).collect();
+    match all.as_slice() {
+        [command] => Ok(command),
+        [] => {
+            let names = COMMANDS.iter().flat_map(|command| command.aliases.iter().chain([&command.name]).copied());
+            let near = nearest(word, names.filter(|name| name.len() > 1));
+            let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+            Err(format!("there is no command `{word}`{near} (`help` lists them)"))
+        }
+        several => {
+            let names: Vec<&str> = several.iter().map(|command| command.name).collect();
+            Err(format!("`{word}` could be {}", names.join(", ")))
+        }
+    }
+}
+
+/// `help`.
+fn help(_: &mut Shell, args: &str, out: &mut String) -> Done {
+    if !args.is_empty() {
+        let (word, rest) = split(args).unwrap_or((args, ""));
+        if find(word).is_ok_and(|command| command.name == "info") && rest.is_empty() {
+            info::list(out);
+            return Ok(());
+        }
+        return find(word).map(|command| tell(command, out));
+    }
+    for (group, title) in Group::ALL {
+        out.push_str(&format!("{title}:\n"));
+        COMMANDS.iter().filter(|command| command.group == *group).for_each(|command| tell(command, out));
+    }
+    out.push_str("A beginning of a name will do where it is clear; an empty line repeats.\n");
+    Ok(())
+}
+
+fn tell(command: &Command, out: &mut String) {
+    let names: Vec<&str> = std::iter::once(command.name).chain(command.aliases.iter().copied()).collect();
+    let head = format!("{} {}", names.join(", "), command.syntax);
+    out.push_str(&format!("  {:<34} {}\n", head.trim_end(), command.help));
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write;
+
+    use super::*;
+
+    /// The table of commands in `docs/debug.md`; EMU_BLESS=1 writes it anew.
+    #[test]
+    fn the_page_has_every_command() {
+        let mut table = String::new();
+        for (group, title) in Group::ALL {
+            _ = write!(table, "### {title}\n\n| command | also | what it does |\n|---|---|---|\n");
+            for command in COMMANDS.iter().filter(|command| command.group == *group) {
+                let syntax = format!("{} {}", command.name, command.syntax).replace('|', "\\|");
+                let also: Vec<String> = command.aliases.iter().map(|alias| format!("`{alias}`")).collect();
+                _ = writeln!(table, "| `{}` | {} | {} |", syntax.trim(), also.join(" "), command.help);
+            }
+            table.push('\n');
+        }
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/debug.md");
+        let page = std::fs::read_to_string(&file).expect("the page");
+        let (before, rest) = page.split_once("## Commands\n\n").expect("a part with the commands");
+        let (_, behind) = rest.split_once("## Places and expressions\n").expect("a part behind it");
+        let wanted = format!("{before}## Commands\n\n{table}## Places and expressions\n{behind}");
+        if std::env::var_os("EMU_BLESS").is_some() {
+            std::fs::write(&file, &wanted).expect("the page is written");
+        } else {
+            assert!(page == wanted, "docs/debug.md is not up to date: EMU_BLESS=1 writes it");
+        }
+    }
+
+    #[test]
+    fn names_are_found_by_their_beginnings() {
+        let rows = [
+            ("s", "step"),
+            ("si", "stepi"),
+            ("n", "next"),
+            ("ni", "nexti"),
+            ("c", "continue"),
+            ("cont", "continue"),
+            ("b", "break"),
+            ("p", "print"),
+            ("i", "info"),
+            ("x", "x"),
+            ("u", "until"),
+            ("fin", "finish"),
+            ("rsi", "reverse-stepi"),
+            ("rs", "reverse-step"),
+            ("rn", "reverse-next"),
+            ("rc", "reverse-continue"),
+            ("wat", "watch"),
+            ("disp", "display"),
+            ("l", "list"),
+            ("d", "delete"),
+            ("q", "quit"),
+            ("lw", "last-write"),
+            ("undisp", "undisplay"),
+            ("info", "info"),
+        ];
+        for (word, wanted) in rows {
+            assert_eq!(find(word).map(|command| command.name), Ok(wanted), "{word}");
+        }
+        assert!(find("re").is_err_and(|why| why.contains("reset, reverse-stepi")));
+        assert_eq!(split("x/8xb buf"), Some(("x", "/8xb buf")));
+        assert_eq!(split("# nothing"), None);
+    }
+
+    /// No two commands answer to one name.
+    #[test]
+    fn names_are_taken_once() {
+        let mut names: Vec<&str> = COMMANDS.iter().flat_map(|c| c.aliases.iter().chain([&c.name]).copied()).collect();
+        let all = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), all);
+    }
+}

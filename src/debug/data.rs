@@ -1,0 +1,320 @@
+//! Commands about values: print, set, x, display, assert.
+
+use emu_core::pins::{PinId, Time};
+use emu_debug::Range;
+use emu_debug::debug::{Action, Expr, Place};
+use emu_debug::stimulus::{Drive, put};
+
+use super::numbers::{Format, hex, shown};
+use super::shell::{Done, Shell};
+use crate::avr;
+
+/// Most units that one `x` shows.
+const MOST: u32 = 1 << 16;
+
+/// An expression that every stop shows.
+pub struct Display {
+    id: u32,
+    text: String,
+    format: Format,
+    /// Nothing for a place that is examined as `x` does it.
+    expr: Option<Expr>,
+}
+
+/// Where `x` goes on.
+#[derive(Debug, Clone, Copy)]
+pub struct Examined {
+    space: &'static str,
+    /// Address as the memory counts.
+    addr: u32,
+    format: Format,
+}
+
+pub(super) fn print(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let (format, text) = Format::take(args)?;
+    if text.is_empty() {
+        return Err("what is to be printed? print r16, print buf, print $cycle / 2".to_owned());
+    }
+    if matches!(format.letter, Some('s' | 'i')) {
+        return examine(shell, args, out);
+    }
+    let expr = shell.session.scope.expr(text)?;
+    out.push_str(&format!("{text} = {}\n", shell.shown(&expr, format)));
+    Ok(())
+}
+
+impl Shell {
+    /// The value of an expression: in hex and as a number, as far as those differ, or as a format has it.
+    pub(super) fn shown(&self, expr: &Expr, format: Format) -> String {
+        let target = self.session.target();
+        let place = expr.place(target);
+        let Some(value) = expr.value(target) else {
+            return if matches!(place, Some(Place::Pin(_))) { "floats" } else { "nothing" }.to_owned();
+        };
+        let bytes = match place {
+            Some(Place::Memory { bytes, .. }) => bytes.into(),
+            Some(Place::Bit { .. } | Place::Reg(_)) => 1,
+            _ if (0..0x1_0000).contains(&value) => 2,
+            _ => 8,
+        };
+        let bytes = if value > 0xFF && bytes == 1 { 2 } else { bytes };
+        match format.letter {
+            Some('a') => match u32::try_from(value).ok().and_then(|address| self.word_of(address)) {
+                Some(word) => self.session.scope.source().place(word),
+                None => hex(value, 2),
+            },
+            Some(letter) => shown(value, letter, bytes).unwrap_or_else(|| value.to_string()),
+            None if place == Some(Place::Pc) => {
+                match u32::try_from(value).ok().and_then(|address| self.word_of(address)) {
+                    Some(word) => self.session.scope.source().place(word),
+                    None => hex(value, 4),
+                }
+            }
+            None if (0..10).contains(&value) => value.to_string(),
+            None if matches!(place, Some(Place::Cycle | Place::Instructions)) => value.to_string(),
+            None => format!("{} ({value})", hex(value, 2)),
+        }
+    }
+
+    /// The program word of an address as users write it.
+    pub(super) fn word_of(&self, address: u32) -> Option<u32> {
+        let chip = self.session.scope.chip();
+        let word = address / chip.code_address(1).max(1);
+        (word < chip.flash / chip.word_bytes.max(1)).then_some(word)
+    }
+
+    /// What is shown at every stop.
+    pub(super) fn show_displays(&mut self, out: &mut String) {
+        for display in &self.displays {
+            match &display.expr {
+                Some(expr) => {
+                    let value = self.shown(expr, display.format);
+                    out.push_str(&format!("{}: {} = {value}\n", display.id, display.text));
+                }
+                None => {
+                    out.push_str(&format!("{}: {}\n", display.id, display.text));
+                    let lines = self.start(&display.text, display.format).and_then(|at| self.lines(at));
+                    out.push_str(&lines.map_or_else(|why| format!("{why}\n"), |(text, _)| text));
+                }
+            }
+        }
+    }
+
+    /// Where an examination begins.
+    fn start(&self, text: &str, format: Format) -> Result<Examined, String> {
+        let chip = self.session.scope.chip();
+        if format.letter == Some('i') {
+            let words = self.location(text)?;
+            let word = words.first().copied().unwrap_or_default();
+            return Ok(Examined { space: chip.code, addr: chip.code_address(word), format });
+        }
+        let scope = &self.session.scope;
+        let text = text.trim().trim_start_matches('&');
+        if let Ok(Range { space, start, .. }) = scope.range(text) {
+            return Ok(Examined { space, addr: start, format });
+        }
+        let value = self.value(text)?;
+        let addr = u32::try_from(value).map_err(|_| format!("`{text}` is no address: {value}"))?;
+        Ok(Examined { space: chip.ram, addr, format })
+    }
+
+    /// The lines of an examination, and where it goes on.
+    fn lines(&self, at: Examined) -> Result<(String, Examined), String> {
+        let Examined { space, addr, format } = at;
+        let letter = format.letter.unwrap_or('x');
+        let count = format.count.unwrap_or(1).min(MOST);
+        match letter {
+            'i' => {
+                let (text, word) = self.instructions(self.word_of(addr).unwrap_or_default(), count);
+                Ok((text, Examined { addr: self.session.scope.chip().code_address(word), ..at }))
+            }
+            's' => self.texts(at, count),
+            _ => self
+                .cells((space, addr), (letter, count, format.unit))
+                .map(|(text, addr)| (text, Examined { addr, ..at })),
+        }
+    }
+
+    /// Numbers of a memory.
+    fn cells(
+        &self,
+        (space, first): (&'static str, u32),
+        (letter, count, unit): (char, u32, Option<u32>),
+    ) -> Result<(String, u32), String> {
+        let chip = self.session.scope.chip();
+        let width = chip.width(space);
+        let unit = unit.unwrap_or(width).max(width);
+        let (mut text, mut addr) = (String::new(), first);
+        let columns = (16 / unit).clamp(1, 8);
+        for n in 0..count {
+            let start = addr.checked_mul(width).ok_or("that is no address")?;
+            let bytes: Option<Vec<u8>> =
+                (0..unit).map(|i| self.session.target().peek(space, start.checked_add(i)?)).collect();
+            let Some(bytes) = bytes else {
+                return match n {
+                    0 => Err(format!("there is nothing at {space}:0x{addr:x}")),
+                    _ => Ok((format!("{}\n", text.trim_end()), addr)),
+                };
+            };
+            if n % columns == 0 {
+                let end = if n == 0 { "" } else { "\n" };
+                let name = self.session.scope.source().names.object(space, start);
+                let name = name.map_or(String::new(), |name| format!(" <{name}>"));
+                text.push_str(&format!("{end}{space}:0x{addr:04x}{name}:"));
+            }
+            let value = bytes.iter().rev().fold(0i64, |high, low| high << 8 | i64::from(*low));
+            let shown = match letter {
+                'a' => self.word_of(value as u32).map(|word| self.session.scope.source().place(word)),
+                _ => shown(value, letter, unit),
+            };
+            text.push_str(&format!(" {}", shown.unwrap_or_else(|| hex(value, 2))));
+            addr += unit / width;
+        }
+        Ok((format!("{text}\n"), addr))
+    }
+
+    /// Texts that end with a 0.
+    fn texts(&self, at: Examined, count: u32) -> Result<(String, Examined), String> {
+        const LONGEST: usize = 200;
+        let (mut text, mut addr) = (String::new(), at.addr);
+        for _ in 0..count {
+            let (start, mut bytes) = (addr, Vec::new());
+            loop {
+                let byte = self.session.target().peek(at.space, addr);
+                addr = addr.saturating_add(1);
+                match byte {
+                    None | Some(0) => break,
+                    Some(byte) => bytes.push(byte),
+                }
+                if bytes.len() >= LONGEST {
+                    break;
+                }
+            }
+            text.push_str(&format!("{}:0x{start:04x}: {}\n", at.space, emu_debug::text::escape(&bytes)));
+        }
+        Ok((text, Examined { addr, ..at }))
+    }
+}
+
+pub(super) fn examine(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let (format, text) = Format::take(args)?;
+    let at = match (text, shell.examined) {
+        ("", Some(last)) => {
+            let or = |new: Option<u32>, old: Option<u32>| new.or(old);
+            let unit = or(format.unit, last.format.unit);
+            let format = Format { count: format.count, letter: format.letter.or(last.format.letter), unit };
+            Examined { format, ..last }
+        }
+        ("", None) => return Err("where? x/8xb data:0x100, x/4i $pc".to_owned()),
+        _ => shell.start(text, format)?,
+    };
+    let (text, next) = shell.lines(at)?;
+    out.push_str(&text);
+    shell.examined = Some(next);
+    Ok(())
+}
+
+pub(super) fn set(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let wanted = || "write what gets which value: set r16 = 5, set PB0 = 1, set VCC=4.5V".to_owned();
+    // `set var x = 1`, as gdb has it.
+    let args = args.strip_prefix("var ").unwrap_or(args);
+    let (name, value) = args.split_once('=').ok_or_else(wanted)?;
+    let (name, value) = (name.trim(), value.trim());
+    // An input of a ladder program is its pin: the memory where it is latched is written anew by every scan.
+    let own = shell.view.as_ref().map_or_else(|| name.to_owned(), |view| super::ladder::own_pin(view, name));
+    let name = own.as_str();
+    if name.is_empty() || value.is_empty() || value.starts_with('=') {
+        return Err(wanted());
+    }
+    let scope = &shell.session.scope;
+    let chip = scope.chip();
+    let text = avr::own_name(chip, &scope.source().names.with_channel(&format!("{name}={value}")));
+    let pin = pin_of(shell, name);
+    // Levels, resistors and voltages come to pins and to the supply as with --set.
+    let expr = scope.expr(name);
+    if pin.is_some() || expr.is_err() {
+        let value = if pin.is_some() {
+            shell.value(value).map_or(value.to_owned(), |value| value.to_string())
+        } else {
+            String::new()
+        };
+        let text = match pin {
+            Some(pin) => format!("{}={value}", chip.pins.get(usize::from(pin)).map_or("", |pin| pin.name)),
+            None => text,
+        };
+        return match put(chip, &text) {
+            Ok(what) => {
+                let at = Time::at(shell.session.target().cycle());
+                shell.session.act(Action::Drive(Drive { at, put: what }))
+            }
+            Err(why) if pin.is_some() => Err(why),
+            Err(_) => Err(expr.err().unwrap_or_default()),
+        };
+    }
+    let place = expr?.place(shell.session.target());
+    let place = place.ok_or_else(|| format!("`{name}` is no place that can be set"))?;
+    let value = shell.value(value)?;
+    shell.session.act(Action::Set(place, value))?;
+    shell.registers = shell.core_registers();
+    if place == Place::Pc {
+        shell.here(out);
+    }
+    Ok(())
+}
+
+/// The pin that a name stands for.
+fn pin_of(shell: &Shell, name: &str) -> Option<PinId> {
+    match shell.session.scope.expr(name) {
+        Ok(Expr::Place(Place::Pin(pin))) => Some(pin),
+        _ => None,
+    }
+}
+
+pub(super) fn display(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let (format, text) = Format::take(args)?;
+    if text.is_empty() {
+        shell.show_displays(out);
+        return Ok(());
+    }
+    let examined = format.letter == Some('i') || format.letter == Some('s') || format.count.is_some();
+    let expr = if examined {
+        shell.start(text, format)?;
+        None
+    } else {
+        Some(shell.session.scope.expr(text)?)
+    };
+    shell.displayed += 1;
+    let id = shell.displayed;
+    shell.displays.push(Display { id, text: text.to_owned(), format, expr });
+    let shown = shell.displays.split_off(shell.displays.len() - 1);
+    let others = std::mem::replace(&mut shell.displays, shown);
+    shell.show_displays(out);
+    let shown = std::mem::replace(&mut shell.displays, others);
+    shell.displays.extend(shown);
+    Ok(())
+}
+
+pub(super) fn undisplay(shell: &mut Shell, args: &str, _: &mut String) -> Done {
+    if args.is_empty() {
+        shell.displays.clear();
+    }
+    for number in args.split_whitespace() {
+        let before = shell.displays.len();
+        shell.displays.retain(|display| display.id.to_string() != number);
+        if shell.displays.len() == before {
+            return Err(format!("there is no display {number}; `display` shows them"));
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn assert(shell: &mut Shell, args: &str, _: &mut String) -> Done {
+    if args.is_empty() {
+        return Err("what is to hold? assert PB5 == 1".to_owned());
+    }
+    match shell.session.scope.expr(args)?.value(shell.session.target()) {
+        Some(0) => Err(format!("the assertion does not hold at cycle {}: {args}", shell.session.target().cycle())),
+        Some(_) => Ok(()),
+        None => Err(format!("the assertion has no value at cycle {}: {args}", shell.session.target().cycle())),
+    }
+}

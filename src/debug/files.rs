@@ -1,0 +1,85 @@
+//! Commands about the session itself: scripts, leaving.
+
+use emu_debug::snapshot;
+
+use super::shell::{Done, Flow, Shell};
+use crate::codes::reason;
+use crate::fail::Failure;
+use crate::input;
+use crate::report::Texts;
+
+/// How deep scripts may call each other up.
+const DEEPEST: u32 = 20;
+
+pub(super) fn source(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    if args.is_empty() {
+        return Err("the name of a file is missing".to_owned());
+    }
+    let bytes = input::read(args).map_err(|error| format!("{args} cannot be read: {}", reason(&error)))?;
+    let text = String::from_utf8(bytes).map_err(|_| format!("{args} is no text"))?;
+    shell.script(args, &text, &mut |_| {}, out)
+}
+
+impl Shell {
+    /// Carries out the lines of a script, up to the first that fails; `tell` is given each before it.
+    pub fn script(&mut self, name: &str, text: &str, tell: &mut dyn FnMut(&str), out: &mut String) -> Done {
+        if self.nesting >= DEEPEST {
+            return Err(format!("{name}: scripts are nested too deeply"));
+        }
+        self.nesting += 1;
+        let done = (1..).zip(text.lines()).try_for_each(|(number, line)| {
+            if self.leave.is_some() || line.trim().is_empty() {
+                return Ok(());
+            }
+            tell(line);
+            match self.execute(line, out) {
+                Flow::Failed(why) => Err(format!("{name}:{number}: {why}")),
+                _ => Ok(()),
+            }
+        });
+        self.nesting -= 1;
+        done
+    }
+}
+
+/// `save`.
+pub(super) fn save(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let (file, cycle) = (named(args)?, shell.session.target().cycle());
+    shell.session.bare()?;
+    shell.shelf.write(file, cycle, &shell.session.save()).map_err(|failure| failure.sentence())?;
+    out.push_str(&format!("{file} has the machine at cycle {cycle}\n"));
+    Ok(())
+}
+
+/// `load`.
+pub(super) fn load(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let file = named(args)?;
+    shell.session.bare()?;
+    let sentence = |failure: Failure| failure.sentence();
+    let refused = |fault| sentence(Failure::Refused(vec![fault], Texts::default()));
+    let bytes = input::bytes(file).map_err(sentence)?;
+    let (cycle, state) = snapshot::read_for(file, &bytes, &shell.shelf.head).map_err(refused)?;
+    shell.session.load(state, cycle).map_err(|_| refused(snapshot::no_state(file)))?;
+    shell.begun(out);
+    Ok(())
+}
+
+/// The file that a command names; standard input and output are the user's.
+fn named(args: &str) -> Result<&str, String> {
+    match args {
+        "" => Err("the name of a file is missing".to_owned()),
+        "-" => Err("write the name of a file; - is none here".to_owned()),
+        file => Ok(file),
+    }
+}
+
+pub(super) fn echo(_: &mut Shell, args: &str, out: &mut String) -> Done {
+    out.push_str(&format!("{args}\n"));
+    Ok(())
+}
+
+pub(super) fn quit(shell: &mut Shell, args: &str, _: &mut String) -> Done {
+    let code = if args.is_empty() { i64::from(shell.code()) } else { shell.value(args)? };
+    shell.leave = Some(u8::try_from(code).map_err(|_| format!("{code} is no exit code; those are 0 to 255"))?);
+    Ok(())
+}

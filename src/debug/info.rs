@@ -1,0 +1,204 @@
+//! `info`: what is known of the machine and of the session.
+
+use emu_core::chip::{Chip, Family};
+
+use super::numbers::hex;
+use super::shell::{Done, Shell};
+use super::stop::level;
+use super::{points, rungs};
+
+/// Something that `info` tells of.
+struct Topic {
+    name: &'static str,
+    help: &'static str,
+    tell: fn(&mut Shell, &str, &mut String) -> Done,
+}
+
+/// All of them.
+#[rustfmt::skip]
+const TOPICS: &[Topic] = &[
+    Topic { name: "registers",   help: "registers of the core; with names those, of the chip too", tell: registers },
+    Topic { name: "break",       help: "breakpoints and watchpoints",                             tell: |shell, _, out| { points::list(shell, out); Ok(()) } },
+    Topic { name: "pins",        help: "levels of the pins",                                      tell: pins },
+    Topic { name: "timers",      help: "registers of the timers",                                 tell: |shell, _, out| part(shell, Part::Timers, out) },
+    Topic { name: "uart",        help: "registers of the serial port",                            tell: |shell, _, out| part(shell, Part::Uart, out) },
+    Topic { name: "interrupts",  help: "registers of the interrupts, and their vectors",          tell: interrupts },
+    Topic { name: "stack",       help: "the stack, and the calls that it tells of",               tell: stack },
+    Topic { name: "cycle",       help: "time, instructions, scans, and how far back it goes",     tell: cycle },
+    Topic { name: "rung",        help: "the rung that is next, or that of a number, with its power flow", tell: rungs::info },
+    Topic { name: "symbols",     help: "symbols of the program; with a text those that have it",  tell: symbols },
+    Topic { name: "display",     help: "what every stop shows",                                   tell: |shell, _, out| { shell.show_displays(out); Ok(()) } },
+];
+
+/// Parts of a chip, by their registers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Timers,
+    Uart,
+    Interrupts,
+}
+
+/// With what the names of the registers of a part begin, by family. A `#` stands for a digit at the end or nothing.
+#[rustfmt::skip]
+const PARTS: &[(Family, Part, &[&str])] = &[
+    (Family::Avr,   Part::Timers,     &["TCCR", "TCNT", "OCR", "ICR", "TIMSK", "TIFR", "ETIMSK", "ETIFR", "ASSR", "GTCCR", "SFIOR"]),
+    (Family::Avr,   Part::Uart,       &["UDR", "UCSR", "UBRR"]),
+    (Family::Avr,   Part::Interrupts, &["EIMSK", "EIFR", "EICR", "PCICR", "PCIFR", "PCMSK", "GICR", "GIFR", "TIMSK", "TIFR"]),
+    (Family::Mcs51, Part::Timers,     &["TCON", "TMOD", "TL", "TH", "T2CON", "T2MOD", "RCAP2"]),
+    (Family::Mcs51, Part::Uart,       &["SCON", "SBUF", "PCON"]),
+    (Family::Mcs51, Part::Interrupts, &["IE", "IP", "TCON", "SCON"]),
+    (Family::Pic16, Part::Timers,     &["OPTION_REG", "TMR", "T1CON", "T2CON", "PR2", "CCP"]),
+    (Family::Pic16, Part::Uart,       &["TXSTA", "RCSTA", "TXREG", "RCREG", "SPBRG"]),
+    (Family::Pic16, Part::Interrupts, &["INTCON", "PIE", "PIR"]),
+];
+
+/// `info`.
+pub(super) fn info(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let (word, rest) = args.split_once(char::is_whitespace).unwrap_or((args, ""));
+    if word.is_empty() {
+        list(out);
+        return Ok(());
+    }
+    // The first will do, as `i r` and `i b` do in gdb.
+    match TOPICS.iter().find(|topic| topic.name.starts_with(word)) {
+        Some(topic) => (topic.tell)(shell, rest.trim(), out),
+        None => Err(format!("there is no `info {word}`; there are {}", names().collect::<Vec<_>>().join(", "))),
+    }
+}
+
+/// Names of what `info` tells of.
+pub(super) fn names() -> impl Iterator<Item = &'static str> {
+    TOPICS.iter().map(|topic| topic.name)
+}
+
+/// What there is.
+pub(super) fn list(out: &mut String) {
+    TOPICS.iter().for_each(|topic| out.push_str(&format!("  info {:<12} {}\n", topic.name, topic.help)));
+}
+
+fn registers(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    if !args.is_empty() {
+        for name in args.split_whitespace() {
+            let name = name.trim_start_matches('$');
+            let expr = shell.session.scope.expr(name)?;
+            out.push_str(&format!("{name} = {}\n", shell.shown(&expr, Default::default())));
+        }
+        return Ok(());
+    }
+    let (chip, target) = (shell.session.scope.chip(), shell.session.target());
+    let values: Vec<String> = chip
+        .cpu_regs
+        .iter()
+        .filter(|name| **name != "PC")
+        .filter_map(|name| Some(format!("{name:<6} {}", hex(target.reg(name)?.into(), 2))))
+        .collect();
+    columns(&values, 8, out);
+    out.push_str(&format!("PC     {}\n", shell.session.scope.source().place(target.pc())));
+    Ok(())
+}
+
+/// Texts in columns, row by row.
+fn columns(values: &[String], count: usize, out: &mut String) {
+    let width = values.iter().map(|value| value.chars().count()).max().unwrap_or(0) + 2;
+    for row in values.chunks(count) {
+        let line: String = row.iter().map(|value| format!("{value:<width$}")).collect();
+        out.push_str(line.trim_end());
+        out.push('\n');
+    }
+}
+
+fn pins(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    const MANY: usize = 100;
+    let (chip, target) = (shell.session.scope.chip(), shell.session.target());
+    let all = chip.pins.iter().zip(0..).filter(|(_, id)| target.has_pin(*id));
+    let wanted = |name: &str| args.is_empty() || name.to_ascii_lowercase().starts_with(&args.to_ascii_lowercase());
+    // Of a controller with hundreds of channels those that are on.
+    let few = chip.pins.len() < MANY || !args.is_empty();
+    let values: Vec<String> = all
+        .map(|(pin, id)| (pin.name, level(target.level(id))))
+        .filter(|(name, level)| wanted(name) && (few || *level == "1"))
+        .map(|(name, level)| format!("{name}={level}"))
+        .collect();
+    if values.is_empty() {
+        out.push_str(if few { "no such pin\n" } else { "no channel is on\n" });
+    }
+    columns(&values, 8, out);
+    Ok(())
+}
+
+/// Names and values of the registers of a part.
+fn part(shell: &mut Shell, part: Part, out: &mut String) -> Done {
+    let (chip, target) = (shell.session.scope.chip(), shell.session.target());
+    let prefixes = PARTS.iter().find(|(family, of, _)| (*family, *of) == (chip.family, part)).map(|row| row.2);
+    let Some(prefixes) = prefixes else {
+        out.push_str(&format!("{} has no registers of that kind\n", chip.name));
+        return Ok(());
+    };
+    let of = |name: &str| prefixes.iter().any(|prefix| name.starts_with(prefix));
+    let regs = chip.regs.iter().filter(|reg| of(reg.name));
+    let values: Vec<String> = regs
+        .filter_map(|reg| {
+            let value = target.peek(chip.reg_space, u32::from(reg.addr))?;
+            Some(format!("{:<7} {}", reg.name, hex(value.into(), 2)))
+        })
+        .collect();
+    columns(&values, 6, out);
+    Ok(())
+}
+
+fn interrupts(shell: &mut Shell, _: &str, out: &mut String) -> Done {
+    part(shell, Part::Interrupts, out)?;
+    let chip: &Chip = shell.session.scope.chip();
+    for (n, name) in (0u32..).zip(chip.vectors) {
+        let word = n * chip.vector_words;
+        out.push_str(&format!("{n:>3}  {name:<14} 0x{:04x}\n", chip.code_address(word)));
+    }
+    Ok(())
+}
+
+fn stack(shell: &mut Shell, _: &str, out: &mut String) -> Done {
+    let target = shell.session.target();
+    match target.reg("SP") {
+        Some(sp) => out.push_str(&format!("SP = {}\n", hex(sp.into(), 2))),
+        None => out.push_str(&format!("depth {}\n", target.depth())),
+    }
+    super::code::backtrace(shell, "", out)
+}
+
+fn cycle(shell: &mut Shell, _: &str, out: &mut String) -> Done {
+    let (session, target) = (&shell.session, shell.session.target());
+    let clock = session.clock();
+    out.push_str(&format!("cycle         {}\n", target.cycle()));
+    out.push_str(&format!("time          {} s at {} Hz\n", clock.seconds(target.cycle()), clock.hz));
+    out.push_str(&format!("instructions  {}\n", target.instructions()));
+    if let Some(scan) = session.scan() {
+        out.push_str(&format!("scan          {scan}\n"));
+    }
+    let deeds = session.deeds().count();
+    if deeds > 0 {
+        out.push_str(&format!("done to it    {deeds} times, from outside\n"));
+    }
+    Ok(())
+}
+
+fn symbols(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    rungs::values(shell, args, out);
+    let scope = &shell.session.scope;
+    let mut lines: Vec<String> = scope
+        .symbols
+        .iter()
+        .filter(|symbol| symbol.name.contains(args))
+        .map(|symbol| {
+            let width = scope.chip().width(symbol.space);
+            let size = if symbol.size > 0 { format!(", {} bytes", symbol.size) } else { String::new() };
+            format!("{}:0x{:04x} {}{size}\n", symbol.space, symbol.addr / width, symbol.name)
+        })
+        .collect();
+    lines.sort();
+    lines.dedup();
+    if lines.is_empty() && shell.view.is_none() {
+        lines.push("no symbols\n".to_owned());
+    }
+    lines.iter().for_each(|line| out.push_str(line));
+    Ok(())
+}

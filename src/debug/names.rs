@@ -1,0 +1,28 @@
+//! What a word that is being typed may become.
+
+use super::commands::COMMANDS;
+use super::info;
+use super::shell::Shell;
+
+impl Shell {
+    /// Names of commands.
+    pub fn command_names(&self) -> Vec<String> {
+        COMMANDS.iter().map(|command| command.name.to_owned()).collect()
+    }
+
+    /// Names that may follow a command: registers, pins, symbols, and what `info` tells of.
+    pub fn names(&self) -> Vec<String> {
+        const MANY: usize = 100;
+        let scope = &self.session.scope;
+        let chip = scope.chip();
+        let pins = chip.pins.iter().filter(|pin| pin.dip != 0).map(|pin| pin.name).take(MANY);
+        let registers = chip.cpu_regs.iter().copied().chain(chip.regs.iter().map(|reg| reg.name));
+        let own = registers.chain(pins).chain(info::names()).map(str::to_owned);
+        let symbols = scope.symbols.iter().map(|symbol| symbol.name.clone());
+        let ladder = scope.ladder.iter().map(|(name, _)| name.clone());
+        let mut names: Vec<String> = own.chain(symbols).chain(ladder).collect();
+        names.sort();
+        names.dedup();
+        names
+    }
+}

@@ -1,0 +1,66 @@
+//! Numbers as people read them.
+
+/// A number in hex with at least so many digits; a negative one with its sign.
+pub(super) fn hex(value: i64, digits: usize) -> String {
+    let sign = if value < 0 { "-" } else { "" };
+    format!("{sign}0x{:0digits$x}", value.unsigned_abs())
+}
+
+/// A number as it is where it has one digit, else in hex.
+pub(super) fn brief(value: i64) -> String {
+    if (0..10).contains(&value) { value.to_string() } else { hex(value, 2) }
+}
+
+/// A count, a format and a unit, as `/8xb` gives them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Format {
+    /// How many.
+    pub count: Option<u32>,
+    /// `x d u o t c a s i`.
+    pub letter: Option<char>,
+    /// Bytes of a unit.
+    pub unit: Option<u32>,
+}
+
+impl Format {
+    /// Takes a format off the front of the words behind a command.
+    ///
+    /// # Errors
+    /// A letter that is none.
+    pub fn take(args: &str) -> Result<(Format, &str), String> {
+        let Some(rest) = args.strip_prefix('/') else { return Ok((Format::default(), args)) };
+        let end = rest.find(char::is_whitespace).unwrap_or(rest.len());
+        let (text, rest) = rest.split_at(end);
+        let digits = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+        let mut format = Format::default();
+        if digits > 0 {
+            format.count = Some(text[..digits].parse().map_err(|_| format!("`{text}` is no count"))?);
+        }
+        for letter in text[digits..].chars() {
+            match letter {
+                'x' | 'd' | 'u' | 'o' | 't' | 'c' | 'a' | 's' | 'i' => format.letter = Some(letter),
+                'b' => format.unit = Some(1),
+                'h' => format.unit = Some(2),
+                'w' => format.unit = Some(4),
+                _ => return Err(format!("`{letter}` is no format; there are x d u o t c a s i, and the units b h w")),
+            }
+        }
+        Ok((format, rest.trim_start()))
+    }
+}
+
+/// A value of so many bytes as a format has it; nothing for one that is not of single values.
+pub(super) fn shown(value: i64, letter: char, bytes: u32) -> Option<String> {
+    let bits = 8 * bytes.clamp(1, 8);
+    let unsigned = if bits < 64 { value & ((1 << bits) - 1) } else { value };
+    let signed = value << (64 - bits) >> (64 - bits);
+    Some(match letter {
+        'x' => hex(unsigned, 2 * bytes as usize),
+        'd' => signed.to_string(),
+        'u' => unsigned.to_string(),
+        'o' => format!("0{unsigned:o}"),
+        't' => format!("0b{unsigned:0width$b}", width = bits as usize),
+        'c' => format!("{unsigned} '{}'", emu_debug::text::escape(&[unsigned as u8]).trim_matches('"')),
+        _ => return None,
+    })
+}

@@ -1,0 +1,206 @@
+//! Commands about breakpoints and watchpoints.
+
+use emu_debug::debug::{Access, Expr, Place, What};
+use emu_debug::stimulus::pin_level;
+
+use super::shell::{Done, Shell};
+
+/// Splits off the condition of `LOCATION if EXPR`.
+fn with_condition(args: &str) -> (&str, Option<&str>) {
+    let found = args.strip_prefix("if ").map(|condition| ("", condition));
+    let found = found.or_else(|| args.split_once(" if "));
+    found.map_or((args.trim(), None), |(place, condition)| (place.trim(), Some(condition.trim())))
+}
+
+pub(super) fn set_break(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    code_point(shell, args, false, out)
+}
+
+pub(super) fn set_tbreak(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    code_point(shell, args, true, out)
+}
+
+fn code_point(shell: &mut Shell, args: &str, temporary: bool, out: &mut String) -> Done {
+    let (place, condition) = with_condition(args);
+    let words = if place.is_empty() { vec![shell.session.target().pc()] } else { shell.location(place)? };
+    let places: Vec<String> = words.iter().map(|word| shell.spot(*word)).collect();
+    let text = if place.is_empty() || place.starts_with(['*', '$']) {
+        places.first().cloned().unwrap_or_default()
+    } else {
+        place.to_owned()
+    };
+    let id = added(shell, What::Code(words), &text, condition, temporary)?;
+    let kind = if temporary { "Temporary breakpoint" } else { "Breakpoint" };
+    out.push_str(&format!("{kind} {id} at {}\n", places.join(", ")));
+    Ok(())
+}
+
+/// Adds a point with its condition, which is read first.
+fn added(shell: &mut Shell, what: What, text: &str, condition: Option<&str>, temporary: bool) -> Result<u32, String> {
+    let condition = condition.map(|text| shell.session.scope.expr(text)).transpose()?;
+    let id = shell.session.points.add(what, text, temporary);
+    if let Some(point) = shell.session.points.get_mut(id) {
+        point.condition = condition;
+    }
+    Ok(id)
+}
+
+pub(super) fn watch(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let (text, condition) = with_condition(args);
+    if text.is_empty() {
+        return Err("what is to be watched? memory, a register, a bit, a pin: watch buf".to_owned());
+    }
+    let what = watched(shell, text)?;
+    let id = added(shell, what, text, condition, false)?;
+    out.push_str(&format!("Watchpoint {id}: {text}\n"));
+    Ok(())
+}
+
+/// A pin by its edges, anything else by its value; `PB5=1` waits for a level.
+fn watched(shell: &Shell, text: &str) -> Result<What, String> {
+    let scope = &shell.session.scope;
+    if let Some((name, level)) =
+        text.split_once('=').filter(|(name, level)| !name.ends_with(['=', '!', '<', '>']) && !level.starts_with('='))
+    {
+        let Expr::Place(Place::Pin(pin)) = scope.expr(name)? else {
+            return Err(format!("`{}` is no pin; write watch {} if {text}=..", name.trim(), name.trim()));
+        };
+        let name = scope.chip().pins.get(usize::from(pin)).map_or("", |pin| pin.name);
+        return Ok(What::Pin(pin, Some(pin_level(scope.chip(), &format!("{name}={}", level.trim()))?.1)));
+    }
+    Ok(match scope.expr(text)? {
+        Expr::Place(Place::Pin(pin)) => What::Pin(pin, None),
+        Expr::Place(Place::Cycle | Place::Instructions) => {
+            return Err("time changes with every instruction; run-to-cycle stops at one".to_owned());
+        }
+        expr => What::Change(expr),
+    })
+}
+
+pub(super) fn rwatch(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    access(shell, args, Access::Read, out)
+}
+
+pub(super) fn awatch(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    access(shell, args, Access::Any, out)
+}
+
+fn access(shell: &mut Shell, args: &str, access: Access, out: &mut String) -> Done {
+    let (text, condition) = with_condition(args);
+    let range = shell.session.scope.range(text)?;
+    let id = added(shell, What::Access(range, access), text, condition, false)?;
+    let kind = if access == Access::Read { "Read" } else { "Access" };
+    out.push_str(&format!("{kind} watchpoint {id}: {text}\n"));
+    Ok(())
+}
+
+/// The number of a point at the front of some words, and the rest.
+fn numbered<'a>(shell: &Shell, args: &'a str) -> Result<(u32, &'a str), String> {
+    let (number, rest) = args.split_once(char::is_whitespace).unwrap_or((args, ""));
+    Ok((point(shell, number)?, rest.trim()))
+}
+
+fn point(shell: &Shell, number: &str) -> Result<u32, String> {
+    if number.is_empty() {
+        return Err("the number of a point is missing; `info break` lists them".to_owned());
+    }
+    let id = number.parse().ok().filter(|id| shell.session.points.get(*id).is_some());
+    id.ok_or_else(|| format!("there is no point {number}; `info break` lists them"))
+}
+
+pub(super) fn condition(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let (id, text) = numbered(shell, args)?;
+    let condition = if text.is_empty() { None } else { Some(shell.session.scope.expr(text)?) };
+    out.push_str(&match condition {
+        None => format!("Point {id} stops always\n"),
+        Some(_) => format!("Point {id} stops where {text}\n"),
+    });
+    if let Some(point) = shell.session.points.get_mut(id) {
+        point.condition = condition;
+    }
+    Ok(())
+}
+
+pub(super) fn ignore(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let (id, text) = numbered(shell, args)?;
+    let count = shell.value(if text.is_empty() { "0" } else { text })?;
+    let count = u64::try_from(count).map_err(|_| format!("{count} is no count"))?;
+    if let Some(point) = shell.session.points.get_mut(id) {
+        point.ignore = count;
+    }
+    out.push_str(&format!("Point {id} passes over the next {count} hits\n"));
+    Ok(())
+}
+
+pub(super) fn commands(shell: &mut Shell, args: &str, _: &mut String) -> Done {
+    let last = shell.session.points.all().last().map(|point| point.id);
+    let id = match args {
+        "" => last.ok_or("there is no point yet")?,
+        number => point(shell, number)?,
+    };
+    shell.collect(id);
+    Ok(())
+}
+
+pub(super) fn delete(shell: &mut Shell, args: &str, _: &mut String) -> Done {
+    if args.is_empty() {
+        shell.session.points.clear();
+    }
+    let ids = args.split_whitespace().map(|number| point(shell, number)).collect::<Result<Vec<_>, _>>()?;
+    ids.into_iter().for_each(|id| _ = shell.session.points.remove(id));
+    Ok(())
+}
+
+pub(super) fn enable(shell: &mut Shell, args: &str, _: &mut String) -> Done {
+    switch(shell, args, true)
+}
+
+pub(super) fn disable(shell: &mut Shell, args: &str, _: &mut String) -> Done {
+    switch(shell, args, false)
+}
+
+fn switch(shell: &mut Shell, args: &str, on: bool) -> Done {
+    let ids: Vec<u32> = match args {
+        "" => shell.session.points.all().iter().map(|point| point.id).collect(),
+        _ => args.split_whitespace().map(|number| point(shell, number)).collect::<Result<_, _>>()?,
+    };
+    for id in ids {
+        if let Some(point) = shell.session.points.get_mut(id) {
+            point.enabled = on;
+        }
+    }
+    Ok(())
+}
+
+/// `info break`.
+pub(super) fn list(shell: &Shell, out: &mut String) {
+    let points = shell.session.points.all();
+    if points.is_empty() {
+        out.push_str("no breakpoints and no watchpoints\n");
+    }
+    for point in points {
+        let kind = match &point.what {
+            What::Code(_) => "breakpoint",
+            What::Access(_, Access::Read) => "read watchpoint",
+            What::Access(..) => "access watchpoint",
+            What::Change(_) | What::Pin(..) => "watchpoint",
+        };
+        let mut line = format!("{:<3} {kind} {}", point.id, point.text);
+        if let What::Code(words) = &point.what {
+            let places: Vec<String> = words.iter().map(|word| shell.spot(*word)).collect();
+            line.push_str(&format!(" at {}", places.join(", ")));
+        }
+        let told = [
+            (point.temporary, "once".to_owned()),
+            (!point.enabled, "disabled".to_owned()),
+            (point.condition.is_some(), "with a condition".to_owned()),
+            (point.ignore > 0, format!("passes over {}", point.ignore)),
+            (point.hits > 0, format!("hit {} times", point.hits)),
+        ];
+        for (_, text) in told.iter().filter(|(told, _)| *told) {
+            line.push_str(&format!(", {text}"));
+        }
+        out.push_str(&format!("{line}\n"));
+        point.commands.iter().for_each(|command| out.push_str(&format!("      {command}\n")));
+    }
+}

@@ -1,0 +1,186 @@
+//! Commands about ladder programs: scans, rungs, elements, and why an output is what it is.
+
+use std::collections::BTreeSet;
+
+use emu_core::cpu::END_OF_TIME;
+use emu_debug::debug::{Goal, Halt, Session, Why};
+use ladder_view::View;
+
+use super::shell::{Done, Shell};
+
+impl Shell {
+    /// The ladder program.
+    pub(super) fn ladder(&self) -> Result<&View, String> {
+        self.view
+            .as_ref()
+            .ok_or_else(|| "this is no ladder program with a map (PROGRAM.ld, or --map and --ladder)".to_owned())
+    }
+
+    /// Program words of `rung 3`, `rung 3.2` (an element) or `welder.ld:12`; nothing where the text has no such shape.
+    pub(super) fn rung_location(&self, text: &str) -> Option<Result<Vec<u32>, String>> {
+        let view = self.view.as_ref()?;
+        if let Some(rest) = text.strip_prefix("rung").filter(|rest| rest.starts_with(char::is_whitespace)) {
+            return Some(of_rung(view, rest.trim()));
+        }
+        let (file, line) = text.rsplit_once(':')?;
+        let own = view.program().file.rsplit('/').next().unwrap_or_default();
+        let line: u32 = line.trim().parse().ok()?;
+        if file.rsplit('/').next() != Some(own) {
+            return None;
+        }
+        Some(match view.rung_of_line(line) {
+            Some(rung) => of_rung(view, &rung.to_string()),
+            None => Err(format!("no rung stands on line {line} of {own}")),
+        })
+    }
+
+    /// A program word as users see it: with its rung, where it has one.
+    pub(super) fn spot(&self, word: u32) -> String {
+        let place = self.session.scope.source().place(word);
+        match self.view.as_ref().and_then(|view| view.rung_at(word)) {
+            Some(rung) => format!("{place} in rung {rung}"),
+            None => place,
+        }
+    }
+
+    /// The rung and element that are next, in words: `rung 3.2 (welder.ld:22)`.
+    pub(super) fn rung_and_element(&self) -> Option<String> {
+        let (view, word) = (self.view.as_ref()?, self.session.target().pc());
+        let rung = view.rung_at(word)?;
+        let element = view.element_at(word).map_or(String::new(), |element| format!(".{}", element.index + 1));
+        let file = view.program().file.rsplit('/').next().unwrap_or_default();
+        let line = view.rung_line(rung).map_or(String::new(), |line| format!(" ({file}:{line})"));
+        Some(format!("rung {rung}{element}{line}"))
+    }
+
+    /// The rung that is next, drawn.
+    pub(super) fn drawn(&self) -> Vec<String> {
+        let word = self.session.target().pc();
+        self.view.as_ref().map_or(Vec::new(), |view| view.draw(self.session.follow(), word, self.color))
+    }
+}
+
+fn of_rung(view: &View, text: &str) -> Result<Vec<u32>, String> {
+    let (rung, element) = text.split_once('.').map_or((text, None), |(rung, element)| (rung, Some(element)));
+    let number =
+        |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is no number of a rung: rung 3, rung 3.2"));
+    let rung = number(rung)?;
+    let word = match element {
+        None => view.rung_words().into_iter().find(|(of, _)| *of == rung).map(|found| found.1),
+        Some(element) => {
+            let wanted = (rung, number(element)?);
+            view.element_words().into_iter().find(|(of, _)| *of == wanted).map(|found| found.1)
+        }
+    };
+    word.map(|word| vec![word]).ok_or_else(|| {
+        let rungs: Vec<String> = view.rung_words().iter().map(|(rung, _)| rung.to_string()).collect();
+        format!("rung {text} has no code; rungs with code are {}", rungs.join(", "))
+    })
+}
+
+/// Runs to the next of some program words; a controller at rest is stepped on to its next scan.
+fn run_to(session: &mut Session, words: &BTreeSet<u32>, go_on: &mut dyn FnMut() -> bool) -> Halt {
+    let halt = session.run(&Goal { until: None, words: words.clone() }, go_on);
+    if halt.why != Why::Halted {
+        return halt;
+    }
+    session.stroll(END_OF_TIME, true, go_on, &mut |session, _, _| words.contains(&session.target().pc()))
+}
+
+/// Goes on to words `count` times; only the last stop is told.
+fn to_words(shell: &mut Shell, args: &str, words: impl Fn(&View) -> BTreeSet<u32>, out: &mut String) -> Done {
+    let words = words(shell.ladder()?);
+    let count = shell.count(args)?;
+    shell.go(out, |session, go_on| {
+        let mut halt = Halt { why: Why::Done };
+        for _ in 0..count {
+            halt = run_to(session, &words, go_on);
+            if halt.why != Why::Done {
+                break;
+            }
+        }
+        halt
+    });
+    Ok(())
+}
+
+pub(super) fn scan(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    to_words(shell, args, |view| BTreeSet::from([view.scan_start()]), out)
+}
+
+pub(super) fn rung(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    to_words(shell, args, |view| view.rung_words().into_iter().map(|(_, word)| word).collect(), out)
+}
+
+pub(super) fn element(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    to_words(shell, args, |view| view.element_words().into_iter().map(|(_, word)| word).collect(), out)
+}
+
+pub(super) fn why(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let view = shell.ladder()?;
+    if args.is_empty() {
+        return Err("which symbol? why Ymotor".to_owned());
+    }
+    let follow = shell.session.follow().ok_or("nothing follows this program")?;
+    for line in view.why(follow, args)? {
+        out.push_str(&format!("{line}\n"));
+    }
+    Ok(())
+}
+
+/// `info rung`.
+pub(super) fn info(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let view = shell.ladder()?;
+    let word = shell.session.target().pc();
+    let rung = match args {
+        "" => view.rung_at(word).ok_or("the program is between its rungs; info rung 3 shows one")?,
+        number => number.parse().map_err(|_| format!("`{number}` is no number of a rung"))?,
+    };
+    let lines = view.draw_rung(rung, shell.session.follow(), word, shell.color);
+    if lines.is_empty() {
+        return Err(format!("there is no rung {rung}; there are {}", view.program().rungs.len()));
+    }
+    lines.iter().for_each(|line| out.push_str(&format!("{line}\n")));
+    Ok(())
+}
+
+/// The symbols of the program with their values and pins.
+pub(super) fn values(shell: &Shell, text: &str, out: &mut String) {
+    let Some(view) = &shell.view else { return };
+    let map = view.map();
+    let values = view.values(shell.session.target());
+    let width = values.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+    for (name, value) in values.iter().filter(|(name, _)| name.contains(text)) {
+        let pin = map.pins.iter().find(|pin| pin.name == *name);
+        let pin = pin.map_or(String::new(), |pin| format!("  {} {}", pin.direction, pin.pin));
+        let value = value.map_or("-".to_owned(), |value| value.to_string());
+        out.push_str(format!("{name:<width$}  {value:>6}{pin}").trim_end());
+        out.push('\n');
+    }
+}
+
+/// `list`: rungs from one on, the next ones each time.
+pub(super) fn list(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    const SHOWN: u32 = 3;
+    let view = shell.ladder()?;
+    let word = shell.session.target().pc();
+    let first = match (args, args.parse::<u32>(), &shell.listed) {
+        ("", _, Some((_, next))) => *next,
+        ("", _, None) => view.rung_at(word).unwrap_or(1),
+        (_, Ok(rung), _) => rung.max(1),
+        (place, ..) => {
+            let words = shell.location(place)?;
+            words.first().and_then(|word| view.rung_at(*word)).ok_or_else(|| format!("{place} is in no rung"))?
+        }
+    };
+    let last = view.program().rungs.len() as u32;
+    if first > last {
+        return Err(format!("the program ends with rung {last}"));
+    }
+    for rung in first..=last.min(first + SHOWN - 1) {
+        let lines = view.draw_rung(rung, shell.session.follow(), word, shell.color);
+        lines.iter().for_each(|line| out.push_str(&format!("{line}\n")));
+    }
+    shell.listed = Some((view.program().file.clone(), first + SHOWN));
+    Ok(())
+}

@@ -1,0 +1,317 @@
+//! `emu debug --tui`: the session on a full screen. Keys and command lines go to the [`Shell`] that the prompt uses too.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use emu_core::pins::{Event, Level};
+use emu_debug::debug::{Goal, Session, Target, What, Why};
+use emu_tui::debugger::{Answer, Code, Debugger, Machine, Memory, Sight, Trace, Value, Wants};
+use emu_tui::flow::{self, Seen};
+use emu_tui::screen;
+use ladder::ElementId;
+use ladder_view::View;
+
+use super::shell::{Flow, Shell};
+use super::stop::level;
+use crate::fail::Failure;
+use crate::report::Terminal;
+use crate::watch::{self, Played};
+
+/// Program words that an instruction takes at most.
+const LONGEST: u32 = 3;
+
+/// A session on the screen.
+struct Face {
+    shell: Shell,
+    title: String,
+    /// The machine as it was before the last command, to see what has changed since.
+    before: Box<dyn Target>,
+    /// It is running on by itself, so `before` stays.
+    running: bool,
+    interrupt: Arc<AtomicBool>,
+    /// There is a user who may press Ctrl-C.
+    live: bool,
+}
+
+/// Shows a session until it is left. Gives the exit code. `told` is said before the first key.
+pub fn show(
+    shell: Shell,
+    title: &str,
+    interrupt: Arc<AtomicBool>,
+    told: &str,
+    played: &Played,
+    terminal: &Terminal,
+) -> Result<u8, Failure> {
+    let live = !played.is_given();
+    let before = shell.session.target().fork();
+    let face = Face { shell, title: title.to_owned(), before, running: false, interrupt, live };
+    let mut screen = Debugger::new(face, !live).telling(told);
+    watch::show(&mut screen, played, "--tui", terminal)
+}
+
+impl Machine for Face {
+    fn sight(&self, wants: &Wants) -> Sight {
+        let session = &self.shell.session;
+        let target = session.target();
+        let (pc, cycle) = (target.pc(), target.cycle());
+        Sight {
+            title: self.title.clone(),
+            time: self.time(),
+            pc,
+            cycle,
+            code: if wants.lines > 0 { self.code(wants.around.unwrap_or(pc), wants.lines) } else { Vec::new() },
+            registers: self.registers(),
+            pins: self.pins(),
+            symbols: self.symbols(),
+            rung: if wants.rung > 0 { self.rung(pc, wants.rung) } else { None },
+            memory: if wants.memory.2 > 0 { self.memory(wants.memory) } else { None },
+            traces: if wants.since <= cycle { self.traces(wants.since) } else { Vec::new() },
+        }
+    }
+
+    fn obey(&mut self, line: &str) -> Answer {
+        (self.before, self.running) = (self.shell.session.target().fork(), false);
+        let mut text = String::new();
+        let (at, shell) = (self.position(), &mut self.shell);
+        let flow = match self.live {
+            true => screen::interruptible(&self.interrupt, || shell.execute(line, &mut text)),
+            false => shell.execute(line, &mut text),
+        };
+        if at != self.position() {
+            text = self.news(&text);
+        }
+        self.answer(flow, text)
+    }
+
+    fn advance(&mut self, cycles: Option<u64>, host: Option<Duration>) -> Option<Answer> {
+        if !std::mem::replace(&mut self.running, true) {
+            self.before = self.shell.session.target().fork();
+        }
+        let points = self.shell.session.points.clone();
+        let until = cycles.map(|cycles| self.shell.session.target().cycle().saturating_add(cycles));
+        let begin = Instant::now();
+        let go_on = &mut || host.is_none_or(|host| begin.elapsed() < host);
+        let halt = self.shell.session.run(&Goal { until, words: BTreeSet::new() }, go_on);
+        if matches!(halt.why, Why::Limit | Why::Interrupted) {
+            return None;
+        }
+        self.running = false;
+        let mut text = String::new();
+        self.shell.stopped(&halt, &points, &mut text);
+        // Points may have commands of their own.
+        let mut flow = self.shell.proceed(&mut text);
+        while flow == Flow::More {
+            flow = self.shell.proceed(&mut text);
+        }
+        text = self.news(&text);
+        Some(self.answer(flow, text))
+    }
+
+    fn hertz(&self) -> f64 {
+        let clock = self.shell.session.clock();
+        clock.hz as f64 / f64::from(clock.clocks_per_cycle.max(1))
+    }
+}
+
+impl Face {
+    fn position(&self) -> (u64, u32) {
+        (self.shell.session.target().cycle(), self.shell.session.target().pc())
+    }
+
+    /// What a stop says, without what the screen shows anyway: the instruction, the rung, the time.
+    fn news(&self, text: &str) -> String {
+        let pc = self.shell.session.target().pc();
+        let here = format!("{}: {}", self.shell.session.scope.source().place(pc), self.shell.instruction(pc).text);
+        let known = |line: &&str| *line == here || line.starts_with("cycle ") || line.contains(" ||");
+        text.lines().filter(|line| !known(line)).map(|line| format!("{line}\n")).collect()
+    }
+
+    fn answer(&self, flow: Flow, mut text: String) -> Answer {
+        let quit = matches!(flow, Flow::Quit(_));
+        let failed = if let Flow::Failed(why) = flow {
+            text.push_str(&why);
+            true
+        } else {
+            false
+        };
+        Answer { text, failed, quit }
+    }
+
+    /// Cycle, seconds, scan and rung.
+    fn time(&self) -> String {
+        let session = &self.shell.session;
+        let cycle = session.target().cycle();
+        let mut text = format!("cycle {cycle}  {:.6} s", cycle as f64 / self.hertz());
+        if let Some(scan) = session.scan() {
+            text.push_str(&format!("  scan {scan}"));
+        }
+        if let Some(rung) = self.shell.view.as_ref().and_then(|view| view.rung_at(session.target().pc())) {
+            text.push_str(&format!("  rung {rung}"));
+        }
+        text
+    }
+
+    /// Instructions on both sides of a program word.
+    fn code(&self, around: u32, lines: usize) -> Vec<Code> {
+        let chip = self.shell.session.scope.chip();
+        let end = chip.flash / chip.word_bytes.max(1);
+        let next = |word: u32| word.saturating_add(self.shell.instruction(word).len.max(1) as u32);
+        // Where instructions begin before this one nobody knows; those that lead to it are taken for true.
+        let reach = u32::try_from(lines).unwrap_or(u32::MAX).saturating_mul(LONGEST);
+        let led = (around.saturating_sub(reach)..around).find_map(|from| {
+            let mut words = vec![from];
+            while let Some(last) = words.last().map(|word| next(*word)).filter(|word| *word < around) {
+                words.push(last);
+            }
+            (words.last().map(|word| next(*word)) == Some(around)).then_some(words)
+        });
+        let mut words = led.unwrap_or_default();
+        words.drain(..words.len().saturating_sub(lines));
+        let mut word = around;
+        for _ in 0..=lines {
+            if word >= end {
+                break;
+            }
+            words.push(word);
+            word = next(word);
+        }
+        let rungs: BTreeMap<u32, u32> =
+            self.shell.view.iter().flat_map(|view| view.rung_words()).map(|(rung, word)| (word, rung)).collect();
+        words.iter().map(|word| self.line(*word, rungs.get(word).copied())).collect()
+    }
+
+    fn line(&self, word: u32, rung: Option<u32>) -> Code {
+        let session = &self.shell.session;
+        let (chip, source) = (session.scope.chip(), session.scope.source());
+        let line = self.shell.instruction(word);
+        let own = source.names.symbols.iter().find(|s| s.space == chip.code && s.addr == word * chip.word_bytes);
+        let label = own.map(|symbol| format!("{}:", symbol.name)).or_else(|| rung.map(|rung| format!("rung {rung}:")));
+        let of = |word: u32| source.line_at(word).map(|line| (line.file.to_string(), line.line));
+        let begins = of(word).filter(|here| word == 0 || of(word - 1).as_ref() != Some(here));
+        let point = session.points.enabled().find(|p| matches!(&p.what, What::Code(words) if words.contains(&word)));
+        Code {
+            word,
+            address: format!("0x{:04x}", chip.code_address(word)),
+            label,
+            source: begins.map(|(file, line)| format!("{}:{line}", file.rsplit('/').next().unwrap_or(&file))),
+            text: line.text,
+            meant: source.operands(&line.operands).join(", "),
+            point: point.map(|point| point.id),
+        }
+    }
+
+    fn registers(&self) -> Vec<Value> {
+        let target = self.shell.session.target();
+        let value = |name: &&'static str| {
+            let (now, old) = (target.reg(name)?, self.before.reg(name));
+            let wide = matches!(*name, "PC" | "NA" | "DPTR")
+                || *name == "SP" && old.is_some_and(|_| target.chip().ram_len > 256);
+            let text = if wide { format!("{now:04x}") } else { format!("{now:02x}") };
+            Some(Value { name: (*name).to_owned(), text, changed: old != Some(now) })
+        };
+        // The program counter is where the code is marked.
+        let names = target.chip().cpu_regs.iter().filter(|name| !matches!(**name, "PC" | "NA"));
+        names.filter_map(value).collect()
+    }
+
+    fn pins(&self) -> Vec<Value> {
+        let target = self.shell.session.target();
+        let value = |(id, name): (u16, &str)| {
+            let (now, old) = (target.level(id), self.before.level(id));
+            Value { name: name.to_owned(), text: level(now).to_owned(), changed: now != old }
+        };
+        let pins = (0..).zip(target.chip().pins.iter().map(|pin| pin.name));
+        pins.filter(|(id, _)| target.has_pin(*id)).map(value).collect()
+    }
+
+    fn symbols(&self) -> Vec<Value> {
+        let Some(view) = &self.shell.view else { return Vec::new() };
+        let now = view.values(self.shell.session.target());
+        let old = view.values(&*self.before);
+        let value = |((name, now), (_, old)): ((String, Option<i64>), (String, Option<i64>))| {
+            let text = now.map_or("-".to_owned(), |value| value.to_string());
+            Value { name, text, changed: now != old }
+        };
+        now.into_iter().zip(old).map(value).collect()
+    }
+
+    fn rung(&self, pc: u32, width: usize) -> Option<Vec<Vec<flow::Sign>>> {
+        let view = self.shell.view.as_ref()?;
+        let index = view.rung_at(pc)?.checked_sub(1)? as usize;
+        let words = view.element_words();
+        let next = words
+            .iter()
+            .filter(|((rung, _), word)| *rung as usize == index + 1 && *word >= pc)
+            .map(|(id, _)| *id)
+            .min();
+        let next = next
+            .and_then(|(rung, element)| Some(ElementId { rung: rung.checked_sub(1)?, index: element.checked_sub(1)? }));
+        let now = view.element_at(pc);
+        let session = &self.shell.session;
+        let values = view.values(session.target()).into_iter().collect();
+        let seen = Ladder { view, session, values, now: now.or(next) };
+        Some(flow::rung(view.program(), index, width, &seen, now))
+    }
+
+    fn memory(&self, (which, at, count): (usize, u32, usize)) -> Option<Memory> {
+        let target = self.shell.session.target();
+        let spaces: Vec<&str> = target.chip().spaces.iter().map(|space| space.0).collect();
+        // Data memory comes first.
+        let first = spaces.iter().position(|space| *space == target.chip().ram).unwrap_or(0);
+        let name = *spaces.get((first + which) % spaces.len().max(1))?;
+        let byte = |addr: u32| (target.peek(name, addr), target.peek(name, addr) != self.before.peek(name, addr));
+        let end = at.saturating_add(u32::try_from(count).unwrap_or(u32::MAX));
+        Some(Memory { name: name.to_owned(), at, bytes: (at..end).map(byte).collect() })
+    }
+
+    /// Pins of which edges are kept.
+    fn traces(&self, since: u64) -> Vec<Trace> {
+        let target = self.shell.session.target();
+        let mut edges: BTreeMap<u16, Vec<(u64, bool)>> = BTreeMap::new();
+        for event in self.shell.session.events() {
+            if let Event::Edge { at, pin, level } = event {
+                let edges = edges.entry(*pin).or_default();
+                if at.cycle >= since {
+                    edges.push((at.cycle, is_high(*level)));
+                }
+            }
+        }
+        let trace = |(pin, edges): (u16, Vec<(u64, bool)>)| {
+            let name = target.chip().pins.get(usize::from(pin))?.name.to_owned();
+            Some(Trace { name, high: is_high(target.level(pin)), edges })
+        };
+        edges.into_iter().filter_map(trace).collect()
+    }
+}
+
+fn is_high(level: Level) -> bool {
+    matches!(level, Level::High | Level::PullUp)
+}
+
+/// What is known of a scan up to an instruction, as the picture of a rung asks for it.
+struct Ladder<'a> {
+    view: &'a View,
+    session: &'a Session,
+    /// Values of the symbols.
+    values: BTreeMap<String, Option<i64>>,
+    /// The element that is carried out now or next.
+    now: Option<ElementId>,
+}
+
+impl Seen for Ladder<'_> {
+    fn flow(&self, element: ElementId) -> Option<(bool, bool)> {
+        let (came, went) = self.view.power(self.session.follow()?, element)?;
+        match self.now {
+            // What is still to come is not shown as if it had been.
+            Some(now) if element > now => None,
+            Some(now) if element == now => Some((came, false)),
+            _ => Some((came, went)),
+        }
+    }
+
+    fn bit(&self, name: &str) -> Option<bool> {
+        self.values.get(name).copied().flatten().map(|value| value != 0)
+    }
+}

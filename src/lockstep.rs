@@ -1,0 +1,340 @@
+//! `emu lockstep`: a machine beside a simulator of somebody else.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use diag::{Code, Diagnostic};
+use emu_core::chip::{Chip, Family};
+use emu_core::cpu::{Cpu, RamInit, Stop};
+use emu_core::image::{Image, write_hex};
+use emu_debug::lockstep::gpsim::{self, Gpsim};
+use emu_debug::lockstep::s51::{self, S51};
+use emu_debug::lockstep::simavr::{self, Simavr};
+use emu_debug::lockstep::{CYCLES, Done, End, Outcome, Peer, Report, Terms, View, compare};
+use emu_debug::{Clock, Names, Source, time};
+use serde_json::{Value, json};
+
+use crate::args::Mcu;
+use crate::codes::about_file;
+use crate::fail::{Failure, exit};
+use crate::family::{Job, Setup, on_machine};
+use crate::report::{Terminal, Texts};
+use crate::{input, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  emu lockstep app.ihx --mcu 8052 --against s51 --for 10ms
+  emu lockstep app.hex --mcu pic16f877a --against gpsim --steps 5000 --ignore FSR
+  emu lockstep app.hex --mcu atmega328p --against simavr --last 20
+
+Exit codes: 0 no difference; 1 a difference; 2 the peer is not installed; 3 a file or the peer's answer was refused.";
+
+/// The peer does not do what it is asked.
+pub const PEER: &str = "LCK001";
+
+/// All codes.
+#[rustfmt::skip]
+pub const CODES: &[Code] = &[
+    Code { code: PEER, title: "a simulator beside which a program was to run does not do what it is asked",
+        explain: "s51, gpsim or simavr was started by `emu lockstep` and has ended, does not know the chip, or answers otherwise than the \
+                  versions in Debian do. simavr listens at port 1234, which has to be free. Mend: start the simulator by hand with the \
+                  same image, and see what it says." },
+];
+
+/// Instructions after which a run without a limit ends.
+const STEPS: u64 = 100_000;
+
+/// Words of the longest instruction of any family.
+const LONGEST: u32 = 3;
+
+/// Flags of `emu lockstep`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct LockstepArgs {
+    /// A HEX or ELF file, or an assembly source by its name; for gpsim a HEX file.
+    #[arg(value_name = "IMAGE")]
+    image: String,
+    #[command(flatten)]
+    mcu: Mcu,
+    /// The simulator: s51 for the 8051 family, gpsim for PIC16, simavr for AVR.
+    #[arg(long, value_name = "PEER", value_enum)]
+    against: Against,
+    /// End after this much of the chip's time: 10ms, 1000c (machine cycles).
+    #[arg(long = "for", value_name = "TIME", conflicts_with = "cycles")]
+    time: Option<String>,
+    /// End after this many machine cycles.
+    #[arg(long, value_name = "N")]
+    cycles: Option<u64>,
+    /// End after this many instructions. Default 100000, or none where a time or cycles are given.
+    #[arg(long, value_name = "N")]
+    steps: Option<u64>,
+    /// Oscillator of both: 16MHz, 8000000. Default: what the chip's row says.
+    #[arg(long, value_name = "HZ", value_parser = time::hertz)]
+    clock: Option<u64>,
+    /// Let a register differ, as `emu run` names it. Repeatable.
+    #[arg(long, value_name = "REG")]
+    ignore: Vec<String>,
+    /// Let the cycles differ. simavr does not tell them.
+    #[arg(long)]
+    cycles_free: bool,
+    /// Show so many instructions before the difference.
+    #[arg(long, value_name = "N", default_value_t = 8)]
+    last: usize,
+    /// Names for addresses: files of SDCC or gputils, as in `emu run`. Repeatable.
+    #[arg(long, value_name = "FILE")]
+    symbols: Vec<String>,
+    /// One JSON document on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A simulator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Against {
+    /// Of uCsim.
+    S51,
+    /// Of GNU PIC.
+    Gpsim,
+    /// For AVR.
+    Simavr,
+}
+
+impl Against {
+    /// The program, the package, and the family.
+    fn facts(self) -> ((&'static str, &'static str), Family) {
+        match self {
+            Against::S51 => (s51::PROGRAM, Family::Mcs51),
+            Against::Gpsim => (gpsim::PROGRAM, Family::Pic16),
+            Against::Simavr => (simavr::PROGRAM, Family::Avr),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        self.facts().0.0
+    }
+}
+
+/// Runs an image on both.
+pub fn lockstep(args: &LockstepArgs, terminal: &Terminal) -> Result<u8, Failure> {
+    let chip = args.mcu.chip;
+    if args.against.facts().1 != chip.family {
+        let fits =
+            [Against::S51, Against::Gpsim, Against::Simavr].into_iter().find(|peer| peer.facts().1 == chip.family);
+        let hint = fits.map_or("no peer is known for it".to_owned(), |peer| format!("give --against {}", peer.name()));
+        return Err(Failure::Usage(format!("{} has no {}; {hint}", args.against.name(), chip.name)));
+    }
+    let known = |name: &String| {
+        name.eq_ignore_ascii_case(CYCLES) || chip.cpu_regs.iter().any(|reg| reg.eq_ignore_ascii_case(name))
+    };
+    if let Some(odd) = args.ignore.iter().find(|name| !known(name)) {
+        let why = format!("{} has {}", chip.name, chip.cpu_regs.join(", "));
+        return Err(Failure::value("--ignore <REG>", odd, &why));
+    }
+    let image = input::image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
+    let hz = args.clock.unwrap_or(chip.default_hz);
+    let setup = Setup {
+        ram: RamInit::Zero,
+        bus: false,
+        avr: emu_avr::Options { hz, fuses: None, lock: None, start_up: false },
+        mcs51: emu_8051::Options::default(),
+        pic16: emu_pic16::Options { hz, start_up: false, ..emu_pic16::Options::default() },
+        ap101: emu_ap101::Options::default(),
+    };
+    on_machine(chip, &image, &setup, Side { args, image: &image, hz })
+}
+
+/// Our side.
+struct Side<'a> {
+    args: &'a LockstepArgs,
+    image: &'a Image,
+    hz: u64,
+}
+
+impl Job for Side<'_> {
+    type Out = Result<u8, Failure>;
+
+    fn on<C: Cpu>(self, mut cpu: C) -> Self::Out {
+        let (args, chip) = (self.args, cpu.chip());
+        let clock = Clock { hz: self.hz, clocks_per_cycle: cpu.clocks_per_cycle() };
+        let until = match (&args.time, args.cycles) {
+            (Some(text), _) => clock.cycles(text).map_err(|why| Failure::value("--for <TIME>", text, &why))?,
+            (None, Some(n)) => n,
+            (None, None) => u64::MAX,
+        };
+        let limited = args.time.is_some() || args.cycles.is_some();
+        let terms = Terms {
+            ignore: args.ignore.clone(),
+            cycles_free: args.cycles_free,
+            until,
+            steps: args.steps.unwrap_or(if limited { u64::MAX } else { STEPS }),
+            last: args.last,
+        };
+        let folder = Folder::new().map_err(|error| Failure::writing("the folder for the peer's files", &error))?;
+        let hex = self.hex(chip, &folder.0)?;
+        let peer = args.against;
+        let ran = self
+            .peer(&folder.0, &hex, (chip, cpu.clocks_per_cycle()))
+            .and_then(|mut peer| compare(&mut cpu, &mut *peer, &terms));
+        let report = ran.map_err(|error| failed(peer, &error))?;
+        let source = Source { names: Names { chip, symbols: &self.image.symbols }, lines: &self.image.lines };
+        let told = Told { source, cpu: &cpu, peer: peer.name(), report: &report };
+        if args.json {
+            output::json(&told.document())?;
+        } else {
+            output::print(told.text())?;
+        }
+        Ok(if matches!(report.outcome, Outcome::Same { .. }) { exit::OK } else { exit::FAILED })
+    }
+}
+
+impl Side<'_> {
+    /// The program as a HEX file for the peer, in its folder.
+    fn hex(&self, chip: &Chip, folder: &Path) -> Result<String, Failure> {
+        const NAME: &str = "program.hex";
+        let place = folder.join(NAME);
+        let made = if chip.family == Family::Pic16 {
+            // The configuration words are at addresses of the file, which only the file has.
+            let bytes = input::bytes(&self.args.image)?;
+            if !bytes.starts_with(b":") {
+                let why = "gpsim reads Intel HEX; give it the HEX file (`emu asm` writes one)";
+                return Err(Failure::Usage(why.to_owned()));
+            }
+            fs::write(&place, bytes)
+        } else {
+            let code = self.image.segments.iter().filter(|segment| segment.space == chip.code);
+            fs::write(&place, write_hex(&code.map(|one| (one.addr, one.bytes.as_slice())).collect::<Vec<_>>()))
+        };
+        made.map_err(|error| Failure::writing(&place.display().to_string(), &error))?;
+        Ok(NAME.to_owned())
+    }
+
+    fn peer(&self, folder: &Path, hex: &str, (chip, clocks): (&Chip, u32)) -> io::Result<Box<dyn Peer>> {
+        Ok(match self.args.against {
+            Against::S51 => Box::new(S51::new(folder, hex, clocks)?),
+            Against::Gpsim => Box::new(Gpsim::new(folder, hex, chip.name, self.hz)?),
+            Against::Simavr => Box::new(Simavr::new(folder, hex, chip.name, self.hz)?),
+        })
+    }
+}
+
+/// Why nothing was compared.
+fn failed(peer: Against, error: &io::Error) -> Failure {
+    let ((program, package), _) = peer.facts();
+    if error.kind() == io::ErrorKind::NotFound {
+        return Failure::Usage(format!("{program} is not installed; Debian has it in the package {package}"));
+    }
+    let hint = "start it by hand with the same image, and see what it says";
+    let why: Diagnostic = about_file(PEER, program, format!("does not do what it is asked: {error}"), hint);
+    Failure::Refused(vec![why], Texts::default())
+}
+
+/// A folder of its own, which goes when this is dropped.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new() -> io::Result<Folder> {
+        let base = std::env::temp_dir();
+        for n in 0..u32::MAX {
+            let folder = base.join(format!("emu-lockstep-{}-{n}", std::process::id()));
+            match fs::create_dir(&folder) {
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                made => return made.map(|()| Folder(folder)),
+            }
+        }
+        Err(io::ErrorKind::AlreadyExists.into())
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// How it is told.
+struct Told<'a, C> {
+    source: Source<'a>,
+    cpu: &'a C,
+    peer: &'static str,
+    report: &'a Report,
+}
+
+impl<C: Cpu> Told<'_, C> {
+    /// An instruction with its place.
+    fn line(&self, done: &Done) -> String {
+        let chip = self.source.names.chip;
+        let byte = |addr: u32| u16::from(self.cpu.peek(chip.code, addr % chip.flash).unwrap_or(0xFF));
+        let size = chip.word_bytes;
+        let word = |start: u32| (0..size).rev().fold(0, |high, i| high << 8 | byte(start + i));
+        let words: Vec<u16> = (0..LONGEST).map(|i| word((done.pc + i) * size)).collect();
+        let text = (chip.isa.disassemble)(&words, done.pc).text;
+        format!("{}  {text}", self.source.place(done.pc))
+    }
+
+    fn vector(&self, number: u8) -> String {
+        let names = self.source.names.chip.vectors;
+        names.get(usize::from(number)).map_or_else(|| number.to_string(), |name| (*name).to_owned())
+    }
+
+    fn text(&self) -> String {
+        let Report { outcome, steps, cycle, last } = self.report;
+        let (before, ours, theirs, what) = match outcome {
+            Outcome::Same { end } => {
+                let end = match end {
+                    End::Limit => String::new(),
+                    End::Stopped(Stop::Halted) => "; the program has ended".to_owned(),
+                    End::Stopped(_) => format!("; no instruction at {}", self.source.place(self.cpu.pc())),
+                };
+                return format!("agreed     with {} in {steps} instructions, {cycle} cycles{end}\n", self.peer);
+            }
+            Outcome::Differs { before, ours, theirs, what } => (before, ours, theirs, what),
+        };
+        let mut out = format!("differs    from {} after {steps} instructions: {}\n", self.peer, what.join(", "));
+        for (i, done) in last.iter().enumerate() {
+            let mark = if i + 1 == last.len() { '>' } else { ' ' };
+            out.push_str(&format!("{mark} cycle {:>8}  {}\n", done.cycle, self.line(done)));
+            if let Some(vector) = done.interrupt {
+                out.push_str(&format!("  then the interrupt {}\n", self.vector(vector)));
+            }
+        }
+        out.push_str(&format!("{:<10} {:>8}  {:>8}  {:>8}\n", "register", "before", "emu", self.peer));
+        let rows = before.regs.iter().zip(&ours.regs).zip(&theirs.regs);
+        // What neither has changed says nothing.
+        for ((before, ours), theirs) in rows.filter(|((before, ours), theirs)| before.1 != ours.1 || ours.1 != theirs.1)
+        {
+            let mark = if what.contains(&ours.0) { "  <" } else { "" };
+            let [before, one, other] = [before, ours, theirs].map(|(_, value)| format!("0x{value:02x}"));
+            out.push_str(&format!("{:<10} {before:>8}  {one:>8}  {other:>8}{mark}\n", ours.0));
+        }
+        if let (Some(before), Some(ours), Some(theirs)) = (before.cycle, ours.cycle, theirs.cycle) {
+            let mark = if what.contains(&CYCLES) { "  <" } else { "" };
+            out.push_str(&format!("{CYCLES:<10} {before:>8}  {ours:>8}  {theirs:>8}{mark}\n"));
+        }
+        out
+    }
+
+    fn document(&self) -> Value {
+        let Report { outcome, steps, cycle, last } = self.report;
+        let view = |view: &View| {
+            let regs = view.regs.iter().map(|(name, value)| ((*name).to_owned(), json!(value)));
+            json!({ "cycle": view.cycle, "registers": Value::Object(regs.collect()) })
+        };
+        let done = |done: &Done| {
+            json!({ "cycle": done.cycle, "addr": self.source.names.chip.code_address(done.pc), "text": self.line(done),
+                    "interrupt": done.interrupt.map(|vector| self.vector(vector)) })
+        };
+        let difference = match outcome {
+            Outcome::Same { .. } => Value::Null,
+            Outcome::Differs { before, ours, theirs, what } => json!({
+                "what": what, "before": view(before), "emu": view(ours), "peer": view(theirs),
+                "last": last.iter().map(done).collect::<Vec<_>>(),
+            }),
+        };
+        json!({
+            "schema": 1, "mcu": self.source.names.chip.name, "against": self.peer, "instructions": steps, "cycles": cycle,
+            "agreed": matches!(outcome, Outcome::Same { .. }), "difference": difference,
+        })
+    }
+}

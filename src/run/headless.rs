@@ -1,0 +1,289 @@
+//! The run without a user: the machine, what watches it, and what is told of it.
+
+use std::io::Write;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use emu_core::chip::Chip;
+use emu_core::cpu::Cpu;
+use emu_core::image::Image;
+use emu_core::pins::Time;
+use emu_debug::cod::{Limits, Script};
+use emu_debug::run::{run_looking, shown};
+use emu_debug::stimulus::queue;
+use emu_debug::wave::Extras;
+use emu_debug::{Board, Clock, Ended, Host, Names, Patience, Range, Reason, Source, Wave};
+use scenario::Verdict;
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+use super::RunArgs;
+use super::cover::{Cover, Seen};
+use super::plan::{Planned, code, planned, there};
+use super::scenario::{Cast, Stage};
+use super::snapshot::Snapshots;
+use super::trace::Asked;
+use crate::attach::Bench;
+use crate::fail::Failure;
+use crate::family::{self, Job};
+use crate::held::held;
+use crate::output::Pending;
+use crate::report::{Terminal, Texts, report};
+use crate::snapshots::Shelf;
+use crate::store::{self, Store};
+use crate::summary::{self, Story};
+use crate::{avr, cod, lint, output, pic16, scenarios};
+
+/// A run without a user.
+pub struct Headless<'a> {
+    pub args: &'a RunArgs,
+    pub image: &'a Image,
+    /// The messages of a program that checks itself.
+    pub script: Option<Script>,
+    pub hz: u64,
+    pub avr: avr::Wiring,
+    pub pic16: emu_pic16::Options,
+    /// The file of the EEPROM, and what it holds.
+    pub eeprom: Option<(Store, Option<Vec<u8>>)>,
+    pub snapshots: Snapshots,
+    /// Where steps of a scenario write snapshots.
+    pub shelf: Shelf,
+    pub bench: Bench,
+    /// Standard output carries something else than the summary.
+    pub to_stdout: bool,
+    pub terminal: &'a Terminal,
+}
+
+impl Job for Headless<'_> {
+    type Out = Result<u8, Failure>;
+
+    fn on<C: Cpu + 'static>(mut self, mut cpu: C) -> Self::Out {
+        let store = self.eeprom.take().map(|(store, held)| {
+            store::fill(&mut cpu, &held.unwrap_or_default());
+            store
+        });
+        let clock = Clock { hz: self.hz, clocks_per_cycle: cpu.clocks_per_cycle() * self.avr.divider };
+        let source = self.source(cpu.chip());
+        let job = planned(self.args, &source, clock);
+        // Asking for a line of the image may have shown that its debugging information is damaged.
+        report(self.terminal, self.image.lines.warnings(), Texts::NONE);
+        let told = self.image.lines.warnings().len();
+        let mut job = job?;
+        self.snapshots.resume(&mut cpu, &mut job)?;
+        there(&job, &cpu)?;
+        let mut board = self.bench.board(cpu.chip(), clock, &job.drives)?;
+        let out = self.whole((&mut cpu, &mut board), job);
+        report(self.terminal, self.image.lines.warnings().get(told..).unwrap_or_default(), Texts::NONE);
+        // However the run has ended: but a command line that makes no sense has run nothing.
+        let wrong = matches!(out, Err(Failure::Usage(_)));
+        if let Some(store) = store.filter(|_| !wrong) {
+            store.keep(&store::cells(&cpu))?;
+        }
+        if !wrong {
+            self.bench.keep(&board)?;
+            self.snapshots.keep(&cpu)?;
+        }
+        out
+    }
+}
+
+impl Headless<'_> {
+    /// What is known of the addresses of the program.
+    fn source(&self, chip: &'static Chip) -> Source<'_> {
+        Source { names: Names { chip, symbols: &self.image.symbols }, lines: &self.image.lines }
+    }
+
+    /// The run, and what is told of it.
+    fn whole<C: Cpu>(&self, (cpu, board): (&mut C, &mut Board), mut job: Planned) -> Result<u8, Failure> {
+        let (args, image, chip) = (self.args, self.image, cpu.chip());
+        let source = self.source(chip);
+        let filled = image.segments.iter().filter(|s| s.space == chip.ram);
+        job.plan.filled =
+            filled.map(|s| Range { space: s.space, start: s.addr, end: s.addr + s.bytes.len() as u32 }).collect();
+        for (text, range) in &job.peek {
+            let width = chip.width(range.space);
+            if let Some(addr) = (range.start..range.end).find(|&addr| cpu.peek(range.space, addr * width).is_none()) {
+                let why = format!("{} has nothing at {}:0x{addr:x}", chip.name, range.space);
+                return Err(Failure::value("--peek <RANGE>", text, &why));
+            }
+        }
+        queue(cpu, &job.drives).map_err(Failure::Usage)?;
+        pic16::warn(chip, image, &self.pic16);
+        if let Some(script) = &self.script {
+            let limits = Limits { cycle: job.plan.limit, hz: self.hz };
+            let name = args.cod.as_deref().unwrap_or_default();
+            return cod::judge(cpu, script, (name, source), (limits, &job.drives), args.json);
+        }
+        let scenario = args.scenes.scenario.as_deref().map(scenarios::read).transpose()?;
+        let cast = match args.scenes.any() {
+            true => {
+                Some(args.scenes.cast(cpu, &source, (args, &job, scenario.as_ref()), (&self.shelf, self.terminal))?)
+            }
+            false => None,
+        };
+        if let Some(bound) = cast.as_ref().and_then(|cast| cast.main.as_ref()) {
+            job.plan.limit = bound.cycles(job.clock.clocks_per_cycle);
+        }
+        board.connect(cpu);
+        let asked = args.trace.asked(cpu, &source)?;
+        let cover = Cover::new(&args.cover, args.trace.map.as_deref(), (&source, image), self.terminal)?;
+        let Recorded { ended, verdict, seen } = recorded(args, (cpu, board), (&job, asked, source), (cast, &cover))?;
+        let held = if ended.reason == Reason::Halted { held(cpu, &job.drives) } else { None };
+        let Planned { clock, plan, peek, .. } = &job;
+        let story = Story { cpu, source, clock: *clock, plan, ended: &ended, peek, held };
+        if let Some(how) = args.lint {
+            lint::complain(&story, how, &args.image, self.terminal);
+        }
+        summary::complain(&story);
+        avr::complain(cpu, &self.avr);
+        let (covered, members) = cover.told(&seen, &source, &args.image)?;
+        let played = scenario.as_ref().zip(verdict.as_ref());
+        if args.json {
+            let mut document = summary::document(&story);
+            for (name, member) in members {
+                document[name] = member;
+            }
+            if let Some((file, verdict)) = played {
+                document["scenario"] = file.document(verdict);
+            }
+            if args.lint.is_some() {
+                document["lints"] = lint::document(&story);
+            }
+            output::json(&document)?;
+        } else if self.to_stdout {
+            output::tell(&(summary::text(&story) + &covered));
+        } else {
+            output::print(summary::text(&story) + &covered)?;
+        }
+        let asked = args.time.is_some() || args.cycles.is_some();
+        let code = code(&job.plan, &ended, asked);
+        let code = match played {
+            Some((file, verdict)) => file.judged(verdict, (code, args.json || self.to_stdout), self.terminal)?,
+            None => code,
+        };
+        Ok(args.lint.map_or(code, |how| lint::code(how, &ended.lints, code)))
+    }
+}
+
+/// Runs and writes along what `--uart`, `--vcd`, `--trace`, `--coverage` and `--profile` ask for.
+fn recorded<C: Cpu>(
+    args: &RunArgs,
+    (cpu, board): (&mut C, &mut Board),
+    (job, asked, source): (&Planned, Asked, Source<'_>),
+    (cast, cover): (Option<Cast>, &Cover<'_>),
+) -> Result<Recorded, Failure> {
+    let chip = cpu.chip();
+    let record = args.scenes.record.as_deref().filter(|f| !output::is_stdout(f)).map(Pending::new).transpose()?;
+    let raw = args.uart.as_deref().is_some_and(output::is_stdout);
+    let (start, mut printed, mut broken) = (Instant::now(), 0, None);
+    let interrupted = interrupts();
+    let mut patience = |sent: &[u8]| {
+        if raw && broken.is_none() {
+            broken = output::print(sent.get(printed..).unwrap_or_default()).err();
+            printed = sent.len();
+        }
+        broken.is_none()
+            && !interrupted.load(Ordering::Relaxed)
+            && args.timeout.is_none_or(|limit| start.elapsed() < limit)
+    };
+    let mut stage = match cast {
+        Some(cast) => {
+            let driven = job.drives.iter().filter_map(|drive| drive.pin()).chain(board.driven()).collect();
+            Some(Stage::new(chip, job.clock, cast, driven, &mut patience).map_err(Failure::Usage)?)
+        }
+        None => None,
+    };
+    // Before the waveform begins, so that it begins with what is there from the first cycle on.
+    if let Some(stage) = &mut stage {
+        stage.start(cpu);
+    }
+    let uart_file = args.uart.as_deref().filter(|f| !output::is_stdout(f)).map(Pending::new).transpose()?;
+    let vcd_file = args.vcd.as_deref().filter(|f| !output::is_stdout(f)).map(Pending::new).transpose()?;
+    let vcd_name = args.vcd.as_deref().unwrap_or_default();
+    let vcd_error = |error: std::io::Error| Failure::writing(vcd_name, &error);
+    let wave = match (&args.vcd, &vcd_file) {
+        (None, _) => None,
+        (Some(_), Some(file)) => Some(file.writer()?),
+        (Some(_), None) => Some(Box::new(std::io::BufWriter::new(std::io::stdout())) as Box<dyn Write>),
+    };
+    let wave = wave
+        .map(|out| {
+            let levels = shown(cpu, chip);
+            let columns = &asked.columns();
+            let start = Time::at(cpu.cycle());
+            let extras = Extras { start, uart: family::has_uart(chip), columns, split: args.trace.vcd_bits };
+            Wave::with((out, chip, job.clock), &levels, extras)
+        })
+        .transpose()
+        .map_err(vcd_error)?;
+
+    let trace_file = args.trace.pending()?;
+    let look = args.trace.look(asked, trace_file.as_ref(), (source, job.clock.hz))?;
+
+    let go = |cpu: &mut C, host: &mut dyn Host<C>| {
+        let ended = match look {
+            None => cover.run((cpu, board), &job.plan, wave, host).map(|(ended, seen)| (ended, None, seen)),
+            Some(look) => run_looking(board, cpu, &job.plan, (wave, look), host)
+                .map(|(ended, look)| (ended, Some(look), Seen::default())),
+        };
+        ended.map_err(vcd_error)
+    };
+    let ((mut ended, look, seen), verdict, recording) = match stage {
+        Some(mut stage) => {
+            let ended = go(cpu, &mut stage)?;
+            let verdict = stage.end(cpu, &ended.0.uart, "the run ended");
+            (ended, verdict, stage.recording(cpu))
+        }
+        None => (go(cpu, &mut Patience(&mut patience))?, None, None),
+    };
+    if ended.reason == Reason::Host && interrupted.load(Ordering::Relaxed) {
+        ended.reason = Reason::Interrupted;
+    }
+    if let Some(failure) = broken {
+        return Err(failure);
+    }
+    if let Some(file) = uart_file {
+        let mut out = file.writer()?;
+        let name = args.uart.as_deref().unwrap_or_default();
+        out.write_all(&ended.uart).and_then(|()| out.flush()).map_err(|error| Failure::writing(name, &error))?;
+        drop(out);
+        file.complete()?;
+    }
+    vcd_file.map_or(Ok(()), Pending::complete)?;
+    if let Some(look) = look {
+        args.trace.keep(look, trace_file, cpu.cycle(), &ended)?;
+    }
+    if let (Some(name), Some(text)) = (args.scenes.record.as_deref(), recording) {
+        match record {
+            Some(file) => {
+                let mut out = file.writer()?;
+                out.write_all(text.as_bytes())
+                    .and_then(|()| out.flush())
+                    .map_err(|error| Failure::writing(name, &error))?;
+                drop(out);
+                file.complete()?;
+            }
+            None => output::print(text)?,
+        }
+    }
+    Ok(Recorded { ended, verdict, seen })
+}
+
+/// Set by the first signal that asks for the end, so that the run ends well; a second one does what it always does. Where the system
+/// refuses so does the first.
+fn interrupts() -> Arc<AtomicBool> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        // In this order: the first signal finds it unset.
+        _ = signal_hook::flag::register_conditional_default(signal, Arc::clone(&interrupted));
+        _ = signal_hook::flag::register(signal, Arc::clone(&interrupted));
+    }
+    interrupted
+}
+
+/// How a run ended, and a scenario in it.
+struct Recorded {
+    ended: Ended,
+    verdict: Option<Verdict>,
+    seen: Seen,
+}

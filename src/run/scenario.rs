@@ -1,0 +1,347 @@
+//! `emu run --scenario`, `--stimulus` and `--record`: scenarios on a chip with an image.
+//!
+//! A tick is a clock of the oscillator. Drives are queued ahead of their time, so that each acts in its own clock; conditions are
+//! looked at between two instructions: after each edge of a pin that they name, and after every instruction where they name memory.
+
+mod stimuli;
+
+use std::sync::Arc;
+
+use diag::Diagnostic;
+use emu_core::chip::Chip;
+use emu_core::cpu::{Cpu, Reset};
+use emu_core::pins::{Level, PinId, Time};
+use emu_debug::scene::{Given, Seen, Table};
+use emu_debug::stimulus::{FIRST_SUPPLY, Put, apply};
+use emu_debug::{Clock, Drive, Going, Host, Sender, Watched};
+use scenario::{Bound, Done, Next, Player, Reading, Recorder, Verdict, World};
+
+pub use stimuli::Asked;
+
+use crate::family;
+use crate::output;
+use crate::snapshots::Shelf;
+
+/// Machine cycles by which drives are queued ahead of their time.
+const AHEAD: u64 = 1 << 10;
+
+/// What a byte on the line takes, in bits.
+const FRAME: u128 = 10;
+
+/// Scenarios on one machine.
+pub struct Stage<'a> {
+    chip: &'static Chip,
+    clock: Clock,
+    table: Table,
+    /// The one that decides, and stimuli beside it.
+    main: Option<Player>,
+    beside: Vec<Player>,
+    line: Option<Line>,
+    /// What the supply has been set to, in millivolts.
+    supply: u32,
+    /// Pins that somebody drives; no others may be used to make time pass.
+    driven: Vec<PinId>,
+    /// The tick up to which the machine need not be asked.
+    next: u64,
+    started: bool,
+    pub verdict: Option<Verdict>,
+    pub recorder: Option<Recorder>,
+    shelf: Shelf,
+    /// What was done to the pins and the supply, where somebody wants to do it again.
+    pub drives: Option<Vec<Drive>>,
+    /// Whether the user wants to wait any longer; told what was sent.
+    pub patience: &'a mut dyn FnMut(&[u8]) -> bool,
+}
+
+/// The line to the chip's receiver.
+#[derive(Debug, Clone)]
+struct Line {
+    sender: Sender,
+    /// Texts whose edges may still move those of the next, with the edges that were queued for them.
+    texts: Vec<(Time, Vec<u8>)>,
+    queued: usize,
+    /// The clock at which the line is free for certain.
+    over: u128,
+    baud: u64,
+}
+
+/// What a stage is made of.
+pub struct Cast {
+    pub table: Table,
+    pub main: Option<Bound>,
+    pub beside: Vec<Bound>,
+    pub baud: u64,
+    pub recorder: Option<Recorder>,
+    pub shelf: Shelf,
+}
+
+impl<'a> Stage<'a> {
+    /// Nothing has happened yet. `driven`: pins that are driven by others.
+    ///
+    /// # Errors
+    /// A rate that no line has.
+    pub fn new(
+        chip: &'static Chip,
+        clock: Clock,
+        cast: Cast,
+        driven: Vec<PinId>,
+        patience: &'a mut dyn FnMut(&[u8]) -> bool,
+    ) -> Result<Stage<'a>, String> {
+        let Cast { table, main, beside, baud, recorder, shelf } = cast;
+        let sends = main.iter().chain(&beside).any(|bound| bound.sends);
+        let baud = main.iter().find_map(|bound| bound.baud).unwrap_or(baud);
+        let line = match family::receive_pin(chip).filter(|_| sends) {
+            Some(pin) => {
+                let sender = Sender::new(pin, baud)?;
+                Some(Line { sender, texts: Vec::new(), queued: 0, over: 0, baud })
+            }
+            None => None,
+        };
+        let player = |bound: Bound| Player::new(Arc::new(bound));
+        Ok(Stage {
+            chip,
+            clock,
+            table,
+            main: main.map(player),
+            beside: beside.into_iter().map(player).collect(),
+            line,
+            supply: FIRST_SUPPLY,
+            driven,
+            next: 0,
+            started: false,
+            verdict: None,
+            recorder: recorder.map(|mut recorder| {
+                recorder.baud = recorder.baud.or(sends.then_some(baud));
+                recorder
+            }),
+            shelf,
+            drives: None,
+            patience,
+        })
+    }
+
+    /// What is done before the first cycle.
+    pub fn start<C: Cpu>(&mut self, cpu: &mut C) {
+        if let Some(line) = &self.line {
+            let (at, pin) = (Time::at(cpu.cycle()), line.sender.pin);
+            cpu.drive(at, pin, Level::High);
+            self.note(Drive { at, put: Put::Level(pin, Level::High) });
+            self.driven.push(pin);
+        }
+        self.started = true;
+        self.look(cpu, &[]);
+    }
+
+    fn clocks(&self) -> u64 {
+        u64::from(self.clock.clocks_per_cycle.max(1))
+    }
+
+    /// Lets all players look; sets when to look next, and the verdict at the end.
+    fn look<C: Cpu>(&mut self, cpu: &mut C, sent: &[u8]) {
+        let (mut main, mut beside) = (self.main.take(), std::mem::take(&mut self.beside));
+        let mut next = u64::MAX;
+        let mut floor = Floor { stage: self, cpu, sent };
+        let mut verdict = None;
+        for player in &mut beside {
+            if let Next::At(tick) = player.look(&mut floor) {
+                next = next.min(tick);
+            }
+        }
+        if let Some(player) = &mut main {
+            match player.look(&mut floor) {
+                Next::At(tick) => next = next.min(tick),
+                Next::Done(done) => verdict = Some(done),
+            }
+        }
+        (self.main, self.beside, self.next) = (main, beside, next);
+        self.verdict = self.verdict.take().or(verdict);
+    }
+
+    /// The verdict, where the run ended before the scenario did.
+    pub fn end<C: Cpu>(&mut self, cpu: &mut C, sent: &[u8], why: &str) -> Option<Verdict> {
+        if self.verdict.is_none() {
+            self.look(cpu, sent);
+        }
+        if let (None, Some(mut player)) = (&self.verdict, self.main.take()) {
+            let floor = Floor { stage: self, cpu, sent };
+            self.verdict = Some(player.give_up(&floor, why));
+        }
+        self.verdict.clone()
+    }
+
+    /// The recording, which lasts up to now.
+    pub fn recording<C: Cpu>(&self, cpu: &C) -> Option<String> {
+        self.recorder.as_ref().map(|recorder| recorder.write(cpu.cycle().saturating_mul(self.clocks())))
+    }
+
+    fn note(&mut self, drive: Drive) {
+        if let Some(drives) = &mut self.drives {
+            drives.push(drive);
+        }
+    }
+
+    fn record(&mut self, tick: u64, done: impl FnOnce() -> Done) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.push(tick, done());
+        }
+    }
+}
+
+impl<C: Cpu> Host<C> for Stage<'_> {
+    fn going(&mut self, cpu: &mut C, sent: &[u8], watched: &mut Watched) -> Going {
+        if !(self.patience)(sent) {
+            return Going::Stop;
+        }
+        self.look(cpu, sent);
+        if self.verdict.is_some() {
+            return Going::Over;
+        }
+        let now = cpu.cycle();
+        watched.pins.clear();
+        watched.bytes = false;
+        let mut until = self.next.div_ceil(self.clocks());
+        if let Some(player) = &self.main {
+            watched.bytes = player.listens();
+            for output in player.watched() {
+                match self.table.seen.get(output) {
+                    Some(Seen::Pin(pin)) => watched.pins.push(*pin),
+                    // Registers of the chip change by themselves.
+                    Some(Seen::Memory(..)) => until = now + 1,
+                    None => {}
+                }
+            }
+        }
+        Going::Until(until.max(now + 1))
+    }
+
+    fn halted(&mut self, cpu: &mut C) -> bool {
+        if self.main.is_none() && self.next == u64::MAX {
+            return false;
+        }
+        // Time passes up to the next look: something is queued for it that changes nothing.
+        let at = Time::at(self.next.div_ceil(self.clocks()).max(cpu.cycle() + 1));
+        let power = self.chip.pin("POWER").filter(|pin| !self.driven.contains(pin));
+        if let Some(power) = power {
+            cpu.drive(at, power, Level::High);
+            return true;
+        }
+        let ports =
+            (0..).zip(self.chip.pins).filter(|(pin, def)| def.dip != 0 && cpu.has_pin(*pin) && is_port(def.name));
+        let free = ports.map(|(pin, _)| pin).filter(|pin| !self.driven.contains(pin)).last();
+        if let Some(pin) = free {
+            cpu.drive(at, pin, Level::Float);
+        }
+        free.is_some()
+    }
+
+    fn over(&mut self, _: &mut C, sent: &[u8]) {
+        (self.patience)(sent);
+    }
+}
+
+/// `PB5`, `P1.0`, `RC3`.
+fn is_port(name: &str) -> bool {
+    name.starts_with(['P', 'R']) && name.ends_with(|c: char| c.is_ascii_digit()) && name.len() <= 4
+}
+
+/// A chip as its scenario sees it between two instructions.
+struct Floor<'f, 'a, C> {
+    stage: &'f mut Stage<'a>,
+    cpu: &'f mut C,
+    sent: &'f [u8],
+}
+
+impl<C: Cpu> Floor<'_, '_, C> {
+    fn time(&self, tick: u64) -> Time {
+        let clocks = self.stage.clocks();
+        Time { cycle: tick / clocks, phase: (tick % clocks) as u8 }
+    }
+}
+
+impl<C: Cpu> World for Floor<'_, '_, C> {
+    fn now(&self) -> u64 {
+        self.cpu.cycle().saturating_mul(self.stage.clocks())
+    }
+
+    fn ahead(&self) -> u64 {
+        AHEAD * self.stage.clocks()
+    }
+
+    fn put(&mut self, input: usize, at: u64) -> Result<(), String> {
+        let Some((given, name, value)) = self.stage.table.given.get(input).cloned() else { return Ok(()) };
+        let time = self.time(at);
+        match given {
+            Given::Put(put) => {
+                apply(self.cpu, Drive { at: time, put }, &mut self.stage.supply)?;
+                self.stage.note(Drive { at: time, put });
+                if let Put::Level(pin, _) | Put::Volts(pin, _) | Put::Counts(pin, _) = put {
+                    self.stage.driven.push(pin);
+                    self.stage.driven.dedup();
+                }
+            }
+            Given::Poke(space, addr, bytes) => {
+                for (addr, byte) in (addr..).zip(bytes) {
+                    self.cpu.poke(space, addr, byte);
+                }
+            }
+        }
+        self.stage.record(at, || Done::Set(name, value));
+        Ok(())
+    }
+
+    fn read(&self, output: usize) -> Reading {
+        self.stage.table.seen.get(output).map_or(Reading::Floating, |seen| seen.read(self.cpu))
+    }
+
+    fn send(&mut self, bytes: &[u8], at: u64) -> Result<(), String> {
+        let (time, clock) = (self.time(at), self.stage.clock);
+        let Some(line) = &mut self.stage.line else { return Ok(()) };
+        if u128::from(at) >= line.over {
+            line.texts.clear();
+            line.queued = 0;
+        }
+        line.texts.push((time, bytes.to_vec()));
+        let edges = line.sender.edges(clock, &line.texts)?;
+        // The first says that the line is high before; it is.
+        for drive in edges.iter().skip(1 + line.queued) {
+            apply(self.cpu, *drive, &mut self.stage.supply)?;
+            self.stage.drives.iter_mut().for_each(|drives| drives.push(*drive));
+        }
+        line.queued = edges.len().saturating_sub(1);
+        let length = bytes.len() as u128 * FRAME * u128::from(clock.hz) / u128::from(line.baud.max(1)) + 2;
+        line.over = line.over.max(at.into()) + length;
+        self.stage.record(at, || Done::Send(bytes.to_vec()));
+        Ok(())
+    }
+
+    fn received(&self) -> &[u8] {
+        self.sent
+    }
+
+    fn power_cycle(&mut self) -> Result<(), String> {
+        self.cpu.reset(Reset::PowerOn);
+        let now = self.now();
+        self.stage.record(now, || Done::PowerCycle);
+        Ok(())
+    }
+
+    fn snapshot(&mut self, file: &str) -> Result<(), String> {
+        let written = self.stage.shelf.write(file, self.cpu.cycle(), &self.cpu.save());
+        written.map_err(|failure| format!("no snapshot was written: {}", failure.sentence()))
+    }
+
+    fn log(&mut self, line: &str) {
+        let moment = self.moment(self.now());
+        output::tell(&format!("{moment}: {line}\n"));
+    }
+
+    fn moment(&self, tick: u64) -> String {
+        let cycle = tick / self.stage.clocks();
+        format!("cycle {cycle} ({} s)", self.stage.clock.seconds(cycle))
+    }
+}
+
+/// A refusal as failures are told.
+pub fn refused(faults: Vec<Diagnostic>) -> crate::fail::Failure {
+    crate::fail::Failure::Refused(faults, crate::report::Texts::default())
+}

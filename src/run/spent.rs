@@ -1,0 +1,123 @@
+//! Where the cycles of a run went, as a table, as JSON, and folded for flame graphs.
+
+use std::collections::BTreeMap;
+
+use emu_debug::Source;
+use emu_debug::profile::{Profile, Service};
+use serde_json::{Value, json};
+
+use super::rungs::Rungs;
+
+/// The cycles of a run by what people know of it.
+pub struct Spent {
+    sum: u64,
+    before: u64,
+    idle: u64,
+    /// By function; the most first.
+    functions: Vec<(String, u64)>,
+    /// By rung from 1, nothing for what is in none; none at all without a map.
+    rungs: BTreeMap<Option<u32>, u64>,
+    interrupts: Vec<(String, Service)>,
+    /// By interrupt and function.
+    stacks: BTreeMap<(String, String), u64>,
+}
+
+/// What stands for the core that sleeps.
+const ASLEEP: &str = "(asleep or held)";
+/// What stands for code before the first name.
+const NAMELESS: &str = "(no symbol)";
+
+impl Spent {
+    /// Adds up what was counted.
+    pub fn new(profile: &Profile, source: &Source<'_>, rungs: Option<&Rungs>) -> Spent {
+        let chip = source.names.chip;
+        let vector =
+            |number: u8| chip.vectors.get(usize::from(number)).map_or_else(|| number.to_string(), |n| (*n).to_owned());
+        let serving = |vectors: Option<u8>| vectors.map_or("program".to_owned(), vector);
+        let (mut functions, mut by_rung, mut stacks) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        for (service, pc, count) in profile.cycles() {
+            let near = source.names.near(pc * chip.word_bytes);
+            let name = near.as_deref().map_or(NAMELESS, |name| name.split('+').next().unwrap_or(name)).to_owned();
+            if let Some(rungs) = rungs {
+                *by_rung.entry(rungs.rung(pc)).or_default() += count;
+            }
+            *stacks.entry((serving(service), name.clone())).or_default() += count;
+            *functions.entry(name).or_default() += count;
+        }
+        for (service, count) in profile.idle() {
+            *stacks.entry((serving(service), ASLEEP.to_owned())).or_default() += count;
+        }
+        let mut functions: Vec<(String, u64)> = functions.into_iter().collect();
+        functions.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
+        Spent {
+            sum: profile.sum(),
+            before: profile.before(),
+            idle: profile.idle().map(|(_, count)| count).sum(),
+            functions,
+            rungs: by_rung,
+            interrupts: profile.services().map(|(number, service)| (vector(number), service)).collect(),
+            stacks,
+        }
+    }
+
+    /// The table.
+    pub fn text(&self) -> String {
+        let share = |count: u64| {
+            let part = (u128::from(count) * 1000).checked_div(u128::from(self.sum)).unwrap_or(0);
+            format!("{}.{} %", part / 10, part % 10)
+        };
+        let row = |name: &str, count: u64| format!("  {count:>14}  {:>7}  {name}\n", share(count));
+        let mut out = format!("profile    {} cycles\n", self.sum);
+        for (name, count) in &self.functions {
+            out.push_str(&row(name, *count));
+        }
+        for (name, count) in [(ASLEEP, self.idle), ("(before the first instruction)", self.before)] {
+            if count > 0 {
+                out.push_str(&row(name, count));
+            }
+        }
+        if !self.rungs.is_empty() {
+            out.push_str("by rung\n");
+            let (none, of): (Vec<_>, Vec<_>) = self.rungs.iter().partition(|(rung, _)| rung.is_none());
+            for (rung, count) in of.into_iter().chain(none) {
+                let name = rung.map_or("(no rung)".to_owned(), |rung| format!("rung {rung}"));
+                out.push_str(&row(&name, *count));
+            }
+        }
+        if !self.interrupts.is_empty() {
+            out.push_str(&format!("interrupt {:>6}  {:>7}  {:>7}\n", "cycles", "count", "longest"));
+            for (name, Service { count, total, longest }) in &self.interrupts {
+                out.push_str(&format!("  {total:>14}  {count:>7}  {longest:>7}  {name}\n"));
+            }
+        }
+        out
+    }
+
+    /// A member of the document.
+    pub fn document(&self) -> Value {
+        let function = |(name, cycles): &(String, u64)| json!({ "name": name, "cycles": cycles });
+        let rung = |(rung, cycles): (&Option<u32>, &u64)| json!({ "rung": rung, "cycles": cycles });
+        let interrupt = |(name, service): &(String, Service)| json!({ "name": name, "count": service.count, "cycles": service.total, "longest": service.longest });
+        json!({
+            "cycles": self.sum,
+            "before": self.before,
+            "idle": self.idle,
+            "functions": self.functions.iter().map(function).collect::<Vec<_>>(),
+            "rungs": self.rungs.iter().map(rung).collect::<Vec<_>>(),
+            "interrupts": self.interrupts.iter().map(interrupt).collect::<Vec<_>>(),
+        })
+    }
+
+    /// A line for each stack: its parts with `;` between them, and its cycles. All of them come to the sum.
+    pub fn folded(&self) -> String {
+        let plain = |name: &str| name.replace([';', ' ', '\n'], "_");
+        let line = |((serving, name), count): (&(String, String), &u64)| {
+            format!("{};{} {count}\n", plain(serving), plain(name))
+        };
+        let mut out: String = self.stacks.iter().map(line).collect();
+        if self.before > 0 {
+            out.push_str(&format!("(before_the_first_instruction) {}\n", self.before));
+        }
+        out
+    }
+}

@@ -1,0 +1,110 @@
+//! `emu wave`: a waveform (VCD) drawn as text or as a picture.
+
+mod read;
+mod scale;
+mod svg;
+mod text;
+
+use clap::Args;
+
+use crate::fail::{Failure, exit};
+use crate::nearest::nearest;
+use crate::output;
+use read::{Signal, Waves};
+
+const EXAMPLES: &str = "\
+Examples:
+  emu run blink.hex --mcu atmega328p --for 2s --vcd blink.vcd
+  emu wave blink.vcd --only PB5
+  emu wave blink.vcd --only 'PB*' --only TCNT0 --from 10ms --to 12ms --svg blink.svg";
+
+/// Most signals that are drawn at once.
+const MOST: usize = 1000;
+
+/// Columns of text, and pixels of a picture, unless --width says otherwise.
+const COLUMNS: u32 = 80;
+const PIXELS: u32 = 1200;
+
+/// Flags of `emu wave`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct WaveArgs {
+    /// A waveform in the VCD format, from emu or any other tool; - is standard input.
+    #[arg(value_name = "FILE.vcd")]
+    file: String,
+    /// Draw a picture (SVG, light and dark) to this file; - is standard output. Without it the waveform is drawn as text.
+    #[arg(long, value_name = "OUT")]
+    svg: Option<String>,
+    /// Draw only this signal, by its name, with or without its scopes (PB5, signals.TCNT0); * stands for any text (PB*).
+    /// Repeatable; they are drawn in this order.
+    #[arg(long, value_name = "NAME")]
+    only: Vec<String>,
+    /// Begin at this time: 10ms, 2.5us, or 1000c (steps of the file's time scale).
+    #[arg(long, value_name = "TIME")]
+    from: Option<String>,
+    /// End at this time.
+    #[arg(long, value_name = "TIME")]
+    to: Option<String>,
+    /// Columns of the text, or pixels of the picture: 80 and 1200 by default.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(20..=20_000))]
+    width: Option<u32>,
+}
+
+/// What is drawn: signals from one moment to another, in steps of the file's time scale.
+struct Drawing<'a> {
+    waves: &'a Waves,
+    signals: Vec<&'a Signal>,
+    from: u64,
+    /// Above `from`.
+    to: u64,
+}
+
+/// Draws a waveform.
+pub fn wave(args: &WaveArgs) -> Result<u8, Failure> {
+    if let Some(file) = &args.svg {
+        output::spares(&args.file, &[("--svg", file)])?;
+    }
+    let waves = read::read(&args.file, &args.only)?;
+    let time = |flag: &str, text: &Option<String>| {
+        let time = text.as_ref().map(|text| waves.scale.ticks(text).map_err(|why| Failure::value(flag, text, &why)));
+        time.transpose()
+    };
+    let from = time("--from <TIME>", &args.from)?.unwrap_or(waves.start);
+    let to = time("--to <TIME>", &args.to)?.unwrap_or(waves.end.max(from.saturating_add(1)));
+    if from >= to {
+        return Err(Failure::Usage("--from is not before --to".to_owned()));
+    }
+    let signals = chosen(args, &waves)?;
+    let drawing = Drawing { waves: &waves, signals, from, to };
+    match &args.svg {
+        Some(file) => {
+            let picture = svg::draw(&drawing, args.width.unwrap_or(PIXELS));
+            output::files(&[(file, picture.as_bytes())])?;
+        }
+        None => output::print(text::draw(&drawing, args.width.unwrap_or(COLUMNS)))?,
+    }
+    Ok(exit::OK)
+}
+
+/// The signals that are drawn, in their order.
+fn chosen<'a>(args: &WaveArgs, waves: &'a Waves) -> Result<Vec<&'a Signal>, Failure> {
+    let mut chosen: Vec<&Signal> = Vec::new();
+    for pattern in &args.only {
+        let found: Vec<&Signal> = waves.signals.iter().filter(|signal| signal.is_named(pattern)).collect();
+        if found.is_empty() {
+            let names = waves.signals.iter().map(|signal| signal.name.as_str());
+            let hint = nearest(pattern, names).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+            return Err(Failure::value("--only <NAME>", pattern, &format!("there is no such signal{hint}")));
+        }
+        chosen.extend(found);
+    }
+    if args.only.is_empty() {
+        chosen.extend(&waves.signals);
+    }
+    if chosen.len() > MOST {
+        let why =
+            format!("{} signals are more than the {MOST} that are drawn at once; name some with --only", chosen.len());
+        return Err(Failure::Usage(why));
+    }
+    Ok(chosen)
+}

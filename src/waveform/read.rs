@@ -1,0 +1,377 @@
+//! A VCD file (IEEE 1364-2005, section 18) in memory: the signals that are drawn, and their changes.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader};
+
+use diag::{Diagnostic, Pos, Severity};
+use vcd::{Command, IdCode, Parser, TimescaleUnit, Value, VarType, Vector};
+
+use super::scale::Scale;
+use crate::codes::{MALFORMED_WAVE, TOO_LARGE_WAVE, UNREADABLE, WRONG_WAVE, about_file, reason};
+use crate::fail::Failure;
+use crate::report::Texts;
+
+/// Most changes that are kept.
+const MOST: usize = 4_000_000;
+
+/// Most signals that a file declares.
+const MOST_SIGNALS: usize = 100_000;
+
+/// A value of a signal.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Shown {
+    /// A bit that is 0.
+    Low,
+    /// A bit that is 1.
+    High,
+    /// Not known; of several bits, all of them.
+    Unknown,
+    /// Not driven.
+    Floating,
+    /// A number or a text.
+    Word(Box<str>),
+    /// It happens at this moment.
+    Event,
+}
+
+/// A signal and its changes, in order of time.
+#[derive(Debug)]
+pub struct Signal {
+    /// Name with its scopes, but for the outermost where all have the same.
+    pub name: String,
+    /// Bits; 0 for numbers with a point and texts.
+    bits: u32,
+    /// It only happens, and has no value.
+    pub event: bool,
+    /// When it changes, and to what.
+    pub changes: Vec<(u64, Shown)>,
+}
+
+/// What is drawn of a file.
+#[derive(Debug)]
+pub struct Waves {
+    /// The steps of its time.
+    pub scale: Scale,
+    /// Its signals, in the order in which they are declared.
+    pub signals: Vec<Signal>,
+    /// First and last moment.
+    pub start: u64,
+    /// Last moment.
+    pub end: u64,
+}
+
+impl Signal {
+    /// A pattern, in which * stands for any text, is its name with or without scopes.
+    pub fn is_named(&self, pattern: &str) -> bool {
+        let tails = self.name.match_indices('.').map(|(at, _)| self.name.get(at + 1..).unwrap_or_default());
+        std::iter::once(self.name.as_str()).chain(tails).any(|name| matches(name, pattern))
+    }
+}
+
+/// A name is what a pattern says.
+fn matches(name: &str, pattern: &str) -> bool {
+    let Some((front, rest)) = pattern.split_once('*') else { return name == pattern };
+    let Some(name) = name.strip_prefix(front) else { return false };
+    let starts = name.char_indices().map(|(at, _)| at).chain([name.len()]);
+    starts.into_iter().any(|at| matches(name.get(at..).unwrap_or_default(), rest))
+}
+
+/// Reads a file. Of signals that none of the patterns names, if there are any, nothing is kept.
+pub fn read(file: &str, only: &[String]) -> Result<Waves, Failure> {
+    if file == "-" {
+        return Reading::new(file, only).all(BufReader::new(io::stdin()));
+    }
+    let open = File::open(file).map_err(|error| {
+        let cause = format!("cannot be read: {}", reason(&error));
+        let hint = "check the path; - is standard input";
+        Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Texts::default())
+    })?;
+    Reading::new(file, only).all(BufReader::new(open))
+}
+
+/// A file that is read.
+struct Reading<'a> {
+    file: &'a str,
+    only: &'a [String],
+    scale: Option<Scale>,
+    scopes: Vec<String>,
+    signals: Vec<Signal>,
+    /// The signals that share a code.
+    codes: HashMap<IdCode, Vec<usize>>,
+    declared: bool,
+    start: Option<u64>,
+    now: u64,
+    kept: usize,
+}
+
+impl<'a> Reading<'a> {
+    fn new(file: &'a str, only: &'a [String]) -> Reading<'a> {
+        Reading {
+            file,
+            only,
+            scale: None,
+            scopes: Vec::new(),
+            signals: Vec::new(),
+            codes: HashMap::new(),
+            declared: false,
+            start: None,
+            now: 0,
+            kept: 0,
+        }
+    }
+
+    fn all(mut self, input: impl BufRead) -> Result<Waves, Failure> {
+        let mut parser = Parser::new(input);
+        loop {
+            match parser.next() {
+                None => break,
+                Some(Ok(command)) => {
+                    self.command(command).map_err(|(code, cause)| self.refuse(code, parser.line(), cause))?;
+                }
+                Some(Err(error)) => {
+                    let cause = match error.kind() {
+                        io::ErrorKind::UnexpectedEof => "the file ends within a command".to_owned(),
+                        io::ErrorKind::InvalidData => format!("this is no VCD: {}", told(&error)),
+                        _ => format!("cannot be read: {}", reason(&error)),
+                    };
+                    return Err(self.refuse(MALFORMED_WAVE, parser.line(), cause));
+                }
+            }
+        }
+        if !self.declared {
+            let cause = "the file ends before $enddefinitions".to_owned();
+            return Err(self.refuse(MALFORMED_WAVE, parser.line(), cause));
+        }
+        if self.signals.is_empty() {
+            return Err(self.refuse(WRONG_WAVE, parser.line(), "the file declares no signal".to_owned()));
+        }
+        Ok(self.done())
+    }
+
+    fn done(mut self) -> Waves {
+        // The outermost scope says nothing where all signals lie in it.
+        let first = self.signals.first().and_then(|signal| Some(signal.name.split_once('.')?.0.to_owned()));
+        if let Some(prefix) = first.map(|scope| scope + ".")
+            && self.signals.iter().all(|signal| signal.name.starts_with(&prefix))
+        {
+            for signal in &mut self.signals {
+                signal.name.drain(..prefix.len());
+            }
+        }
+        let scale = self.scale.unwrap_or(Scale::new(1, TimescaleUnit::S));
+        Waves { scale, signals: self.signals, start: self.start.unwrap_or(0), end: self.now }
+    }
+
+    fn command(&mut self, command: Command) -> Result<(), (&'static str, String)> {
+        let wrong = |cause: &str| Err((WRONG_WAVE, cause.to_owned()));
+        match command {
+            Command::Timescale(0, _) => wrong("the time scale is 0"),
+            Command::Timescale(number, unit) => {
+                self.scale = Some(Scale::new(number, unit));
+                Ok(())
+            }
+            Command::ScopeDef(_, name) => {
+                self.scopes.push(name);
+                Ok(())
+            }
+            Command::Upscope if self.scopes.pop().is_none() => wrong("$upscope leaves a scope that was not entered"),
+            Command::VarDef(kind, bits, code, name, index) => {
+                if self.declared {
+                    return wrong("a signal is declared behind $enddefinitions");
+                }
+                if self.signals.len() >= MOST_SIGNALS {
+                    return Err((TOO_LARGE_WAVE, format!("there are more than {MOST_SIGNALS} signals")));
+                }
+                let index = index.filter(|_| bits == 1).map_or_else(String::new, |index| index.to_string());
+                let path = self.scopes.iter().map(String::as_str).chain([name.as_str()]).collect::<Vec<_>>().join(".");
+                let bits = if matches!(kind, VarType::Real | VarType::String) { 0 } else { bits.max(1) };
+                self.codes.entry(code).or_default().push(self.signals.len());
+                let event = kind == VarType::Event;
+                self.signals.push(Signal { name: path + &index, bits, event, changes: Vec::new() });
+                Ok(())
+            }
+            Command::Enddefinitions => {
+                self.declared = true;
+                let only = self.only;
+                // Nobody asks for the others.
+                let unwanted = |signal: &Signal| !only.is_empty() && !only.iter().any(|name| signal.is_named(name));
+                let unwanted: Vec<bool> = self.signals.iter().map(unwanted).collect();
+                for list in self.codes.values_mut() {
+                    list.retain(|index| unwanted.get(*index) == Some(&false));
+                }
+                Ok(())
+            }
+            Command::Timestamp(at) if at < self.now => {
+                Err((WRONG_WAVE, format!("time goes back from {} to {at}", self.now)))
+            }
+            Command::Timestamp(at) => {
+                self.start.get_or_insert(at);
+                self.now = at;
+                Ok(())
+            }
+            Command::ChangeScalar(code, value) => self.change(code, |signal| Some(signal.shown(&[value]))),
+            Command::ChangeVector(code, value) => self.change(code, |signal| signal.vector(&value)),
+            Command::ChangeReal(code, value) => {
+                self.change(code, |_| Some(Shown::Word(format!("{value}").into_boxed_str())))
+            }
+            Command::ChangeString(code, value) => {
+                self.change(code, |_| Some(Shown::Word(value.clone().into_boxed_str())))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn change(&mut self, code: IdCode, value: impl Fn(&Signal) -> Option<Shown>) -> Result<(), (&'static str, String)> {
+        let Some(list) = self.codes.get(&code).filter(|_| self.declared) else {
+            return Err((WRONG_WAVE, format!("`{code}` changes, and is no signal that was declared")));
+        };
+        for signal in list {
+            let Some(signal) = self.signals.get_mut(*signal) else { continue };
+            let Some(value) = value(signal) else {
+                return Err((WRONG_WAVE, format!("{} has {} bits, and its value has more", signal.name, signal.bits)));
+            };
+            let same = signal.changes.last().is_some_and(|(_, last)| *last == value && value != Shown::Event);
+            if !same {
+                signal.changes.push((self.now, value));
+                self.kept += 1;
+            }
+        }
+        if self.kept > MOST {
+            return Err((TOO_LARGE_WAVE, format!("there are more than {MOST} changes; name signals with --only")));
+        }
+        Ok(())
+    }
+
+    fn refuse(&self, code: &'static str, line: u64, cause: String) -> Failure {
+        let pos = Pos { line: u32::try_from(line).unwrap_or(u32::MAX), column: 1, width: 1 };
+        let hint = "write the file again with the tool that it comes from";
+        Failure::Refused(vec![Diagnostic::new(Severity::Error, code, self.file, pos, cause, hint)], Texts::default())
+    }
+}
+
+impl Signal {
+    /// A value of several bits, which may be written with fewer; none where there are more.
+    fn vector(&self, value: &Vector) -> Option<Shown> {
+        let bits: Vec<Value> = value.iter().collect();
+        let wanted = self.bits.max(1) as usize;
+        let (front, bits) = bits.split_at(bits.len().saturating_sub(wanted));
+        // Tools may write zeros in front.
+        front.iter().all(|bit| *bit == Value::V0).then(|| self.shown(bits))
+    }
+
+    /// Some bits, the highest first, as they are shown.
+    fn shown(&self, bits: &[Value]) -> Shown {
+        if self.event {
+            return Shown::Event;
+        }
+        match bits {
+            _ if bits.iter().all(|bit| *bit == Value::Z) => Shown::Floating,
+            _ if bits.iter().all(|bit| *bit == Value::X) => Shown::Unknown,
+            [Value::V0] if self.bits == 1 => Shown::Low,
+            [Value::V1] if self.bits == 1 => Shown::High,
+            _ => Shown::Word(self.hex(bits).into_boxed_str()),
+        }
+    }
+
+    /// Bits in hexadecimal digits; x and z where a digit has such bits.
+    fn hex(&self, bits: &[Value]) -> String {
+        // What stands first goes on to the left, as the standard has it, but for 1.
+        let fill = match bits.first() {
+            Some(Value::X) => Value::X,
+            Some(Value::Z) => Value::Z,
+            _ => Value::V0,
+        };
+        let width = (self.bits.max(1) as usize).min(1 << 16).div_ceil(4) * 4;
+        let all: Vec<Value> =
+            std::iter::repeat_n(fill, width.saturating_sub(bits.len())).chain(bits.iter().copied()).collect();
+        let digit = |four: &[Value]| {
+            if four.contains(&Value::X) {
+                'x'
+            } else if four.contains(&Value::Z) {
+                'z'
+            } else {
+                let number = four.iter().fold(0, |high, bit| high << 1 | u32::from(*bit == Value::V1));
+                char::from_digit(number, 16).unwrap_or('?')
+            }
+        };
+        all.chunks(4).map(digit).collect()
+    }
+}
+
+/// What the parser says of a damaged place.
+fn told(error: &io::Error) -> String {
+    let inner = error.get_ref().and_then(|inner| inner.downcast_ref::<vcd::ParseError>());
+    inner.map_or_else(|| error.to_string(), |error| error.kind().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEAD: &str = "$timescale 1 ns $end $scope module top $end $var wire 1 ! a $end $var reg 8 \" b $end \
+                        $var event 1 # e $end $var real 64 $ r $end $upscope $end $enddefinitions $end\n";
+
+    fn read(text: &str) -> Result<Waves, String> {
+        let read = Reading::new("f.vcd", &[]).all(text.as_bytes());
+        read.map_err(|failure| match failure {
+            Failure::Refused(why, _) => why.iter().map(|d| format!("{} {} {}", d.code, d.pos.line, d.cause)).collect(),
+            _ => "another failure".to_owned(),
+        })
+    }
+
+    #[test]
+    fn values() {
+        let body = "#5\n1! b101 \" 1# r1.5 $\n#9\nx! bx \" 1#\n#10 z! b1x0z0001 \"\n#12\n0! b000011111111 \"\n#20\n";
+        let waves = read(&format!("{HEAD}{body}")).unwrap_or_else(|why| panic!("{why}"));
+        let word = |text: &str| Shown::Word(text.into());
+        assert_eq!((waves.start, waves.end), (5, 20));
+        let names: Vec<&str> = waves.signals.iter().map(|signal| signal.name.as_str()).collect();
+        assert_eq!(names, ["a", "b", "e", "r"]);
+        let of = |index: usize| waves.signals[index].changes.clone();
+        assert_eq!(of(0), [(5, Shown::High), (9, Shown::Unknown), (10, Shown::Floating), (12, Shown::Low)]);
+        assert_eq!(of(1), [(5, word("05")), (9, Shown::Unknown), (10, word("x1")), (12, word("ff"))]);
+        assert_eq!(of(2), [(5, Shown::Event), (9, Shown::Event)]);
+        assert_eq!(of(3), [(5, word("1.5"))]);
+    }
+
+    /// Bodies that are refused, with code and line.
+    const DAMAGED: &[(&str, &str)] = &[
+        ("#5\n1!\n#4\n", "WAV002 4"),
+        ("#5\n1?\n", "WAV002 3"),
+        ("#5\nb111111111 \"\n", "WAV002 3"),
+        ("#5\nQ!\n", "WAV001 3"),
+        ("#5\nb1", "WAV001 3"),
+        ("#99999999999999999999\n", "WAV001 2"),
+        ("$upscope $end\n", "WAV002 2"),
+        ("$var wire 1 % c $end\n", "WAV002 2"),
+    ];
+
+    #[test]
+    fn damaged_files() {
+        for (body, wanted) in DAMAGED {
+            let why = read(&format!("{HEAD}{body}")).map(|_| ()).expect_err(body);
+            assert!(why.starts_with(wanted), "{body}: {why}");
+        }
+        for text in ["", "hello\n", "$timescale 1 ns $end\n", "\u{7f}ELF", "$enddefinitions $end\n"] {
+            assert!(read(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn patterns() {
+        for (name, pattern, wanted) in [
+            ("a", "a", true),
+            ("PB5", "PB*", true),
+            ("signals.TCNT0", "TCNT0", true),
+            ("signals.TCNT0", "sig*0", true),
+            ("signals.TCNT0", "TCNT", false),
+            ("x", "*", true),
+            ("PB5", "*B*5*", true),
+            ("PB5", "*C*", false),
+        ] {
+            let signal = Signal { name: name.to_owned(), bits: 1, event: false, changes: Vec::new() };
+            assert_eq!(signal.is_named(pattern), wanted, "{name} {pattern}");
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! A waveform as a picture. It takes the colours of the reader's system, light or dark.
+
+use std::fmt::Write as _;
+
+use super::Drawing;
+use super::read::{Shown, Signal};
+
+/// Height of a line, of what is drawn in it, and of the axis above.
+const ROW: f64 = 28.0;
+const HEIGHT: f64 = 18.0;
+const AXIS: f64 = 34.0;
+
+/// Width of a character, at most.
+const CHARACTER: f64 = 7.4;
+
+/// Pixels between two figures of the axis, at least.
+const APART: u32 = 110;
+
+/// What is narrower cannot be told apart, and is drawn as busy.
+const NARROW: f64 = 1.5;
+
+// Readers that know no media queries keep the light colours.
+const STYLE: &str = "\
+:root { color-scheme: light dark; }
+text { font: 12px ui-monospace, 'DejaVu Sans Mono', Menlo, Consolas, monospace; fill: #1f2328; }
+.paper { fill: #ffffff; }
+.time { fill: #6e7781; }
+.rule { stroke: #e4e7eb; }
+.bit { fill: none; stroke: #0a6640; stroke-width: 1.5; }
+.busy { fill: #0a6640; opacity: .45; }
+.word { fill: #e8f1fb; stroke: #0b57a4; }
+.value { fill: #0b57a4; }
+.odd { fill: url(#hatch); stroke: #b42318; }
+.hatch { stroke: #b42318; opacity: .5; }
+.unknown { fill: #b42318; }
+.float { fill: none; stroke: #9a6700; stroke-width: 1.5; stroke-dasharray: 4 3; }
+@media (prefers-color-scheme: dark) {
+text { fill: #e6e8eb; }
+.paper { fill: #15181c; }
+.time { fill: #9aa4af; }
+.rule { stroke: #2b3138; }
+.bit { stroke: #5fd39a; }
+.busy { fill: #5fd39a; }
+.word { fill: #1d2c3d; stroke: #7ab8ff; }
+.value { fill: #7ab8ff; }
+.odd { stroke: #ff8a7a; }
+.hatch { stroke: #ff8a7a; }
+.unknown { fill: #ff8a7a; }
+.float { stroke: #e3b341; }
+}
+";
+
+/// Draws the picture, so many pixels wide.
+pub fn draw(drawing: &Drawing<'_>, width: u32) -> String {
+    let longest = drawing.signals.iter().map(|signal| signal.name.chars().count()).max().unwrap_or(0);
+    let left = longest.max(4) as f64 * CHARACTER + 20.0;
+    let (width, right) = (f64::from(width).max(left + 100.0), 16.0);
+    let plot = Plot { left, width: width - left - right, from: drawing.from, span: drawing.to - drawing.from };
+    let height = AXIS + ROW * drawing.signals.len() as f64 + 8.0;
+    let mut out = String::new();
+    // Writing to a string does not fail.
+    _ = writeln!(
+        out,
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" viewBox=\"0 0 {width:.0} {height:.0}\" role=\"img\">"
+    );
+    let scale = drawing.waves.scale;
+    _ = writeln!(
+        out,
+        "<title>{} signals from {} to {}</title>",
+        drawing.signals.len(),
+        scale.text(drawing.from),
+        scale.text(drawing.to)
+    );
+    _ = writeln!(out, "<style>{STYLE}</style>");
+    out.push_str(
+        "<defs><pattern id=\"hatch\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\">\
+         <path class=\"hatch\" d=\"M0 6L6 0\"/></pattern></defs>\n<rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n",
+    );
+    for (at, text) in scale.figures(drawing.from, drawing.to, (plot.width as u32 / APART).max(1)) {
+        let x = plot.x(at);
+        let end = height - 8.0;
+        _ = writeln!(out, "<path class=\"rule\" d=\"M{x:.1} {:.1}V{end:.1}\"/>", AXIS - 8.0);
+        let anchor = if x + CHARACTER * text.len() as f64 / 2.0 > width { "end" } else { "middle" };
+        _ = writeln!(
+            out,
+            "<text class=\"time\" x=\"{x:.1}\" y=\"16\" text-anchor=\"{anchor}\">{}</text>",
+            escaped(&text)
+        );
+    }
+    for (row, signal) in drawing.signals.iter().enumerate() {
+        let top = AXIS + ROW * row as f64 + (ROW - HEIGHT) / 2.0;
+        let (x, y) = (left - 10.0, top + HEIGHT - 5.0);
+        _ = writeln!(out, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{}</text>", escaped(&signal.name));
+        line(&mut out, signal, &plot, top);
+    }
+    out.push_str("</svg>\n");
+    out
+}
+
+/// Where times lie.
+struct Plot {
+    left: f64,
+    width: f64,
+    from: u64,
+    span: u64,
+}
+
+impl Plot {
+    fn x(&self, at: u64) -> f64 {
+        self.left + at.saturating_sub(self.from).min(self.span) as f64 / self.span as f64 * self.width
+    }
+}
+
+/// A stretch of a signal, from one place to another: its value, or none where it changes too often to be shown.
+type Stretch<'a> = (f64, f64, Option<&'a Shown>);
+
+/// The stretches of a signal, those that are too narrow put together.
+fn stretches<'a>(signal: &'a Signal, plot: &Plot) -> Vec<Stretch<'a>> {
+    let (from, to) = (plot.from, plot.from + plot.span);
+    let first = signal.changes.partition_point(|(at, _)| *at <= from).saturating_sub(1);
+    let shown = signal.changes.get(first..).unwrap_or_default();
+    let mut all: Vec<Stretch> = Vec::new();
+    for (i, (at, value)) in shown.iter().enumerate() {
+        if *at >= to {
+            break;
+        }
+        let end = shown.get(i + 1).map_or(to, |next| next.0);
+        if end <= from {
+            continue;
+        }
+        let (x, end) = (plot.x(*at), plot.x(end));
+        let narrow = end - x < NARROW;
+        match all.last_mut() {
+            Some((_, last, None)) if narrow => *last = end,
+            _ => all.push((x, end, Some(value).filter(|_| !narrow))),
+        }
+    }
+    // A single narrow one is a pulse that can well be seen.
+    let single = |(x, end, value): Stretch<'a>| {
+        let here = || shown.iter().find(|(at, _)| (plot.x(*at) - x).abs() < 1e-9).map(|(_, value)| value);
+        if value.is_none() && end - x < NARROW { (x, end, here()) } else { (x, end, value) }
+    };
+    all.into_iter().map(single).collect()
+}
+
+fn line(out: &mut String, signal: &Signal, plot: &Plot, top: f64) {
+    let (bottom, middle) = (top + HEIGHT, top + HEIGHT / 2.0);
+    let mut bits = String::new();
+    let mut pen: Option<(f64, f64)> = None;
+    if signal.event {
+        let mut last = f64::MIN;
+        for (at, _) in signal.changes.iter().filter(|(at, _)| (plot.from..=plot.from + plot.span).contains(at)) {
+            let x = plot.x(*at);
+            if x - last >= NARROW {
+                last = x;
+                _ = write!(bits, "M{x:.1} {bottom:.1}V{top:.1}m-3 5l3 -5l3 5");
+            }
+        }
+    }
+    for (x, end, value) in stretches(signal, plot) {
+        let wide = end - x;
+        match value {
+            Some(level @ (Shown::Low | Shown::High)) => {
+                let y = if *level == Shown::High { top } else { bottom };
+                match pen {
+                    Some((at, last)) if (at - x).abs() < 1e-9 => {
+                        if (last - y).abs() > 1e-9 {
+                            _ = write!(bits, "V{y:.1}");
+                        }
+                    }
+                    _ => _ = write!(bits, "M{x:.1} {y:.1}"),
+                }
+                _ = write!(bits, "H{end:.1}");
+                pen = Some((end, y));
+            }
+            Some(Shown::Floating) => {
+                _ = writeln!(out, "<path class=\"float\" d=\"M{x:.1} {middle:.1}H{end:.1}\"/>");
+            }
+            Some(Shown::Unknown) => boxed(out, ("odd", "x"), (x, end), (top, bottom)),
+            Some(Shown::Word(text)) => {
+                // A digit that is not known marks all of it; `x` and `z` are no digits of a number with a point.
+                let digits = text.chars().all(|c| c.is_ascii_hexdigit() || matches!(c, 'x' | 'z'));
+                let odd = digits && text.contains(['x', 'z']);
+                boxed(out, (if odd { "odd" } else { "word" }, text), (x, end), (top, bottom));
+            }
+            Some(Shown::Event) => {}
+            None => {
+                _ = writeln!(
+                    out,
+                    "<rect class=\"busy\" x=\"{x:.1}\" y=\"{top:.1}\" width=\"{wide:.1}\" height=\"{HEIGHT:.1}\"/>"
+                );
+            }
+        }
+    }
+    if !bits.is_empty() {
+        _ = writeln!(out, "<path class=\"bit\" d=\"{bits}\"/>");
+    }
+}
+
+/// A box with pointed ends and a text in it, as far as that fits.
+fn boxed(out: &mut String, (class, text): (&str, &str), (x, end): (f64, f64), (top, bottom): (f64, f64)) {
+    let (wide, middle) = (end - x, (top + bottom) / 2.0);
+    let tip = (wide / 2.0).min(4.0);
+    let (near, far) = (x + tip, end - tip);
+    _ = writeln!(
+        out,
+        "<path class=\"{class}\" d=\"M{x:.1} {middle:.1}L{near:.1} {top:.1}H{far:.1}L{end:.1} {middle:.1}L{far:.1} {bottom:.1}H{near:.1}Z\"><title>{}</title></path>",
+        escaped(text)
+    );
+    let room = ((wide - 2.0 * tip) / CHARACTER).floor() as usize;
+    let length = text.chars().count();
+    let shown: String = match text {
+        _ if length <= room => text.to_owned(),
+        _ if room >= 4 => text.chars().take(room - 1).chain(['…']).collect(),
+        _ => return,
+    };
+    let ink = if class == "odd" { "unknown" } else { "value" };
+    let (x, y) = ((x + end) / 2.0, bottom - 5.0);
+    _ = writeln!(
+        out,
+        "<text class=\"{ink}\" x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\">{}</text>",
+        escaped(&shown)
+    );
+}
+
+/// A text as XML has it. Control characters have no place in it.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '&' => out.push_str("&amp;"),
+            '"' => out.push_str("&quot;"),
+            c if c.is_control() => out.push('?'),
+            c => out.push(c),
+        }
+    }
+    out
+}

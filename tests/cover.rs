@@ -1,0 +1,154 @@
+//! Coverage and profiles on the programs of the benches: what is told is what has happened, and looking changes nothing.
+
+use emu_8051::Mcs51;
+use emu_ap101::Ap101;
+use emu_avr::Avr;
+use emu_avr::chips::ATMEGA328P;
+use emu_core::cpu::{Cpu, Probe, RamInit};
+use emu_core::image::{Image, load_hex};
+use emu_core::table::Flow;
+use emu_debug::{Coverage, Profile};
+use emu_pic16::Pic16;
+
+#[path = "../benches/programs/assemble.rs"]
+mod programs;
+#[path = "../benches/programs51/programs.rs"]
+mod programs51;
+
+/// Machine cycles of a run.
+const CYCLES: u64 = 300_000;
+
+/// Coverage that sees every turn.
+struct Every(Coverage);
+
+impl Probe for Every {
+    const INSN: bool = true;
+    fn insn(&mut self, at: u64, pc: u32) -> bool {
+        self.0.insn(at, pc)
+    }
+    fn irq(&mut self, at: u64, vector: u8) {
+        self.0.irq(at, vector);
+    }
+}
+
+/// What a machine and a probe of it are at the end.
+fn ended<C: Cpu>(cpu: &C) -> (u64, u64, u32, Vec<Option<u32>>) {
+    let regs = cpu.chip().cpu_regs.iter().map(|name| cpu.reg(name)).collect();
+    (cpu.cycle(), cpu.instructions(), cpu.pc(), regs)
+}
+
+/// Instructions that were executed, and which of their ways were gone.
+fn seen<C: Cpu>(cpu: &C, coverage: &Coverage, image: &Image) -> Vec<(u32, bool, Option<[bool; 2]>)> {
+    let reached = coverage.reached(cpu.chip(), image);
+    reached.iter().map(|one| (one.instruction.pc, one.count > 0, one.ways.map(|ways| ways.map(|n| n > 0)))).collect()
+}
+
+fn looked_at<C: Cpu>(name: &str, start: &C, image: &Image) {
+    let (mut bare, mut quick, mut slow, mut timed) = (start.clone(), start.clone(), start.clone(), start.clone());
+    let begun = start.cycle();
+    bare.run(begun + CYCLES, &mut ());
+    let mut coverage = Coverage::default();
+    quick.run(begun + CYCLES, &mut coverage);
+    let mut every = Every(Coverage::default());
+    slow.run(begun + CYCLES, &mut every);
+    let mut profile = Profile::new(start.chip(), image, begun);
+    // In slices: a profile does not notice.
+    for slice in 1..=10 {
+        timed.run(begun + CYCLES / 10 * slice, &mut profile);
+    }
+    profile.finish(timed.cycle());
+    assert_eq!(ended(&quick), ended(&bare), "{name}: coverage");
+    assert_eq!(ended(&slow), ended(&bare), "{name}: every turn");
+    assert_eq!(ended(&timed), ended(&bare), "{name}: profile");
+    assert_eq!(seen(&quick, &coverage, image), seen(&slow, &every.0, image), "{name}");
+    assert_eq!(profile.sum(), timed.cycle() - begun, "{name}");
+    let executed: u64 = every.0.reached(start.chip(), image).iter().map(|one| one.count).sum();
+    assert_eq!(executed, slow.instructions() - start.instructions(), "{name}: every instruction is counted once");
+    assert!(executed > 0, "{name}");
+}
+
+#[test]
+fn avr() {
+    for (name, source) in programs::PROGRAMS {
+        let image = programs::image(source).expect("a program");
+        looked_at(name, &Avr::new(&ATMEGA328P, &image, RamInit::Zero), &image);
+    }
+}
+
+#[test]
+fn mcs51() {
+    let chip = emu_8051::chips::chip("at89s52").expect("a chip");
+    for (name, source) in programs51::programs() {
+        let image = emu_asm::image(chip, &source).expect("a program");
+        looked_at(name, &Mcs51::new(chip, &image, RamInit::Zero), &image);
+    }
+}
+
+#[test]
+fn pic16() {
+    let chip = emu_pic16::chips::chips().find(|chip| chip.name == "pic16f877a").expect("a chip");
+    for name in ["alu", "crc", "ladder", "t1sleep", "tmr0int"] {
+        let file = format!("{}/benches/programs_pic/{name}.hex", env!("CARGO_MANIFEST_DIR"));
+        let bytes = std::fs::read(&file).expect("an image");
+        let image = load_hex(&file, &bytes, chip.hex).expect("a program").image;
+        looked_at(name, &Pic16::new(chip, &image, RamInit::Zero), &image);
+    }
+}
+
+#[test]
+fn ap101() {
+    let chip = emu_ap101::chips::chips().next().expect("a chip");
+    let file = format!("{}/tests/cli/in/ton101.hex", env!("CARGO_MANIFEST_DIR"));
+    let bytes = std::fs::read(&file).expect("an image");
+    let image = load_hex(&file, &bytes, chip.hex).expect("a program").image;
+    looked_at("ton101", &Ap101::new(&image), &image);
+}
+
+/// Names of the conditional instructions of each family, read off the tables.
+#[test]
+fn conditional_instructions_are_these() {
+    let of = |chip: &emu_core::Chip| {
+        let rows = chip.isa.rows.iter().enumerate().filter(|(row, _)| (chip.isa.flow)(*row) == Flow::Either);
+        let mut names: Vec<&str> = rows.map(|(_, row)| row.mnemonic).collect();
+        names.dedup();
+        names.join(" ")
+    };
+    let mcs51 = emu_8051::chips::chip("8051").expect("a chip");
+    assert_eq!(of(mcs51), "jc jnc jb jnb jbc jz jnz cjne djnz");
+    assert_eq!(of(&emu_pic16::chips::PIC16F873.chip), "decfsz incfsz btfsc btfss");
+    assert_eq!(of(emu_ap101::chips::chips().next().expect("a chip")), "jmpc");
+    let skips = "cpse sbrc sbrs sbic sbis";
+    let branches = "brcs breq brmi brvs brlt brhs brts brie brcc brne brpl brvc brge brhc brtc brid";
+    assert_eq!(of(&ATMEGA328P), format!("{skips} {branches}"));
+}
+
+/// Pages of tracefiles of an ELF file, a listing and a ladder program.
+#[test]
+#[ignore = "needs genhtml of lcov"]
+fn genhtml_reads_the_tracefiles() {
+    use std::process::Command;
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("genhtml");
+    _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    for name in ["lines.elf", "lines.c", "lines.h", "press.hex", "blinker.ld"] {
+        let from = format!("{}/tests/cli/in/{name}", env!("CARGO_MANIFEST_DIR"));
+        std::fs::copy(from, folder.join(name)).expect("a copy");
+    }
+    std::fs::write(folder.join("twice.S"), "\n\n\n\n\n\n").expect("a stand-in for the source");
+    let emu = |line: &str| {
+        let done = Command::new(env!("CARGO_BIN_EXE_emu")).args(line.split(' ')).current_dir(&folder).output();
+        let done = done.expect("emu starts");
+        assert!(done.status.success(), "{line}: {}", String::from_utf8_lossy(&done.stderr));
+    };
+    emu("compile blinker.ld --mcu atmega328p --map blinker.json");
+    emu("run lines.elf --mcu atmega328p --coverage lines.info");
+    emu("run press.hex --mcu atmega328p --set PD2=1 --coverage press.info");
+    emu("run blinker.hex --mcu atmega328p --for 1s --coverage blinker.info --map blinker.json --ladder blinker.ld");
+    for (name, wanted) in [("lines", "9 of 9 lines"), ("press", "5 of 6 lines"), ("blinker", "8 of 8 lines")] {
+        let args = ["--branch-coverage", "-o", "pages", &format!("{name}.info")];
+        let made = Command::new("genhtml").args(args).current_dir(&folder).output().expect("genhtml starts");
+        let said = String::from_utf8_lossy(&made.stdout);
+        assert!(made.status.success(), "{name}: {said}{}", String::from_utf8_lossy(&made.stderr));
+        assert!(said.contains(wanted), "{name}: {said}");
+    }
+}

@@ -1,0 +1,80 @@
+//! `emu run` and signals: the first ends a run well, with all that it was to write.
+#![cfg(unix)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("signals-{name}"));
+    _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder for the test");
+    folder
+}
+
+/// A run without end, for all that the test waits: 60 s of a program that never halts take longer than the kill.
+fn endless(folder: &Path, flags: &[&str]) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_emu"));
+    command.args(["run"]).arg(root().join("tests/cli/in/spin.hex")).args(["--mcu", "atmega328p", "--for", "1000000s"]);
+    command.args(flags).current_dir(folder).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.spawn().expect("emu starts")
+}
+
+fn kill(child: &Child, signal: &str) {
+    let sent = Command::new("kill").args(["-s", signal, &child.id().to_string()]).status();
+    assert!(sent.expect("kill runs").success());
+}
+
+/// Two of its files lie beside their places. One may do so before the run listens to signals.
+fn begun(folder: &Path) {
+    let there = || fs::read_dir(folder).expect("the folder").count() > 1;
+    while !there() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_signal_ends_a_run_with_all_its_files() {
+    for signal in ["TERM", "INT"] {
+        let folder = folder(signal);
+        let flags = "--vcd run.vcd --uart run.bin --eeprom run.eep --trace run.txt --trace-last 3";
+        let child = endless(&folder, &flags.split(' ').collect::<Vec<_>>());
+        begun(&folder);
+        kill(&child, signal);
+        let out = child.wait_with_output().expect("emu ends");
+        assert_eq!(out.status.code(), Some(5), "{signal}: {}", String::from_utf8_lossy(&out.stderr));
+        let told = String::from_utf8_lossy(&out.stdout);
+        assert!(told.starts_with("stop       interrupted\n"), "{signal}: {told}");
+        let mut names: Vec<_> =
+            fs::read_dir(&folder).expect("the folder").map(|e| e.expect("an entry").file_name()).collect();
+        names.sort();
+        assert_eq!(names, ["run.bin", "run.eep", "run.txt", "run.vcd"], "{signal}");
+        // The waveform reaches to the cycle of the end.
+        let vcd = fs::read_to_string(folder.join("run.vcd")).expect("a text");
+        assert!(vcd.contains("$enddefinitions $end\n") && vcd.ends_with('\n'), "{signal}: {vcd}");
+        let last = vcd.lines().rev().find_map(|line| line.strip_prefix('#')?.parse::<u64>().ok());
+        assert!(last.is_some_and(|tick| tick > 0), "{signal}: {vcd}");
+        let trace = fs::read_to_string(folder.join("run.txt")).expect("a text");
+        assert!(trace.lines().last().is_some_and(|line| line.contains("interrupted")), "{signal}: {trace}");
+    }
+}
+
+/// A snapshot of the moment of the signal, from which the run goes on.
+#[test]
+fn a_signal_leaves_a_snapshot() {
+    let folder = folder("snapshot");
+    let child = endless(&folder, &["--snapshot-out", "run.snp", "--vcd", "run.vcd", "--json"]);
+    begun(&folder);
+    kill(&child, "TERM");
+    let out = child.wait_with_output().expect("emu ends");
+    assert_eq!(out.status.code(), Some(5), "{}", String::from_utf8_lossy(&out.stderr));
+    assert!(String::from_utf8_lossy(&out.stdout).contains("\"reason\": \"interrupted\""));
+    let again =
+        endless(&folder, &["--snapshot-in", "run.snp", "--until", "pc=2"]).wait_with_output().expect("emu ends");
+    assert_eq!(again.status.code(), Some(0), "{}", String::from_utf8_lossy(&again.stderr));
+}
