@@ -10,6 +10,7 @@ use emu_core::cpu::{Cpu, Probe, Stop};
 use emu_core::pins::{Event, Level, PinId, Time};
 
 use crate::devices::Device;
+use crate::seer;
 use crate::time::Clock;
 
 /// Machine cycles of a stretch: fewer where answers come close to each other.
@@ -119,7 +120,7 @@ impl Board {
             let state = self.state.clone();
             let mut scout = Scout { state, clock: self.clock, known, edges: Vec::new(), answers: Vec::new() };
             let ended = 'copy: loop {
-                let stop = copy.run(goal, &mut scout);
+                let stop = copy.run(goal, &mut seer::events(&mut scout));
                 for (at, pin, level) in std::mem::take(&mut scout.answers) {
                     cpu.drive(at, pin, level);
                     known += 1;

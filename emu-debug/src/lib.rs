@@ -14,6 +14,7 @@
 //!   lints.rs     what programs do that is seldom meant, collected
 //!   coverage/    what of a program was executed      profile.rs  where the cycles went
 //!   lockstep/    beside a simulator of somebody else
+//!   seer.rs      probes behind a pointer         closer.rs all that looks closely as one probe
 //!   host.rs     who has a run in hand: a scenario, or the patience of the user
 //!   scene.rs    names and times of scenarios on a chip with its image
 //!   trace/       what every instruction does, as lines and as signals
@@ -28,6 +29,7 @@
 pub mod bits;
 pub mod board;
 pub mod close;
+mod closer;
 pub mod cod;
 pub mod coverage;
 pub mod debug;
@@ -39,6 +41,7 @@ pub mod place;
 pub mod profile;
 pub mod run;
 pub mod scene;
+pub mod seer;
 pub mod sender;
 pub mod snapshot;
 pub mod source;

@@ -6,6 +6,7 @@ use emu_core::pins::{Level, PinId};
 
 use crate::board::Board;
 use crate::close::{Access, Close, RamTrap, Watch};
+use crate::closer::{Beside, Closer};
 use crate::host::{Going, Host, Patience, SLICE, Watched};
 use crate::lints::{Found, Lints};
 use crate::place::Range;
@@ -111,21 +112,23 @@ pub fn run_on<C: Cpu>(
     wave: Option<Wave>,
     host: &mut dyn Host<C>,
 ) -> std::io::Result<Ended> {
-    run_along((cpu, board), plan, wave, (), host).map(|(ended, ())| ended)
+    run_along((cpu, board), plan, wave, (&mut (), None), host)
 }
 
-/// A probe that a run takes along.
+/// A byte of a memory, by the memory's name and address: [`Cpu::peek`].
+pub type Memory<'a> = &'a dyn Fn(&str, u32) -> Option<u8>;
+
+/// A probe that a run takes along. Of its constants only [`Probe::INSN`] and [`Probe::EVERY`] may be true.
 pub trait Along: Probe {
     /// The run stands at a trap that the plan does not wait for, before the instruction at the program word `pc`, and goes on.
-    fn passes<C: Cpu>(&mut self, cpu: &C, pc: u32) {
-        let _ = (cpu, pc);
+    fn passes(&mut self, memory: Memory<'_>, pc: u32) {
+        let _ = (memory, pc);
     }
 }
 
 impl Along for () {}
-impl Along for Look<'_> {}
 
-/// [`run_on`] with a probe along.
+/// [`run_on`] with a probe along, and with each instruction shown to `look`.
 ///
 /// # Errors
 /// As [`run`].
@@ -133,52 +136,67 @@ pub fn run_along<C: Cpu, A: Along>(
     (cpu, board): (&mut C, &mut Board),
     plan: &Plan,
     wave: Option<Wave>,
-    along: A,
+    (along, look): (&mut A, Option<&mut Look<'_>>),
     host: &mut dyn Host<C>,
-) -> std::io::Result<(Ended, A)> {
-    if !plan.looks_closer() {
-        let by = |cpu: &mut C, until, tools: &mut Tools<((), A)>| cpu.run(until, tools);
-        let none = |_: &((), A)| None;
-        let (ended, (_, along)) = run_with((cpu, board), plan, wave, ((), along), (none, by), host)?;
-        return Ok((ended, along));
+) -> std::io::Result<Ended> {
+    if plan.looks_closer() || look.is_some() {
+        return run_closer((cpu, board), plan, wave, (along, look), host);
     }
-    let (close, lints) = plan.close(cpu);
-    if let Some(lints) = lints {
-        let by = |cpu: &mut C, until, tools: &mut Tools<((Close, Lints), A)>| cpu.run(until, tools);
-        let saw = |((close, _), _): &((Close, Lints), A)| plan.saw(close);
-        let both = ((close, lints), along);
-        let (ended, ((_, lints), along)) = run_with((cpu, board), plan, wave, both, (saw, by), host)?;
-        return Ok((Ended { lints: lints.found(), ..ended }, along));
-    }
-    let by = |cpu: &mut C, until, tools: &mut Tools<(Close, A)>| cpu.run(until, tools);
-    let saw = |(close, _): &(Close, A)| plan.saw(close);
-    let (ended, (_, along)) = run_with((cpu, board), plan, wave, (close, along), (saw, by), host)?;
-    Ok((ended, along))
+    run_with((cpu, board), plan, wave, along, host)
 }
 
-/// [`run_on`], with each instruction shown to `look`, which is given back.
-///
-/// # Errors
-/// As [`run`].
-pub fn run_looking<'a, C: Cpu>(
-    board: &mut Board,
-    cpu: &mut C,
+/// The one loop of all runs that look at more than what is along.
+fn run_closer<C: Cpu>(
+    (cpu, board): (&mut C, &mut Board),
     plan: &Plan,
-    (wave, look): (Option<Wave>, Look<'a>),
+    wave: Option<Wave>,
+    (along, look): (&mut dyn Beside, Option<&mut Look<'_>>),
     host: &mut dyn Host<C>,
-) -> std::io::Result<(Ended, Look<'a>)> {
+) -> std::io::Result<Ended> {
     let (close, lints) = plan.close(cpu);
-    // What cannot be written any more is no reason to run on.
-    let saw = |close: &Close, look: &Look<'_>| plan.saw(close).or(look.has_failed().then_some(Reason::Host));
-    if let Some(lints) = lints {
-        let saw = |((close, _), look): &((Close, Lints), Look<'_>)| saw(close, look);
-        let both = ((close, lints), look);
-        let (ended, ((_, lints), look)) = run_with((cpu, board), plan, wave, both, (saw, trace::go), host)?;
-        return Ok((Ended { lints: lints.found(), ..ended }, look));
+    let mut closer = Closer { close, lints, look, along };
+    let ended = run_with((cpu, board), plan, wave, &mut closer, host)?;
+    Ok(Ended { lints: closer.lints.map_or_else(Vec::new, Lints::found), ..ended })
+}
+
+/// What looks at a run, as its loop knows it.
+trait Looks: Probe + Sized {
+    /// [`Along::passes`].
+    fn passes(&mut self, memory: Memory<'_>, pc: u32);
+    /// What it has seen that ends the run.
+    fn saw(&self, plan: &Plan) -> Option<Reason>;
+    /// Runs the machine as [`Cpu::run`] does; it may also stop without being asked to, so that it is asked what it has seen.
+    fn go<C: Cpu>(cpu: &mut C, until: u64, tools: &mut Tools<&mut Self>) -> Stop;
+}
+
+impl<A: Along> Looks for A {
+    fn passes(&mut self, memory: Memory<'_>, pc: u32) {
+        Along::passes(self, memory, pc);
     }
-    let saw = |(close, look): &(Close, Look<'_>)| saw(close, look);
-    let (ended, (_, look)) = run_with((cpu, board), plan, wave, (close, look), (saw, trace::go), host)?;
-    Ok((ended, look))
+
+    fn saw(&self, _: &Plan) -> Option<Reason> {
+        None
+    }
+
+    fn go<C: Cpu>(cpu: &mut C, until: u64, tools: &mut Tools<&mut Self>) -> Stop {
+        cpu.run(until, tools)
+    }
+}
+
+impl Looks for Closer<'_, '_> {
+    fn passes(&mut self, memory: Memory<'_>, pc: u32) {
+        self.along.passes(memory, pc);
+    }
+
+    fn saw(&self, plan: &Plan) -> Option<Reason> {
+        // What cannot be written any more is no reason to run on.
+        let failed = self.look.as_ref().is_some_and(|look| look.has_failed());
+        plan.saw(&self.close).or(failed.then_some(Reason::Host))
+    }
+
+    fn go<C: Cpu>(cpu: &mut C, until: u64, tools: &mut Tools<&mut Self>) -> Stop {
+        if tools.close.look.is_some() { trace::go(cpu, until, tools) } else { cpu.run(until, tools) }
+    }
 }
 
 /// Levels of all pins of a chip, in the order of its pins.
@@ -245,14 +263,13 @@ impl Plan {
     }
 }
 
-fn run_with<C: Cpu, P: Probe, A: Along>(
+fn run_with<C: Cpu, L: Looks>(
     (cpu, board): (&mut C, &mut Board),
     plan: &Plan,
     wave: Option<Wave>,
-    close: (P, A),
-    (saw, by): (impl Fn(&(P, A)) -> Option<Reason>, impl Fn(&mut C, u64, &mut Tools<(P, A)>) -> Stop),
+    close: &mut L,
     host: &mut dyn Host<C>,
-) -> std::io::Result<(Ended, (P, A))> {
+) -> std::io::Result<Ended> {
     let (texts, meanings) = plan.texts();
     let (mut pins, mut pin_conditions) = (Vec::new(), Vec::new());
     for (i, until) in plan.until.iter().enumerate() {
@@ -277,10 +294,10 @@ fn run_with<C: Cpu, P: Probe, A: Along>(
         close,
         watched: Watched::default(),
     };
-    let seen = |tools: &Tools<(P, A)>| {
+    let seen = |tools: &Tools<&mut L>| {
         let text = tools.text.and_then(|i| meanings.get(i).copied());
         let pin = || tools.pin.and_then(|i| pin_conditions.get(i)).map(|&i| Reason::Until(i, None));
-        saw(&tools.close).or(text).or_else(pin)
+        tools.close.saw(plan).or(text).or_else(pin)
     };
     let reason = loop {
         if let Some(reason) = seen(&tools) {
@@ -292,7 +309,7 @@ fn run_with<C: Cpu, P: Probe, A: Along>(
             Going::Stop => break Reason::Host,
             Going::Over => break Reason::Over,
         };
-        let stop = board.run_by(cpu, until, &mut tools, &by);
+        let stop = board.run_by(cpu, until, &mut tools, L::go);
         if let Some(reason) = seen(&tools) {
             break reason;
         }
@@ -312,7 +329,7 @@ fn run_with<C: Cpu, P: Probe, A: Along>(
                 if let Some(i) = plan.until.iter().position(here) {
                     break Reason::Until(i, None);
                 }
-                tools.close.1.passes(cpu, pc);
+                tools.close.passes(&|space, addr| cpu.peek(space, addr), pc);
             }
         }
     };
@@ -327,6 +344,5 @@ fn run_with<C: Cpu, P: Probe, A: Along>(
     if let Some(wave) = tools.wave.take() {
         wave.finish(cpu.cycle())?;
     }
-    let ended = Ended { reason, uart: tools.uart.sent, contention: tools.contention, lints: Vec::new() };
-    Ok((ended, tools.close))
+    Ok(Ended { reason, uart: tools.uart.sent, contention: tools.contention, lints: Vec::new() })
 }

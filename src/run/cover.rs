@@ -6,7 +6,8 @@ use clap::Args;
 use emu_core::cpu::{Cpu, Probe};
 use emu_core::image::Image;
 use emu_debug::coverage::{Reached, Totals, lcov};
-use emu_debug::run::{Along, run_along};
+use emu_debug::run::{Along, Memory, run_along};
+use emu_debug::trace::Look;
 use emu_debug::{Board, Coverage, Ended, Host, Plan, Profile, Source, Wave};
 use serde_json::{Value, json};
 
@@ -22,12 +23,11 @@ pub struct CoverArgs {
     /// Write what the run has executed as a tracefile of lcov: lines, functions, and both ways of conditional instructions. Lines are
     /// those of the sources where they are known (ELF, --symbols), of the ladder program with --map and --ladder, else of a listing
     /// that is written beside it as FILE.lst.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["trace", "vcd_add"])]
+    #[arg(long, value_name = "FILE")]
     pub coverage: Option<String>,
     /// Tell where the cycles went: by function, rung (with --map) and interrupt, and how many the chip slept. With =FILE also as
     /// folded stacks for flame graphs.
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "")]
-    #[arg(conflicts_with_all = ["trace", "vcd_add"])]
     pub profile: Option<String>,
     /// The ladder program of --map, whose lines --coverage tells of.
     #[arg(long, value_name = "PROGRAM", requires = "map", requires = "coverage")]
@@ -94,9 +94,9 @@ impl Probe for Seen {
 }
 
 impl Along for Seen {
-    fn passes<C: Cpu>(&mut self, cpu: &C, pc: u32) {
+    fn passes(&mut self, memory: Memory<'_>, pc: u32) {
         if let Some(elements) = &mut self.elements {
-            elements.look(cpu, pc);
+            elements.look(memory, pc);
         }
     }
 }
@@ -149,12 +149,12 @@ impl<'a> Cover<'a> {
         })
     }
 
-    /// [`emu_debug::run::run_on`], looked at.
+    /// [`run_along`] with what looks at it.
     pub fn run<C: Cpu>(
         &self,
         (cpu, board): (&mut C, &mut Board),
         plan: &Plan,
-        wave: Option<Wave>,
+        (wave, look): (Option<Wave>, Option<&mut Look<'_>>),
         host: &mut dyn Host<C>,
     ) -> io::Result<(Ended, Seen)> {
         let coverage = self.args.coverage.is_some().then(Coverage::default);
@@ -162,18 +162,19 @@ impl<'a> Cover<'a> {
         let elements = self.rungs.as_ref().filter(|_| coverage.is_some()).and_then(Rungs::elements);
         match (coverage, profile, elements) {
             (None, None, _) => {
-                run_along((cpu, board), plan, wave, (), host).map(|(ended, ())| (ended, Seen::default()))
+                run_along((cpu, board), plan, wave, (&mut (), look), host).map(|ended| (ended, Seen::default()))
             }
             (Some(coverage), None, None) => {
-                let (ended, Alone(coverage)) = run_along((cpu, board), plan, wave, Alone(coverage), host)?;
-                Ok((ended, Seen { coverage: Some(coverage), ..Seen::default() }))
+                let mut alone = Alone(coverage);
+                let ended = run_along((cpu, board), plan, wave, (&mut alone, look), host)?;
+                Ok((ended, Seen { coverage: Some(alone.0), ..Seen::default() }))
             }
             (coverage, profile, elements) => {
                 if let Some(elements) = &elements {
                     cpu.trap(elements.at(), true);
                 }
-                let (ended, mut seen) =
-                    run_along((cpu, board), plan, wave, Seen { coverage, profile, elements }, host)?;
+                let mut seen = Seen { coverage, profile, elements };
+                let ended = run_along((cpu, board), plan, wave, (&mut seen, look), host)?;
                 if let Some(profile) = &mut seen.profile {
                     profile.finish(cpu.cycle());
                 }

@@ -10,7 +10,7 @@ use emu_core::cpu::Cpu;
 use emu_core::image::Image;
 use emu_core::pins::Time;
 use emu_debug::cod::{Limits, Script};
-use emu_debug::run::{run_looking, shown};
+use emu_debug::run::shown;
 use emu_debug::stimulus::queue;
 use emu_debug::wave::Extras;
 use emu_debug::{Board, Clock, Ended, Host, Names, Patience, Range, Reason, Source, Wave};
@@ -206,7 +206,7 @@ fn recorded<C: Cpu>(
         (Some(_), Some(file)) => Some(file.writer()?),
         (Some(_), None) => Some(Box::new(std::io::BufWriter::new(std::io::stdout())) as Box<dyn Write>),
     };
-    let wave = wave
+    let mut wave = wave
         .map(|out| {
             let levels = shown(cpu, chip);
             let columns = &asked.columns();
@@ -218,17 +218,12 @@ fn recorded<C: Cpu>(
         .map_err(vcd_error)?;
 
     let trace_file = args.trace.pending()?;
-    let look = args.trace.look(asked, trace_file.as_ref(), (source, job.clock.hz))?;
+    let mut look = args.trace.look(asked, trace_file.as_ref(), (source, job.clock.hz))?;
 
-    let go = |cpu: &mut C, host: &mut dyn Host<C>| {
-        let ended = match look {
-            None => cover.run((cpu, board), &job.plan, wave, host).map(|(ended, seen)| (ended, None, seen)),
-            Some(look) => run_looking(board, cpu, &job.plan, (wave, look), host)
-                .map(|(ended, look)| (ended, Some(look), Seen::default())),
-        };
-        ended.map_err(vcd_error)
+    let mut go = |cpu: &mut C, host: &mut dyn Host<C>| {
+        cover.run((cpu, board), &job.plan, (wave.take(), look.as_mut()), host).map_err(vcd_error)
     };
-    let ((mut ended, look, seen), verdict, recording) = match stage {
+    let ((mut ended, seen), verdict, recording) = match stage {
         Some(mut stage) => {
             let ended = go(cpu, &mut stage)?;
             let verdict = stage.end(cpu, &ended.0.uart, "the run ended");

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use diag::Code;
 use emu_core::chip::Chip;
-use emu_core::cpu::Cpu;
+use emu_debug::run::Memory;
 use emu_debug::Source;
 use emu_debug::coverage::lcov::{Branch, Function, Record};
 use emu_debug::coverage::{Part, Reached};
@@ -124,13 +124,13 @@ impl Elements {
     }
 
     /// Looks at all of them, at the program word `pc`.
-    pub fn look<C: Cpu>(&mut self, cpu: &C, pc: u32) {
+    pub fn look(&mut self, memory: Memory<'_>, pc: u32) {
         if pc != self.at {
             return;
         }
         for (place, seen) in self.bits.values_mut() {
             if let Place::Bit { space, addr, bit } = place {
-                let on = cpu.peek(space, *addr).is_some_and(|byte| byte >> (*bit & 7) & 1 == 1);
+                let on = memory(space, *addr).is_some_and(|byte| byte >> (*bit & 7) & 1 == 1);
                 seen[usize::from(on)] += 1;
             }
         }

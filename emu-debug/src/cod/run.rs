@@ -10,6 +10,7 @@ use super::script::{Action, Refusal, Script, refusal};
 use super::value::Value;
 use super::wiring::Analog;
 use crate::place::Names;
+use crate::seer;
 
 /// Machine cycles before what a part will do by itself at which the run stops, so that it can be put in the chip's queue in
 /// time: no instruction and no interrupt entry is longer.
@@ -166,7 +167,7 @@ impl Run<'_> {
                 return Verdict::Limit { cycle: cpu.cycle() };
             }
             let until = self.ahead(cpu, &mut *analog).min(self.bench.limit);
-            let stop = cpu.run(until, &mut self.edges);
+            let stop = cpu.run(until, &mut seer::events(&mut self.edges));
             self.answer(cpu, &mut *analog);
             match stop {
                 Stop::Limit | Stop::Probe => {}
@@ -287,7 +288,7 @@ impl Run<'_> {
             }
         }
         if !after.is_empty() {
-            let stop = cpu.step(&mut self.edges);
+            let stop = cpu.step(&mut seer::events(&mut self.edges));
             self.answer(cpu, &mut *analog);
             match stop {
                 Stop::Illegal { pc, word } => return Some(Verdict::Illegal { pc, word }),

@@ -3,11 +3,12 @@
 use std::collections::VecDeque;
 
 use emu_core::chip::Chip;
+use emu_core::cpu::Probe;
 use emu_core::pins::{Event, Level, PinId};
 
 use super::expr::Expr;
 use super::points::{Access, Points, What};
-use super::target::{Look, Seer, Target};
+use super::target::{Look, Target};
 use crate::bits::{self, BIT};
 use crate::close::Watch;
 use crate::place::Range;
@@ -102,7 +103,7 @@ impl Eyes {
     }
 }
 
-impl Seer for Eyes {
+impl Probe for Eyes {
     fn insn(&mut self, at: u64, pc: u32) -> bool {
         self.pc = pc;
         !self.changes.is_empty() && !self.ram_only && self.stopped.replace(at) != Some(at)

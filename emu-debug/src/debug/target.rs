@@ -4,49 +4,13 @@ use std::collections::BTreeSet;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, Probe, Reset, Stop};
-use emu_core::pins::{Event, Level, PinId};
+use emu_core::pins::{Level, PinId};
 use emu_core::state::Damaged;
 
 use crate::board::Board;
+use crate::seer;
+pub use crate::seer::{Look, Seer};
 use crate::stimulus::{Drive, queue};
-
-/// How closely a run is looked at. Each is a loop of its own that was made for it, and costs more than the one before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Look {
-    /// Nothing is told.
-    Nothing,
-    /// Edges of pins and bytes sent.
-    Events,
-    /// Also every instruction and every entry of an interrupt.
-    Insns,
-    /// Also every access to data memory.
-    All,
-}
-
-/// What is told of a run, as [`Probe`] has it: true asks for a stop.
-pub trait Seer {
-    /// [`Probe::insn`].
-    fn insn(&mut self, at: u64, pc: u32) -> bool {
-        let _ = (at, pc);
-        false
-    }
-    /// [`Probe::data`].
-    fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
-        let _ = (at, space, addr, value, write);
-        false
-    }
-    /// [`Probe::irq`].
-    fn irq(&mut self, at: u64, vector: u8) {
-        let _ = (at, vector);
-    }
-    /// [`Probe::event`].
-    fn event(&mut self, event: Event) -> bool {
-        let _ = event;
-        false
-    }
-}
-
-impl Seer for () {}
 
 /// A chip and the devices at its pins, whatever the family.
 pub trait Target {
@@ -135,32 +99,6 @@ impl<C: Cpu> Rig<C> {
     }
 }
 
-/// The probes of the four looks: `N` is the look's number.
-struct Eye<'a, const N: u8>(&'a mut dyn Seer);
-
-impl<const N: u8> Probe for Eye<'_, N> {
-    const INSN: bool = N >= Look::Insns as u8;
-    const DATA: bool = N >= Look::All as u8;
-    const EVENTS: bool = N >= Look::Events as u8;
-
-    fn insn(&mut self, at: u64, pc: u32) -> bool {
-        self.0.insn(at, pc)
-    }
-    fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
-        self.0.data(at, space, addr, value, write)
-    }
-    fn irq(&mut self, at: u64, vector: u8) {
-        self.0.irq(at, vector);
-    }
-    fn event(&mut self, event: Event) -> bool {
-        self.0.event(event)
-    }
-}
-
-const EVENTS: u8 = Look::Events as u8;
-const INSNS: u8 = Look::Insns as u8;
-const ALL: u8 = Look::All as u8;
-
 impl<C: Cpu + 'static> Target for Rig<C> {
     fn chip(&self) -> &'static Chip {
         self.cpu.chip()
@@ -230,18 +168,18 @@ impl<C: Cpu + 'static> Target for Rig<C> {
     fn run(&mut self, until: u64, look: Look, seer: &mut dyn Seer) -> Stop {
         match look {
             Look::Nothing => self.run_with(until, &mut ()),
-            Look::Events => self.run_with(until, &mut Eye::<EVENTS>(seer)),
-            Look::Insns => self.run_with(until, &mut Eye::<INSNS>(seer)),
-            Look::All => self.run_with(until, &mut Eye::<ALL>(seer)),
+            Look::Events => self.run_with(until, &mut seer::events(seer)),
+            Look::Insns => self.run_with(until, &mut seer::insns(seer)),
+            Look::All => self.run_with(until, &mut seer::all(seer)),
         }
     }
 
     fn step(&mut self, look: Look, seer: &mut dyn Seer) -> Stop {
         match look {
             Look::Nothing => self.step_with(&mut ()),
-            Look::Events => self.step_with(&mut Eye::<EVENTS>(seer)),
-            Look::Insns => self.step_with(&mut Eye::<INSNS>(seer)),
-            Look::All => self.step_with(&mut Eye::<ALL>(seer)),
+            Look::Events => self.step_with(&mut seer::events(seer)),
+            Look::Insns => self.step_with(&mut seer::insns(seer)),
+            Look::All => self.step_with(&mut seer::all(seer)),
         }
     }
 

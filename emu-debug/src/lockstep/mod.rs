@@ -16,6 +16,8 @@ use std::io;
 
 use emu_core::cpu::{Cpu, Probe, Stop};
 
+use crate::seer;
+
 /// What a machine shows at an instruction boundary.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct View {
@@ -125,7 +127,7 @@ pub fn compare<C: Cpu>(cpu: &mut C, peer: &mut dyn Peer, terms: &Terms) -> io::R
         let executed = cpu.instructions();
         // What keeps the core from its next instruction (a memory that is read, sleep) is passed along with it.
         while cpu.instructions() == executed && entered.0.is_none() && cpu.cycle() < terms.until {
-            match cpu.step(&mut entered) {
+            match cpu.step(&mut seer::events(&mut entered)) {
                 Stop::Limit => {}
                 stop => return report(Outcome::Same { end: End::Stopped(stop) }, steps, cycle, last),
             }
@@ -136,7 +138,7 @@ pub fn compare<C: Cpu>(cpu: &mut C, peer: &mut dyn Peer, terms: &Terms) -> io::R
         if !what.is_empty() && entered.0.is_none() {
             // The peer may enter an interrupt along with the instruction before it.
             let mut further = cpu.clone();
-            if further.step(&mut entered) == Stop::Limit && entered.0.is_some() {
+            if further.step(&mut seer::events(&mut entered)) == Stop::Limit && entered.0.is_some() {
                 let rest = differences(&look(&further), &theirs, terms);
                 if rest.is_empty() {
                     (*cpu, what) = (further, rest);

@@ -6,6 +6,7 @@ use super::lines::{Access, Step, What};
 use super::signals::Signals;
 use super::sink::Trace;
 use super::words::Words;
+use crate::closer::Closer;
 use crate::tools::Tools;
 
 /// Steps after which the host is asked whether to go on.
@@ -136,19 +137,19 @@ impl Probe for Look<'_> {
 
 /// Runs the machine as [`Cpu::run`] does, and shows it to the [`Look`] of the tools. It may also stop without being asked to, so that
 /// the tools are asked what they have seen.
-pub fn go<C: Cpu, X: Probe>(cpu: &mut C, until: u64, tools: &mut Tools<(X, Look<'_>)>) -> Stop {
+pub(crate) fn go<C: Cpu>(cpu: &mut C, until: u64, tools: &mut Tools<&mut Closer<'_, '_>>) -> Stop {
     for _ in 0..STEPS {
-        let look = &mut tools.close.1;
+        let Some(look) = &mut tools.close.look else { return cpu.run(until, tools) };
         if look.has_failed() {
             return Stop::Probe;
         }
         let from = cpu.pc();
         let steps = look.steps(from);
+        // Where nothing has happened in its cycle, or nobody looks, it goes on at full speed.
         if steps {
             look.begin(cpu, true);
             let stop = cpu.run(until.min(cpu.cycle() + 1), tools);
-            let happened = tools.close.1.end(cpu, from);
-            sample(cpu, tools);
+            let happened = shown(cpu, tools, |look| look.end(cpu, from));
             if stop != Stop::Limit || cpu.cycle() >= until {
                 return stop;
             }
@@ -156,27 +157,33 @@ pub fn go<C: Cpu, X: Probe>(cpu: &mut C, until: u64, tools: &mut Tools<(X, Look<
                 continue;
             }
         }
-        // Nothing has happened in that cycle, or nobody looks: on at full speed.
-        tools.close.1.idle = steps;
-        tools.close.1.begin(cpu, false);
-        let stop = cpu.run(until, tools);
-        let look = &mut tools.close.1;
-        // An interrupt that was entered, and no instruction since.
-        if look.now.is_some() {
-            look.end(cpu, from);
-        } else {
-            // What may have changed meanwhile, as by a reset, no instruction did.
-            look.known = false;
+        if let Some(look) = &mut tools.close.look {
+            look.idle = steps;
+            look.begin(cpu, false);
         }
-        look.idle = false;
-        sample(cpu, tools);
+        let stop = cpu.run(until, tools);
+        shown(cpu, tools, |look| {
+            // An interrupt that was entered, and no instruction since.
+            if look.now.is_some() {
+                look.end(cpu, from);
+            } else {
+                // What may have changed meanwhile, as by a reset, no instruction did.
+                look.known = false;
+            }
+            look.idle = false;
+            true
+        });
         return stop;
     }
     Stop::Probe
 }
 
-fn sample<C: Cpu, X: Probe>(cpu: &C, tools: &mut Tools<(X, Look<'_>)>) {
-    if let (Some(signals), Some(wave)) = (&mut tools.close.1.signals, &mut tools.wave) {
+/// Lets the [`Look`] end its step, and then writes what has changed into the waveform.
+fn shown<C: Cpu>(cpu: &C, tools: &mut Tools<&mut Closer<'_, '_>>, end: impl FnOnce(&mut Look<'_>) -> bool) -> bool {
+    let Some(look) = &mut tools.close.look else { return false };
+    let happened = end(look);
+    if let (Some(signals), Some(wave)) = (&mut look.signals, &mut tools.wave) {
         signals.sample(cpu, wave);
     }
+    happened
 }
