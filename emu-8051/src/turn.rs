@@ -68,6 +68,15 @@ impl<P: Probe> Turn<'_, P> {
         }
     }
 
+    /// The instruction goes on elsewhere than behind it.
+    #[inline(always)]
+    fn goes(&mut self, target: u32) {
+        if P::FLOW {
+            self.probe.goes(self.hot.pc & 0xFFFF, target & 0xFFFF);
+        }
+        self.hot.pc = target;
+    }
+
     /// Tells the probe of an access to data memory.
     #[inline(always)]
     fn saw(&mut self, space: u8, addr: u16, value: u8, write: bool) {
@@ -158,22 +167,22 @@ impl<P: Probe> Machine for Turn<'_, P> {
     }
     #[inline(always)]
     fn jump(&mut self, target: u32) {
-        self.hot.pc = target;
+        self.goes(target);
     }
     #[inline(always)]
     fn goto(&mut self, target: Pair) {
-        self.hot.pc = u32::from(target.0);
+        self.goes(target.0.into());
     }
     #[inline(always)]
     fn branch_if(&mut self, condition: bool, target: u32) {
         if condition {
-            self.hot.pc = target;
+            self.goes(target);
         }
     }
     #[inline(always)]
     fn skip_if(&mut self, condition: bool, words: u32) {
         if condition {
-            self.hot.pc = self.hot.pc.wrapping_add(words);
+            self.goes(self.hot.pc.wrapping_add(words));
         }
     }
 }
@@ -375,7 +384,7 @@ impl<P: Probe> Mcs51Machine for Turn<'_, P> {
     #[inline(always)]
     fn relative_if(&mut self, condition: bool, distance: i8) {
         if condition {
-            self.hot.pc = self.hot.pc.wrapping_add_signed(distance.into());
+            self.goes(self.hot.pc.wrapping_add_signed(distance.into()));
         }
     }
     #[inline(always)]
@@ -444,7 +453,7 @@ impl<P: Probe> Turn<'_, P> {
         m.cycles = 2;
         m.charge(2);
         push_pc(m);
-        m.jump(target);
+        m.hot.pc = target;
         turn.hot
     }
 }

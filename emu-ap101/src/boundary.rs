@@ -15,7 +15,7 @@ use crate::cpu::Ap101;
 use crate::isa::{Kind, SPAN, row_of};
 use crate::predecode::Flow;
 use crate::soc::CLOCKS;
-use crate::turn::Turn;
+use crate::turn::{Turn, tell};
 
 /// Machine cycles after which a program cycle is taken for one without an end.
 pub const WATCHDOG: u64 = 65_536;
@@ -291,6 +291,7 @@ impl Ap101 {
         }
         let op = self.code.op(self.which, word, false);
         self.hot = Turn { hot: self.hot, soc: &mut self.soc, code: &self.code, probe }.single(op);
+        tell(probe, pc, if flow == Flow::On { self.hot.na } else { 0 });
         if flow == Flow::Start {
             self.end_cycle(now + 1);
         }

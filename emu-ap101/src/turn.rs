@@ -47,6 +47,20 @@ pub struct Turn<'a, P: Probe> {
     pub probe: &'a mut P,
 }
 
+/// Tells of the instruction at `pc` behind which the program goes on at `to`. Each is told for itself: where the next begins, the
+/// order of programs decides.
+#[inline(always)]
+pub fn tell<P: Probe>(probe: &mut P, pc: u32, to: u32) {
+    if P::FLOW {
+        let next = pc + 1;
+        probe.enters(pc);
+        if to != next {
+            probe.goes(next, to);
+        }
+        probe.breaks(to);
+    }
+}
+
 impl<P: Probe> Turn<'_, P> {
     /// Runs instructions until the deadline, or one that is not for this loop.
     pub fn burst(mut self, ops: &[Ap101Op; OPS]) -> Hot {
@@ -59,6 +73,7 @@ impl<P: Probe> Turn<'_, P> {
                 break;
             }
             ap101_table!(dispatch { (turn, op, op.kind, break) });
+            tell(turn.probe, turn.hot.last, turn.hot.na);
         }
         self.hot
     }

@@ -108,6 +108,16 @@ impl<P: Probe> Turn<'_, P> {
         self.hot.time.force();
     }
 
+    /// The instruction goes on elsewhere than behind it.
+    #[inline(always)]
+    fn goes(&mut self, target: u32) {
+        if P::FLOW {
+            let mask = self.code.mask();
+            self.probe.goes(self.hot.pc & mask, target & mask);
+        }
+        self.hot.pc = target;
+    }
+
     /// Tells the probe of an access to data memory.
     #[inline(always)]
     fn saw(&mut self, addr: u16, value: u8, write: bool) {
@@ -204,24 +214,24 @@ impl<P: Probe> Machine for Turn<'_, P> {
     }
     #[inline(always)]
     fn jump(&mut self, target: u32) {
-        self.hot.pc = target;
+        self.goes(target);
     }
     #[inline(always)]
     fn goto(&mut self, target: Pair) {
-        self.hot.pc = u32::from(target.0);
+        self.goes(target.0.into());
     }
     #[inline(always)]
     fn branch_if(&mut self, condition: bool, target: u32) {
         if condition {
             self.hot.time.charge(1);
-            self.hot.pc = target;
+            self.goes(target);
         }
     }
     #[inline(always)]
     fn skip_if(&mut self, condition: bool, words: u32) {
         if condition {
             self.hot.time.charge(words);
-            self.hot.pc = self.hot.pc.wrapping_add(words);
+            self.goes(self.hot.pc.wrapping_add(words));
         }
     }
 }

@@ -253,6 +253,8 @@ pub trait Probe {
     const EVERY: bool = Self::INSN;
     /// [`Probe::data`] is called.
     const DATA: bool = false;
+    /// [`Probe::goes`], [`Probe::enters`] and [`Probe::breaks`] are called.
+    const FLOW: bool = false;
     /// [`Probe::event`] is called, and the chip logs edges and bytes.
     const EVENTS: bool = false;
     /// [`Probe::lint`] is called, on machines that have diagnostics.
@@ -270,6 +272,20 @@ pub trait Probe {
     fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
         let _ = (at, space, addr, value, write);
         false
+    }
+    /// An instruction makes the program go on at the program word `to` in place of `next`, the one behind it. Turns of a loop that
+    /// only waits may be jumped over unseen.
+    fn goes(&mut self, next: u32, to: u32) {
+        let _ = (next, to);
+    }
+    /// The program goes on at the program word `pc`, and no instruction has led it there: a run begins, an interrupt is entered, or
+    /// the chip was reset.
+    fn enters(&mut self, pc: u32) {
+        let _ = pc;
+    }
+    /// The program does not go on at the program word `pc`, where it stands: the run ends, or [`Probe::enters`] tells where it does.
+    fn breaks(&mut self, pc: u32) {
+        let _ = pc;
     }
     /// An interrupt is entered; `at` is the first cycle of its entry.
     fn irq(&mut self, at: u64, vector: u8) {
@@ -300,6 +316,7 @@ impl<A: Probe, B: Probe> Probe for (A, B) {
     const INSN: bool = A::INSN || B::INSN;
     const EVERY: bool = A::EVERY || B::EVERY;
     const DATA: bool = A::DATA || B::DATA;
+    const FLOW: bool = A::FLOW || B::FLOW;
     const EVENTS: bool = A::EVENTS || B::EVENTS;
     const LINT: bool = A::LINT || B::LINT;
     const SUBCYCLE: bool = A::SUBCYCLE || B::SUBCYCLE;
@@ -309,6 +326,18 @@ impl<A: Probe, B: Probe> Probe for (A, B) {
     }
     fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
         self.0.data(at, space, addr, value, write) | self.1.data(at, space, addr, value, write)
+    }
+    fn goes(&mut self, next: u32, to: u32) {
+        self.0.goes(next, to);
+        self.1.goes(next, to);
+    }
+    fn enters(&mut self, pc: u32) {
+        self.0.enters(pc);
+        self.1.enters(pc);
+    }
+    fn breaks(&mut self, pc: u32) {
+        self.0.breaks(pc);
+        self.1.breaks(pc);
     }
     fn irq(&mut self, at: u64, vector: u8) {
         self.0.irq(at, vector);
@@ -330,6 +359,7 @@ impl<P: Probe> Probe for &mut P {
     const INSN: bool = P::INSN;
     const EVERY: bool = P::EVERY;
     const DATA: bool = P::DATA;
+    const FLOW: bool = P::FLOW;
     const EVENTS: bool = P::EVENTS;
     const LINT: bool = P::LINT;
     const SUBCYCLE: bool = P::SUBCYCLE;
@@ -339,6 +369,15 @@ impl<P: Probe> Probe for &mut P {
     }
     fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
         (**self).data(at, space, addr, value, write)
+    }
+    fn goes(&mut self, next: u32, to: u32) {
+        (**self).goes(next, to);
+    }
+    fn enters(&mut self, pc: u32) {
+        (**self).enters(pc);
+    }
+    fn breaks(&mut self, pc: u32) {
+        (**self).breaks(pc);
     }
     fn irq(&mut self, at: u64, vector: u8) {
         (**self).irq(at, vector);

@@ -107,8 +107,14 @@ pub fn run<E: Engine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Stop 
     let until = until.min(END_OF_TIME);
     cpu.log(P::EVENTS);
     let jumps = jumps_over::<E, P>(cpu);
+    if P::FLOW {
+        probe.enters(cpu.pc());
+    }
     loop {
         if let Some(stop) = boundary(cpu, until, probe) {
+            if P::FLOW {
+                probe.breaks(cpu.pc());
+            }
             return stop;
         }
         let looks = jumps && cpu.cycle() >= cpu.looks().blind_until;
@@ -138,9 +144,10 @@ fn boundary<E: Engine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Opti
             }
         }
         if let Some(why) = cpu.reset_requested() {
-            let stop = *cpu.stop();
+            let (stop, before) = (*cpu.stop(), cpu.pc());
             cpu.reset(why);
             *cpu.stop() = stop;
+            went(cpu, before, probe);
             continue;
         }
         if std::mem::take(cpu.stop()) {
@@ -149,10 +156,13 @@ fn boundary<E: Engine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Opti
         if now >= until {
             return Some(Stop::Limit);
         }
+        let before = cpu.pc();
         if cpu.obey() {
+            went(cpu, before, probe);
             continue;
         }
         if !cpu.holds(now) && cpu.enter_interrupt(now, probe) {
+            went(cpu, before, probe);
             cpu.looks().passing = None;
             *cpu.escaped() = false;
             cpu.clock().force();
@@ -180,6 +190,14 @@ fn boundary<E: Engine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Opti
             continue;
         }
         return None;
+    }
+}
+
+/// The program counter was `before`, and no instruction has moved it from there.
+fn went<E: Engine, P: Probe>(cpu: &E, before: u32, probe: &mut P) {
+    if P::FLOW {
+        probe.breaks(before);
+        probe.enters(cpu.pc());
     }
 }
 

@@ -11,11 +11,29 @@ use crate::trace::Look;
 
 /// A probe along whose type is not known.
 pub(crate) trait Beside: crate::seer::Seer {
+    /// [`Probe::goes`].
+    fn goes(&mut self, next: u32, to: u32);
+    /// [`Probe::enters`].
+    fn enters(&mut self, pc: u32);
+    /// [`Probe::breaks`].
+    fn breaks(&mut self, pc: u32);
     /// [`Along::passes`].
     fn passes(&mut self, memory: Memory<'_>, pc: u32);
 }
 
 impl<A: Along> Beside for A {
+    fn goes(&mut self, next: u32, to: u32) {
+        Probe::goes(self, next, to);
+    }
+
+    fn enters(&mut self, pc: u32) {
+        Probe::enters(self, pc);
+    }
+
+    fn breaks(&mut self, pc: u32) {
+        Probe::breaks(self, pc);
+    }
+
     fn passes(&mut self, memory: Memory<'_>, pc: u32) {
         Along::passes(self, memory, pc);
     }
@@ -32,6 +50,7 @@ pub(crate) struct Closer<'a, 'l> {
 impl Probe for Closer<'_, '_> {
     const INSN: bool = true;
     const DATA: bool = true;
+    const FLOW: bool = true;
     const LINT: bool = true;
     const SUBCYCLE: bool = true;
 
@@ -53,6 +72,18 @@ impl Probe for Closer<'_, '_> {
         }
         let stop = self.look.as_mut().is_some_and(|look| look.data(at, space, addr, value, write));
         self.close.data(at, space, addr, value, write) | stop
+    }
+
+    fn goes(&mut self, next: u32, to: u32) {
+        self.along.goes(next, to);
+    }
+
+    fn enters(&mut self, pc: u32) {
+        self.along.enters(pc);
+    }
+
+    fn breaks(&mut self, pc: u32) {
+        self.along.breaks(pc);
     }
 
     fn irq(&mut self, at: u64, vector: u8) {

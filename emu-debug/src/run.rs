@@ -118,7 +118,8 @@ pub fn run_on<C: Cpu>(
 /// A byte of a memory, by the memory's name and address: [`Cpu::peek`].
 pub type Memory<'a> = &'a dyn Fn(&str, u32) -> Option<u8>;
 
-/// A probe that a run takes along. Of its constants only [`Probe::INSN`] and [`Probe::EVERY`] may be true.
+/// A probe that a run takes along. Of its constants only [`Probe::INSN`], [`Probe::EVERY`] and
+/// [`Probe::FLOW`] may be true.
 pub trait Along: Probe {
     /// The run stands at a trap that the plan does not wait for, before the instruction at the program word `pc`, and goes on.
     fn passes(&mut self, memory: Memory<'_>, pc: u32) {

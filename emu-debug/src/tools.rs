@@ -32,6 +32,7 @@ impl<C: Probe> Probe for Tools<C> {
     const INSN: bool = C::INSN;
     const EVERY: bool = C::EVERY;
     const DATA: bool = C::DATA;
+    const FLOW: bool = C::FLOW;
     const EVENTS: bool = true;
     const LINT: bool = C::LINT;
     const SUBCYCLE: bool = C::SUBCYCLE;
@@ -42,6 +43,18 @@ impl<C: Probe> Probe for Tools<C> {
 
     fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
         self.close.data(at, space, addr, value, write)
+    }
+
+    fn goes(&mut self, next: u32, to: u32) {
+        self.close.goes(next, to);
+    }
+
+    fn enters(&mut self, pc: u32) {
+        self.close.enters(pc);
+    }
+
+    fn breaks(&mut self, pc: u32) {
+        self.close.breaks(pc);
     }
 
     fn irq(&mut self, at: u64, vector: u8) {

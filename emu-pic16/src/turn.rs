@@ -105,6 +105,16 @@ impl<P: Probe> Turn<'_, P> {
         self.lowest[addr as usize % DATA]
     }
 
+    /// The instruction goes on elsewhere than behind it.
+    #[inline(always)]
+    fn goes(&mut self, target: u32) {
+        let next = self.hot.pc();
+        self.hot.set_pc(target);
+        if P::FLOW {
+            self.probe.goes(next, self.hot.pc());
+        }
+    }
+
     #[inline(always)]
     fn push_pc(&mut self) {
         self.stack[self.hot.sp as usize % 8] = self.hot.pc() as u16;
@@ -128,7 +138,7 @@ impl<P: Probe> Turn<'_, P> {
             FSR => self.hot.pointer = self.hot.pointer & 0x100 | u32::from(value),
             PCLATH => self.hot.pclath = u32::from(value) & 0x1F,
             PCL => {
-                self.hot.set_pc(self.hot.pclath << 8 | u32::from(value));
+                self.goes(self.hot.pclath << 8 | u32::from(value));
                 self.hot.time.charge(1);
             }
             INDF | NOWHERE => {}
@@ -175,22 +185,26 @@ impl<P: Probe> Machine for Turn<'_, P> {
     }
     #[inline(always)]
     fn jump(&mut self, target: u32) {
-        self.hot.set_pc(target);
+        self.goes(target);
     }
     #[inline(always)]
     fn goto(&mut self, target: Pair) {
-        self.hot.set_pc(target.0.into());
+        self.goes(target.0.into());
     }
     #[inline(always)]
     fn branch_if(&mut self, condition: bool, target: u32) {
         if condition {
-            self.hot.set_pc(target);
+            self.goes(target);
         }
     }
     #[inline(always)]
     fn skip_if(&mut self, condition: bool, words: u32) {
         let skipped = if condition { words } else { 0 };
+        let next = self.hot.pc();
         self.hot.at = self.hot.at.wrapping_add(skipped);
+        if P::FLOW && condition {
+            self.probe.goes(next, self.hot.pc());
+        }
         self.hot.time.charge(skipped);
     }
 }
@@ -317,7 +331,7 @@ impl<P: Probe> Pic16Machine for Turn<'_, P> {
         if P::LINT {
             self.lint_go(target);
         }
-        self.hot.set_pc(target);
+        self.goes(target);
     }
     #[inline(always)]
     fn push(&mut self) {
@@ -333,7 +347,7 @@ impl<P: Probe> Pic16Machine for Turn<'_, P> {
             self.lint_pop();
         }
         self.hot.sp = self.hot.sp.wrapping_sub(1) % 8;
-        self.hot.set_pc(self.stack[self.hot.sp as usize % 8].into());
+        self.goes(self.stack[self.hot.sp as usize % 8].into());
     }
     #[inline(always)]
     fn interrupt_ended(&mut self) {
@@ -462,7 +476,7 @@ impl<P: Probe> Turn<'_, P> {
             m.lint_interrupt();
         }
         m.push_pc();
-        m.jump(4);
+        m.hot.set_pc(4);
         turn.hot
     }
 }

@@ -60,33 +60,72 @@ pub struct Cover<'a> {
     folded: Option<(&'a str, Option<Pending>)>,
 }
 
-/// The probe of it.
+/// Instructions, and elements of a ladder program.
+struct Covered {
+    coverage: Coverage,
+    elements: Option<Elements>,
+}
+
+impl Probe for Covered {
+    const FLOW: bool = true;
+
+    #[inline(always)]
+    fn goes(&mut self, next: u32, to: u32) {
+        self.coverage.goes(next, to);
+    }
+
+    fn enters(&mut self, pc: u32) {
+        self.coverage.enters(pc);
+    }
+
+    fn breaks(&mut self, pc: u32) {
+        self.coverage.breaks(pc);
+    }
+}
+
+impl Along for Covered {
+    fn passes(&mut self, memory: Memory<'_>, pc: u32) {
+        if let Some(elements) = &mut self.elements {
+            elements.look(memory, pc);
+        }
+    }
+}
+
+/// What was seen: a probe where there is a profile.
 #[derive(Default)]
 pub struct Seen {
-    coverage: Option<Coverage>,
+    covered: Option<Covered>,
     profile: Option<Profile>,
-    elements: Option<Elements>,
 }
 
 impl Probe for Seen {
     const INSN: bool = true;
     const EVERY: bool = false;
+    const FLOW: bool = true;
 
-    #[inline]
     fn insn(&mut self, at: u64, pc: u32) -> bool {
-        if let Some(coverage) = &mut self.coverage {
-            coverage.insn(at, pc);
+        self.profile.as_mut().is_some_and(|profile| profile.insn(at, pc))
+    }
+
+    fn goes(&mut self, next: u32, to: u32) {
+        if let Some(covered) = &mut self.covered {
+            covered.goes(next, to);
         }
-        if let Some(profile) = &mut self.profile {
-            profile.insn(at, pc);
+    }
+
+    fn enters(&mut self, pc: u32) {
+        if let Some(covered) = &mut self.covered {
+            covered.enters(pc);
         }
-        false
+    }
+
+    fn breaks(&mut self, pc: u32) {
+        if let Some(covered) = &mut self.covered {
+            covered.breaks(pc);
+        }
     }
 
     fn irq(&mut self, at: u64, vector: u8) {
-        if let Some(coverage) = &mut self.coverage {
-            coverage.irq(at, vector);
-        }
         if let Some(profile) = &mut self.profile {
             profile.irq(at, vector);
         }
@@ -95,30 +134,11 @@ impl Probe for Seen {
 
 impl Along for Seen {
     fn passes(&mut self, memory: Memory<'_>, pc: u32) {
-        if let Some(elements) = &mut self.elements {
-            elements.look(memory, pc);
+        if let Some(covered) = &mut self.covered {
+            covered.passes(memory, pc);
         }
     }
 }
-
-/// The probe of coverage alone, without anything else to ask for at every instruction.
-struct Alone(Coverage);
-
-impl Probe for Alone {
-    const INSN: bool = true;
-    const EVERY: bool = false;
-
-    #[inline(always)]
-    fn insn(&mut self, at: u64, pc: u32) -> bool {
-        self.0.insn(at, pc)
-    }
-
-    fn irq(&mut self, at: u64, vector: u8) {
-        self.0.irq(at, vector);
-    }
-}
-
-impl Along for Alone {}
 
 impl<'a> Cover<'a> {
     /// Reads the map and begins the files.
@@ -157,23 +177,26 @@ impl<'a> Cover<'a> {
         (wave, look): (Option<Wave>, Option<&mut Look<'_>>),
         host: &mut dyn Host<C>,
     ) -> io::Result<(Ended, Seen)> {
-        let coverage = self.args.coverage.is_some().then(Coverage::default);
+        let covered = self.args.coverage.is_some().then(|| Covered {
+            coverage: Coverage::default(),
+            elements: self.rungs.as_ref().and_then(Rungs::elements),
+        });
+        if let Some(elements) = covered.as_ref().and_then(|covered| covered.elements.as_ref()) {
+            cpu.trap(elements.at(), true);
+        }
         let profile = self.args.profile.is_some().then(|| Profile::new(cpu.chip(), self.image, cpu.cycle()));
-        let elements = self.rungs.as_ref().filter(|_| coverage.is_some()).and_then(Rungs::elements);
-        match (coverage, profile, elements) {
-            (None, None, _) => {
-                run_along((cpu, board), plan, wave, (&mut (), look), host).map(|ended| (ended, Seen::default()))
+        // Each has a loop of its own, which asks for nothing else.
+        match (covered, profile) {
+            (None, None) => {
+                let ended = run_along((cpu, board), plan, wave, (&mut (), look), host)?;
+                Ok((ended, Seen::default()))
             }
-            (Some(coverage), None, None) => {
-                let mut alone = Alone(coverage);
-                let ended = run_along((cpu, board), plan, wave, (&mut alone, look), host)?;
-                Ok((ended, Seen { coverage: Some(alone.0), ..Seen::default() }))
+            (Some(mut covered), None) => {
+                let ended = run_along((cpu, board), plan, wave, (&mut covered, look), host)?;
+                Ok((ended, Seen { covered: Some(covered), profile: None }))
             }
-            (coverage, profile, elements) => {
-                if let Some(elements) = &elements {
-                    cpu.trap(elements.at(), true);
-                }
-                let mut seen = Seen { coverage, profile, elements };
+            (covered, profile) => {
+                let mut seen = Seen { covered, profile };
                 let ended = run_along((cpu, board), plan, wave, (&mut seen, look), host)?;
                 if let Some(profile) = &mut seen.profile {
                     profile.finish(cpu.cycle());
@@ -186,11 +209,11 @@ impl<'a> Cover<'a> {
     /// Writes the files, and gives what is told of it to people and as members of the document.
     pub fn told(self, seen: &Seen, source: &Source<'_>, image: &str) -> Result<Told, Failure> {
         let (mut text, mut members) = (String::new(), Vec::new());
-        if let (Some(coverage), Some((file, pending))) = (&seen.coverage, self.coverage) {
+        if let (Some(Covered { coverage, elements }), Some((file, pending))) = (&seen.covered, self.coverage) {
             let reached = coverage.reached(source.names.chip, self.image);
-            let (records, listing) = records(&reached, source, self.rungs.as_ref(), seen.elements.as_ref(), file);
+            let (records, listing) = records(&reached, source, self.rungs.as_ref(), elements.as_ref(), file);
             let mut totals = Totals::of(&reached, &records);
-            totals.elements = seen.elements.as_ref().map(Elements::part);
+            totals.elements = elements.as_ref().map(Elements::part);
             let beside = format!("{file}.lst");
             let listing = listing.map(|listing| -> Result<_, Failure> {
                 output::spares(image, &[("the listing of --coverage", &beside)])?;

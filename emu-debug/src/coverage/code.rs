@@ -2,7 +2,7 @@
 
 use emu_core::chip::Chip;
 use emu_core::image::Image;
-use emu_core::table::Flow;
+use emu_core::table::{Flow, Line};
 
 /// Erased bytes in a row from which on they are no program.
 const ERASED: usize = 8;
@@ -20,36 +20,52 @@ pub struct Instruction {
     pub text: String,
 }
 
-/// The instructions of the program memory that an image fills, one behind the other; where one was `executed` another begins
-/// anew. Words that are no instruction are left out, and so are erased ones that were not executed.
-#[must_use]
-pub fn instructions(chip: &'static Chip, image: &Image, executed: impl Fn(u32) -> bool) -> Vec<Instruction> {
-    let words = words(chip, image);
-    let erased = |at: usize| words.get(at) == Some(&Some(chip.isa.erased));
-    let (mut found, mut at) = (Vec::new(), 0);
-    while at < words.len() {
-        let run = (at..).take_while(|&at| erased(at) && !executed(at as u32)).count();
-        if run * chip.word_bytes as usize >= ERASED {
-            at += run;
-            continue;
-        }
-        let here: Vec<u16> = words.iter().skip(at).take(4).map_while(|word| *word).collect();
-        let pc = at as u32;
-        let line = (chip.isa.disassemble)(&here, pc);
-        let len = line.len.max(1);
-        // An instruction within it was executed: this is none, unless it was executed too.
-        let broken = !executed(pc) && (at + 1..at + len).any(|at| executed(at as u32));
-        if let (Some(row), false, false) = (line.row, here.is_empty(), broken) {
-            found.push(Instruction { pc, len: len as u32, flow: (chip.isa.flow)(row), text: line.text });
-            at += len;
-        } else {
-            at += 1;
-        }
-    }
-    found
+/// Program memory by words; nothing where the image fills nothing.
+pub(super) struct Words {
+    chip: &'static Chip,
+    words: Vec<Option<u16>>,
 }
 
-/// Program memory by words; nothing where the image fills nothing.
+impl Words {
+    /// Of an image for a chip.
+    pub fn of(chip: &'static Chip, image: &Image) -> Words {
+        Words { chip, words: words(chip, image) }
+    }
+
+    /// The instruction at a program word, where there is one.
+    pub fn line(&self, pc: u32) -> Option<Line> {
+        let here: Vec<u16> = self.words.iter().skip(pc as usize).take(4).map_while(|word| *word).collect();
+        (!here.is_empty()).then(|| (self.chip.isa.disassemble)(&here, pc))
+    }
+
+    /// The instructions, one behind the other; where one was `executed` another begins anew. Words that are no instruction are left
+    /// out, and so are erased ones that were not executed.
+    pub fn instructions(&self, executed: impl Fn(u32) -> bool) -> Vec<Instruction> {
+        let erased = |at: usize| self.words.get(at) == Some(&Some(self.chip.isa.erased));
+        let (mut found, mut at) = (Vec::new(), 0);
+        while at < self.words.len() {
+            let run = (at..).take_while(|&at| erased(at) && !executed(at as u32)).count();
+            if run * self.chip.word_bytes as usize >= ERASED {
+                at += run;
+                continue;
+            }
+            let pc = at as u32;
+            let line = self.line(pc);
+            let len = line.as_ref().map_or(1, |line| line.len.max(1));
+            // An instruction within it was executed: this is none, unless it was executed too.
+            let broken = !executed(pc) && (at + 1..at + len).any(|at| executed(at as u32));
+            match line.and_then(|line| Some((line.row?, line.text))) {
+                Some((row, text)) if !broken => {
+                    found.push(Instruction { pc, len: len as u32, flow: (self.chip.isa.flow)(row), text });
+                    at += len;
+                }
+                _ => at += 1,
+            }
+        }
+        found
+    }
+}
+
 fn words(chip: &Chip, image: &Image) -> Vec<Option<u16>> {
     let size = chip.word_bytes.max(1);
     let end = image.end(chip.code).min(chip.flash).div_ceil(size);

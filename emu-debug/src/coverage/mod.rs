@@ -4,14 +4,13 @@
 //!   mod.rs     the probe                      code.rs   program memory as instructions
 //!   lcov.rs    the account as a tracefile     totals.rs the account in figures
 //! ```
-//! The probe keeps, for every program word, how often the instruction there was followed by the one a word, two or three behind
-//! it, or by any other. Everything else is read off that after the run.
+//! The probe keeps where the program went elsewhere than on to the next instruction, and so costs nothing where it did not. How often
+//! an instruction was executed is how often the program came there from elsewhere, and from the instruction before it, which is as
+//! often as that was executed and not left.
 
 pub mod code;
 pub mod lcov;
 pub mod totals;
-
-use std::collections::BTreeMap;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::Probe;
@@ -21,23 +20,25 @@ use emu_core::table::Flow;
 pub use code::Instruction;
 pub use totals::{Part, Totals};
 
-/// Ways on that are told apart: three distances, and all others as 0.
-const WAYS: usize = 4;
+/// Places: one for each program word that a counter of 16 bits reaches.
+const PLACES: usize = 0x1_0000;
 
-/// Places: one for each program word that a counter of 16 bits reaches, and as many again, so that an index needs no check.
-const PLACES: usize = 0x2_0000;
+/// What happened in front of an instruction.
+#[derive(Debug, Clone, Copy, Default)]
+struct Place {
+    /// The program came from elsewhere.
+    came: u64,
+    /// The instruction before it went elsewhere.
+    left: u64,
+    /// The program stood here, and something else than an instruction took it elsewhere.
+    broke: u64,
+}
 
-/// No instruction of this program: what comes first, and what comes behind an interrupt.
-const OUTSIDE: u32 = 0x1_0000;
-
-/// Counts instructions and the ways on from them. Turns of a loop that only waits are jumped over as in a run that nobody looks
-/// at, so a count is of the turns that were made one by one.
+/// Counts where the program goes. Turns of a loop that only waits are jumped over as in a run that nobody looks at, so a count is of
+/// the turns that were made one by one.
 #[derive(Debug, Clone)]
 pub struct Coverage {
-    ways: Box<[[u64; WAYS]; PLACES]>,
-    from: u32,
-    /// Instructions behind which an interrupt came, so that it is not known where they went on.
-    interrupted: BTreeMap<u32, u64>,
+    places: Box<[Place; PLACES]>,
 }
 
 /// An instruction and what became of it.
@@ -53,63 +54,61 @@ pub struct Reached {
 
 impl Default for Coverage {
     fn default() -> Self {
-        // Nothing is zeroed that is not touched.
-        let ways = vec![[0; WAYS]; PLACES].into_boxed_slice().try_into();
-        let ways = ways.unwrap_or_else(|_| Box::new([[0; WAYS]; PLACES]));
-        Coverage { ways, from: OUTSIDE, interrupted: BTreeMap::new() }
+        // Nothing is touched that no program reaches.
+        let places = vec![Place::default(); PLACES].into_boxed_slice().try_into();
+        Coverage { places: places.unwrap_or_else(|_| Box::new([Place::default(); PLACES])) }
     }
 }
 
 impl Probe for Coverage {
-    const INSN: bool = true;
-    const EVERY: bool = false;
+    const FLOW: bool = true;
 
     #[inline(always)]
-    fn insn(&mut self, _at: u64, pc: u32) -> bool {
-        let distance = pc.wrapping_sub(self.from) as usize;
-        let way = if distance < WAYS { distance } else { 0 };
-        self.ways[self.from as usize % PLACES][way] += 1;
-        self.from = pc;
-        false
+    fn goes(&mut self, next: u32, to: u32) {
+        self.places[next as usize % PLACES].left += 1;
+        self.places[to as usize % PLACES].came += 1;
     }
 
-    fn irq(&mut self, _at: u64, _vector: u8) {
-        self.leave();
+    fn enters(&mut self, pc: u32) {
+        self.places[pc as usize % PLACES].came += 1;
+    }
+
+    fn breaks(&mut self, pc: u32) {
+        self.places[pc as usize % PLACES].broke += 1;
     }
 }
 
 impl Coverage {
-    /// Where the last instruction goes on is not known, or is nothing that it does.
-    fn leave(&mut self) {
-        if self.from != OUTSIDE {
-            *self.interrupted.entry(self.from).or_default() += 1;
-            self.from = OUTSIDE;
+    /// How often the instruction at each program word was executed. `length`: of the instruction at a word, in words.
+    fn counts(&self, length: impl Fn(u32) -> u32) -> Vec<u64> {
+        let mut counts = vec![0u64; PLACES];
+        for (at, place) in self.places.iter().enumerate() {
+            // The instructions before it have been added already.
+            let count = (counts[at] + place.came).saturating_sub(place.left + place.broke);
+            counts[at] = count;
+            let next = at + if count > 0 { length(at as u32) as usize } else { 1 };
+            if let Some(next) = counts.get_mut(next) {
+                *next += count;
+            }
         }
+        counts
     }
 
-    /// How often the instruction at a program word was executed.
-    #[must_use]
-    pub fn count(&self, pc: u32) -> u64 {
-        let last = u64::from(self.from == pc && self.from != OUTSIDE);
-        let went: u64 = self.ways.get(pc as usize).map_or(0, |ways| ways.iter().sum());
-        went + self.interrupted.get(&pc).copied().unwrap_or(0) + last
-    }
-
-    /// All instructions of an image, by address.
+    /// All instructions of an image, by address. Of instructions that overlap and end at one word it is not known which of them went
+    /// elsewhere.
     #[must_use]
     pub fn reached(&self, chip: &'static Chip, image: &Image) -> Vec<Reached> {
-        let code = code::instructions(chip, image, |pc| self.count(pc) > 0);
-        let reached = code.into_iter().map(|instruction| {
-            let ways = (instruction.flow == Flow::Either).then(|| self.both(&instruction));
-            Reached { count: self.count(instruction.pc), instruction, ways }
+        let words = code::Words::of(chip, image);
+        let counts = self.counts(|pc| words.line(pc).map_or(1, |line| line.len.max(1) as u32));
+        let count = |pc: u32| counts.get(pc as usize).copied().unwrap_or(0);
+        let reached = words.instructions(|pc| count(pc) > 0).into_iter().map(|instruction| {
+            let count = count(instruction.pc);
+            let next = (instruction.pc + instruction.len) as usize % PLACES;
+            let left = self.places[next].left.min(count);
+            let ways = (instruction.flow == Flow::Either).then_some([count - left, left]);
+            Reached { count, instruction, ways }
         });
         reached.collect()
-    }
-
-    fn both(&self, instruction: &Instruction) -> [u64; 2] {
-        let Some(ways) = self.ways.get(instruction.pc as usize) else { return [0; 2] };
-        let next = ways.get(instruction.len as usize).copied().unwrap_or(0);
-        [next, ways.iter().sum::<u64>() - next]
     }
 }
 
@@ -117,20 +116,19 @@ impl Coverage {
 mod tests {
     use super::*;
 
-    /// Two instructions of a word and one of two; the middle one has gone both ways.
+    /// An instruction of one word, one of two that has a condition, an interrupt, and an end.
     #[test]
-    fn ways_are_counted_at_the_instruction_that_they_lead_on_from() {
+    fn counts_are_read_off_the_ways() {
         let mut coverage = Coverage::default();
-        for pc in [0, 1, 3, 0, 1, 0, 1] {
-            assert!(!coverage.insn(0, pc));
-        }
-        coverage.irq(0, 3);
-        coverage.insn(0, 8);
-        assert_eq!([0, 1, 2, 3, 8].map(|pc| coverage.count(pc)), [3, 3, 0, 1, 1]);
-        let at = |pc, len| Instruction { pc, len, flow: Flow::Either, text: String::new() };
-        assert_eq!(coverage.both(&at(1, 2)), [1, 1]);
-        assert_eq!(coverage.both(&at(0, 1)), [3, 0]);
-        // Where the one before the interrupt went nobody knows, and the last one has not gone on yet.
-        assert_eq!(coverage.both(&at(8, 1)), [0, 0]);
+        coverage.enters(0);
+        // 0 1 3, 0 1, interrupt 8, 0 1 3 and there it ends.
+        coverage.goes(4, 0);
+        coverage.goes(3, 0);
+        coverage.breaks(1);
+        coverage.enters(8);
+        coverage.goes(9, 1);
+        coverage.breaks(3);
+        let counts = coverage.counts(|pc| if pc == 1 { 2 } else { 1 });
+        assert_eq!([0, 1, 2, 3, 4, 8, 9].map(|pc: usize| counts[pc]), [3, 3, 0, 1, 0, 1, 0]);
     }
 }
