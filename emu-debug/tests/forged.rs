@@ -53,12 +53,14 @@ fn forge(rng: &mut Rng, state: &[u8]) -> Vec<u8> {
 fn forgeries<C: Cpu>(name: &str, machines: impl Iterator<Item = (&'static str, C)>) {
     let (mut refused, mut ran) = (0u64, 0u64);
     let mut panics = Vec::new();
+    let forgeries = std::env::var("EMU_FORGERIES").ok().and_then(|text| text.parse().ok()).unwrap_or(FORGERIES);
     for (file, mut cpu) in machines {
         for moment in [0, 1_000, 30_000, 200_000] {
             cpu.run(moment, &mut ());
             let state = cpu.save();
-            for forgery in 0..FORGERIES {
+            for forgery in 0..forgeries {
                 let seed = SEED ^ forgery << 20 ^ moment;
+                let since = std::time::Instant::now();
                 let forged = forge(&mut Rng::new(seed), &state);
                 let mut other = cpu.clone();
                 let went = catch_unwind(AssertUnwindSafe(|| match other.restore(&forged) {
@@ -73,6 +75,9 @@ fn forgeries<C: Cpu>(name: &str, machines: impl Iterator<Item = (&'static str, C
                         false
                     }
                 }));
+                if since.elapsed().as_millis() > 20 {
+                    println!("{file} at {moment}, seed {seed:#x}: {:?}", since.elapsed());
+                }
                 match went {
                     Ok(true) => ran += 1,
                     Ok(false) => refused += 1,

@@ -17,9 +17,11 @@ pub enum Look {
     Nothing,
     /// Edges of pins and bytes sent.
     Events,
-    /// Also every instruction and every entry of an interrupt.
+    /// Also every entry of an interrupt, every write to data memory, and instructions, but for turns of a loop that only waits.
+    Writes,
+    /// Every instruction and every entry of an interrupt, no writes.
     Insns,
-    /// Also every access to data memory.
+    /// All of this, and every read of to data memory.
     All,
 }
 
@@ -72,6 +74,8 @@ pub trait Target {
     fn has_pin(&self, pin: PinId) -> bool;
     /// [`Cpu::level`].
     fn level(&self, pin: PinId) -> Level;
+    /// [`Cpu::ram_at`].
+    fn ram_at(&self, addr: u32) -> Option<u32>;
     /// Return addresses of a stack that lies in no memory ([`Cpu::return_stack`]).
     fn return_stack(&self) -> Vec<u32>;
     /// [`Cpu::depth`].
@@ -96,8 +100,8 @@ pub trait Target {
     fn set_traps(&mut self, words: &BTreeSet<u32>);
     /// [`Cpu::run`], looked at by `seer` as closely as `look` says.
     fn run(&mut self, until: u64, look: Look, seer: &mut dyn Seer) -> Stop;
-    /// [`Cpu::step`].
-    fn step(&mut self, look: Look, seer: &mut dyn Seer) -> Stop;
+    /// [`Cpu::step_until`].
+    fn step_until(&mut self, until: u64, look: Look, seer: &mut dyn Seer) -> Stop;
     /// A copy that goes its own way.
     fn fork(&self) -> Box<dyn Target>;
     /// Bytes that a copy takes at most.
@@ -122,15 +126,15 @@ impl<C: Cpu> Rig<C> {
         self.board.run(&mut self.cpu, until, probe)
     }
 
-    fn step_with<P: Probe>(&mut self, probe: &mut P) -> Stop {
+    fn step_with<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
         if self.board.devices().next().is_none() {
-            return self.cpu.step(probe);
+            return self.cpu.step_until(until, probe);
         }
         // The board runs to a cycle; a copy knows how far a step goes.
         let mut copy = self.cpu.clone();
-        match copy.step(&mut ()) {
+        match copy.step_until(until, &mut ()) {
             Stop::Limit => self.board.run(&mut self.cpu, copy.cycle(), probe),
-            _ => self.cpu.step(probe),
+            _ => self.cpu.step_until(until, probe),
         }
     }
 }
@@ -139,8 +143,10 @@ impl<C: Cpu> Rig<C> {
 struct Eye<'a, const N: u8>(&'a mut dyn Seer);
 
 impl<const N: u8> Probe for Eye<'_, N> {
-    const INSN: bool = N >= Look::Insns as u8;
-    const DATA: bool = N >= Look::All as u8;
+    const INSN: bool = N >= Look::Writes as u8;
+    const EVERY: bool = N >= Look::Insns as u8;
+    const DATA: bool = N == Look::Writes as u8 || N >= Look::All as u8;
+    const READS: bool = N >= Look::All as u8;
     const EVENTS: bool = N >= Look::Events as u8;
 
     fn insn(&mut self, at: u64, pc: u32) -> bool {
@@ -158,6 +164,7 @@ impl<const N: u8> Probe for Eye<'_, N> {
 }
 
 const EVENTS: u8 = Look::Events as u8;
+const WRITES: u8 = Look::Writes as u8;
 const INSNS: u8 = Look::Insns as u8;
 const ALL: u8 = Look::All as u8;
 
@@ -195,6 +202,9 @@ impl<C: Cpu + 'static> Target for Rig<C> {
     fn level(&self, pin: PinId) -> Level {
         self.cpu.level(pin)
     }
+    fn ram_at(&self, addr: u32) -> Option<u32> {
+        self.cpu.ram_at(addr)
+    }
     fn return_stack(&self) -> Vec<u32> {
         self.cpu.return_stack()
     }
@@ -231,17 +241,19 @@ impl<C: Cpu + 'static> Target for Rig<C> {
         match look {
             Look::Nothing => self.run_with(until, &mut ()),
             Look::Events => self.run_with(until, &mut Eye::<EVENTS>(seer)),
+            Look::Writes => self.run_with(until, &mut Eye::<WRITES>(seer)),
             Look::Insns => self.run_with(until, &mut Eye::<INSNS>(seer)),
             Look::All => self.run_with(until, &mut Eye::<ALL>(seer)),
         }
     }
 
-    fn step(&mut self, look: Look, seer: &mut dyn Seer) -> Stop {
+    fn step_until(&mut self, until: u64, look: Look, seer: &mut dyn Seer) -> Stop {
         match look {
-            Look::Nothing => self.step_with(&mut ()),
-            Look::Events => self.step_with(&mut Eye::<EVENTS>(seer)),
-            Look::Insns => self.step_with(&mut Eye::<INSNS>(seer)),
-            Look::All => self.step_with(&mut Eye::<ALL>(seer)),
+            Look::Nothing => self.step_with(until, &mut ()),
+            Look::Events => self.step_with(until, &mut Eye::<EVENTS>(seer)),
+            Look::Writes => self.step_with(until, &mut Eye::<WRITES>(seer)),
+            Look::Insns => self.step_with(until, &mut Eye::<INSNS>(seer)),
+            Look::All => self.step_with(until, &mut Eye::<ALL>(seer)),
         }
     }
 
