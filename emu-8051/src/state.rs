@@ -23,6 +23,8 @@ impl Mcs51 {
     pub(crate) fn of_bytes(&self, bytes: &[u8]) -> Result<Mcs51, Damaged> {
         let mut copy = self.clone();
         load(&mut copy, bytes)?;
+        // A state that no machine comes to may be one that it cannot save.
+        load(&mut self.clone(), &copy.to_bytes())?;
         Ok(copy)
     }
 }

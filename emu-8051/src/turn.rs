@@ -80,7 +80,7 @@ impl<P: Probe> Turn<'_, P> {
     /// Tells the probe of an access to data memory.
     #[inline(always)]
     fn saw(&mut self, space: u8, addr: u16, value: u8, write: bool) {
-        if P::DATA {
+        if P::DATA && (write || P::READS) {
             let at = if write { self.last() } else { self.first() };
             if self.probe.data(at, space, addr, value, write) {
                 self.hot.stop = true;

@@ -295,16 +295,16 @@ impl Cpu for Ap101 {
     }
 
     /// Goes on also where nothing changes any more, and [`Cpu::run`] halts.
-    fn step<P: Probe>(&mut self, probe: &mut P) -> Stop {
+    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
         let now = self.cycle();
         // Where no instruction is next, on to where one is, or to what is due before.
-        let until = match self.phase {
+        let next = match self.phase {
             _ if self.fetched.is_some() => now,
             Phase::Reload { from, .. } => from + self.soc.channels(),
             Phase::Ready { at } => at,
             Phase::Off | Phase::Run { .. } => now,
         };
         let due = self.soc.next().div_ceil(CLOCKS);
-        self.run_to::<P, false>(until.min(due).max(now + 1), probe)
+        self.run_to::<P, false>(next.min(due).min(until).max(now + 1), probe)
     }
 }

@@ -50,6 +50,8 @@ impl State for Ap101 {
             Phase::Run { begun } => begun,
             _ => 0,
         };
+        // Only a program has instructions.
+        tape.demand(self.fetched.is_none() || matches!(self.phase, Phase::Run { .. }))?;
         let sound = match self.phase {
             Phase::Off => true,
             Phase::Reload { from, .. } => from <= now,

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use emu_core::NEVER;
 use emu_core::state::{Damaged, State, Tape};
 
+use crate::boundary::Phase;
 use crate::cpu::Ap101;
 use crate::modules::Module;
 use crate::operands::CELLS;
@@ -94,7 +95,10 @@ impl Ap101 {
                 instructions.state(tape)?;
                 overruns.state(tape)?;
                 left.state(tape)?;
-                tape.demand(*cycle <= now && *instructions <= counted && *overruns <= self.overruns)?;
+                // A round takes time: the cycle that began with this copy is not over yet, or that was before.
+                let runs = matches!(self.phase, Phase::Run { .. }) && !self.at_end();
+                tape.demand(*cycle < now || *cycle == now && runs)?;
+                tape.demand(*instructions <= counted && *overruns <= self.overruns)?;
                 Known::Was(Arc::new(held), left)
             }
             (2, known) => {

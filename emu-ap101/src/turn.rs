@@ -93,7 +93,8 @@ impl<P: Probe> Turn<'_, P> {
 
     #[inline(always)]
     fn saw(&mut self, space: u8, addr: u16, value: bool, write: bool) {
-        if P::DATA && self.probe.data(self.cycle(), space, addr, value.into(), write) {
+        let wanted = P::DATA && (write || P::READS);
+        if wanted && self.probe.data(self.cycle(), space, addr, value.into(), write) {
             self.hot.stop = true;
             self.hot.time.force();
         }

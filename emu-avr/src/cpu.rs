@@ -292,8 +292,8 @@ impl Cpu for Avr {
         engine::run(self, until, probe)
     }
 
-    fn step<P: Probe>(&mut self, probe: &mut P) -> Stop {
-        engine::step(self, probe)
+    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
+        engine::step_until(self, until, probe)
     }
 }
 

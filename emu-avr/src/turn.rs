@@ -121,7 +121,8 @@ impl<P: Probe> Turn<'_, P> {
     /// Tells the probe of an access to data memory.
     #[inline(always)]
     fn saw(&mut self, addr: u16, value: u8, write: bool) {
-        if P::DATA && self.probe.data(self.access(), 0, addr, value, write) {
+        let wanted = P::DATA && (write || P::READS);
+        if wanted && self.probe.data(self.access(), 0, addr, value, write) {
             self.hot.stop = true;
             self.hot.time.force();
         }

@@ -185,7 +185,11 @@ pub trait Cpu: Clone {
     /// boundary.
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop;
     /// Executes one instruction, or one interrupt entry, or sleeps to the next deadline.
-    fn step<P: Probe>(&mut self, probe: &mut P) -> Stop;
+    fn step<P: Probe>(&mut self, probe: &mut P) -> Stop {
+        self.step_until(END_OF_TIME, probe)
+    }
+    /// The same, but sleeps no further than to the cycle `until`; an instruction that spans it ends where it ends.
+    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop;
 }
 
 /// What a bus access asks of the core, a set.
@@ -255,6 +259,8 @@ pub trait Probe {
     const DATA: bool = false;
     /// [`Probe::goes`], [`Probe::enters`] and [`Probe::breaks`] are called.
     const FLOW: bool = false;
+    /// [`Probe::data`] is called for reads too. Where it need not be, turns of a loop that only waits are jumped over.
+    const READS: bool = Self::DATA;
     /// [`Probe::event`] is called, and the chip logs edges and bytes.
     const EVENTS: bool = false;
     /// [`Probe::lint`] is called, on machines that have diagnostics.
@@ -317,6 +323,7 @@ impl<A: Probe, B: Probe> Probe for (A, B) {
     const EVERY: bool = A::EVERY || B::EVERY;
     const DATA: bool = A::DATA || B::DATA;
     const FLOW: bool = A::FLOW || B::FLOW;
+    const READS: bool = A::READS || B::READS;
     const EVENTS: bool = A::EVENTS || B::EVENTS;
     const LINT: bool = A::LINT || B::LINT;
     const SUBCYCLE: bool = A::SUBCYCLE || B::SUBCYCLE;
@@ -360,6 +367,7 @@ impl<P: Probe> Probe for &mut P {
     const EVERY: bool = P::EVERY;
     const DATA: bool = P::DATA;
     const FLOW: bool = P::FLOW;
+    const READS: bool = P::READS;
     const EVENTS: bool = P::EVENTS;
     const LINT: bool = P::LINT;
     const SUBCYCLE: bool = P::SUBCYCLE;

@@ -1,7 +1,7 @@
 //! The loop around every hot loop: what happens between two instructions. Due events, resets, interrupts, sleep, stops, traps,
 //! and loops of the program that only wait, which are jumped over.
 //!
-//! A family gives its machine as an [`Engine`] and calls [`run`] and [`step`]; its own burst executes instructions up to the
+//! A family gives its machine as an [`Engine`] and calls [`run`] and [`step_until`]; its own burst executes instructions up to the
 //! deadline that is set here.
 
 use crate::countdown::Countdown;
@@ -122,13 +122,13 @@ pub fn run<E: Engine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Stop 
     }
 }
 
-/// Executes one instruction or one interrupt entry, or sleeps on to what is due next ([`Cpu::step`]).
-pub fn step<E: Engine, P: Probe>(cpu: &mut E, probe: &mut P) -> Stop {
+/// Executes one instruction or one interrupt entry, or sleeps on to what is due next, up to `until` ([`Cpu::step_until`]).
+pub fn step_until<E: Engine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Stop {
     let now = cpu.cycle();
     let next = cpu.fire(now);
     // Where an interrupt is there already, or nothing is ever due, one cycle.
     let sleeps = cpu.asleep() && !cpu.interrupt_pending(now) && next != NEVER;
-    run(cpu, if sleeps { next.max(now + 1) } else { now + 1 }, probe)
+    run(cpu, if sleeps { next.min(until).max(now + 1) } else { now + 1 }, probe)
 }
 
 /// Runs everything due at this instruction boundary and sets the next deadline. Returns why to stop, if so.
@@ -237,7 +237,7 @@ fn escape<E: Engine, P: Probe>(cpu: &mut E, deadline: u64, probe: &mut P) -> Opt
 
 /// True when loops that only look may be jumped over: the probe wants to see every turn of none.
 fn jumps_over<E: Engine, P: Probe>(cpu: &mut E) -> bool {
-    cpu.looks().skip && !P::EVERY && !P::DATA
+    cpu.looks().skip && !P::EVERY && !P::READS
 }
 
 /// Adds whole turns like the one that began at the cycle `start`, up to `limit`.

@@ -10,9 +10,11 @@ pub enum Look {
     Nothing,
     /// Edges of pins and bytes sent.
     Events,
-    /// Also every instruction and every entry of an interrupt.
+    /// Also every entry of an interrupt, every write to data memory, and instructions, but for turns of a loop that only waits.
+    Writes,
+    /// Every instruction and every entry of an interrupt, no writes.
     Insns,
-    /// Also every access to data memory.
+    /// All of this, and every access to data memory.
     All,
 }
 
@@ -51,6 +53,11 @@ pub(crate) fn events(seer: &mut dyn Seer) -> Eye<'_, { Look::Events as u8 }> {
     Eye(seer)
 }
 
+/// For [`Look::Writes`].
+pub(crate) fn writes(seer: &mut dyn Seer) -> Eye<'_, { Look::Writes as u8 }> {
+    Eye(seer)
+}
+
 /// For [`Look::Insns`].
 pub(crate) fn insns(seer: &mut dyn Seer) -> Eye<'_, { Look::Insns as u8 }> {
     Eye(seer)
@@ -62,8 +69,10 @@ pub(crate) fn all(seer: &mut dyn Seer) -> Eye<'_, { Look::All as u8 }> {
 }
 
 impl<const N: u8> Probe for Eye<'_, N> {
-    const INSN: bool = N >= Look::Insns as u8;
-    const DATA: bool = N >= Look::All as u8;
+    const INSN: bool = N >= Look::Writes as u8;
+    const EVERY: bool = N >= Look::Insns as u8;
+    const DATA: bool = N == Look::Writes as u8 || N >= Look::All as u8;
+    const READS: bool = N >= Look::All as u8;
     const EVENTS: bool = N >= Look::Events as u8;
 
     fn insn(&mut self, at: u64, pc: u32) -> bool {

@@ -32,6 +32,7 @@ impl<C: Probe> Probe for Tools<C> {
     const INSN: bool = C::INSN;
     const EVERY: bool = C::EVERY;
     const DATA: bool = C::DATA;
+    const READS: bool = C::READS;
     const FLOW: bool = C::FLOW;
     const EVENTS: bool = true;
     const LINT: bool = C::LINT;

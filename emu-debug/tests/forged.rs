@@ -1,6 +1,7 @@
 //! Whatever bytes are given as the state of a machine: they are refused, or the machine runs on without a panic.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
 
 use emu_core::Chip;
 use emu_core::cpu::{Cpu, RamInit};
@@ -10,8 +11,11 @@ use emu_core::slices::pick;
 
 const SEED: u64 = 0x0F0_46ED;
 
-/// Forgeries of each state.
-const FORGERIES: u64 = 150;
+/// Forgeries of each state; EMU_FORGERIES gives another number.
+const FORGERIES: u64 = if cfg!(debug_assertions) { 150 } else { 5_000 };
+
+/// No forged machine takes as long as this.
+const SLOW: Duration = Duration::from_secs(2);
 
 /// Cycles that a forged machine runs.
 const CYCLES: u64 = 20_000;
@@ -49,30 +53,43 @@ fn forge(rng: &mut Rng, state: &[u8]) -> Vec<u8> {
     forged
 }
 
+/// What was restored can be saved, and that restored.
+fn saved_again<C: Cpu>(cpu: &C, other: &C) {
+    let (state, mut third) = (other.save(), cpu.clone());
+    assert!(third.restore(&state).is_ok(), "what it saves is refused");
+    assert!(third.save() == state, "what it saves comes back as another");
+}
+
 /// Forges states that the machine has at several moments.
 fn forgeries<C: Cpu>(name: &str, machines: impl Iterator<Item = (&'static str, C)>) {
     let (mut refused, mut ran) = (0u64, 0u64);
     let mut panics = Vec::new();
+    let forgeries = std::env::var("EMU_FORGERIES").ok().and_then(|text| text.parse().ok()).unwrap_or(FORGERIES);
     for (file, mut cpu) in machines {
         for moment in [0, 1_000, 30_000, 200_000] {
             cpu.run(moment, &mut ());
             let state = cpu.save();
-            for forgery in 0..FORGERIES {
+            for forgery in 0..forgeries {
                 let seed = SEED ^ forgery << 20 ^ moment;
+                let since = Instant::now();
                 let forged = forge(&mut Rng::new(seed), &state);
                 let mut other = cpu.clone();
                 let went = catch_unwind(AssertUnwindSafe(|| match other.restore(&forged) {
                     Ok(()) => {
+                        saved_again(&cpu, &other);
                         let end = other.cycle().saturating_add(CYCLES);
                         other.run(end, &mut ());
-                        // It can be saved too.
-                        !other.save().is_empty()
+                        saved_again(&cpu, &other);
+                        true
                     }
                     Err(_) => {
                         assert!(other.save() == state, "a refusal has changed the machine");
                         false
                     }
                 }));
+                if since.elapsed() > SLOW {
+                    panics.push(format!("{file} at {moment}, seed {seed:#x}: {:?}", since.elapsed()));
+                }
                 match went {
                     Ok(true) => ran += 1,
                     Ok(false) => refused += 1,

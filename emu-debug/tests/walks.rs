@@ -15,11 +15,8 @@ use emu_debug::{Board, Clock};
 
 const SEED: u64 = 0x0DEB_0001;
 
-/// Walks for each family; a build without optimisation does fewer.
+/// Walks for each family; a build without optimisation does fewer. EMU_WALKS gives another number.
 const WALKS: u64 = if cfg!(debug_assertions) { 8 } else { 1_000 };
-
-/// The same for AVR, whose steps through start-up times take long: EMU_WALKS gives another number.
-const AVR_WALKS: u64 = if cfg!(debug_assertions) { 8 } else { 100 };
 
 /// Acts of a walk.
 const ACTS: u64 = 24;
@@ -204,7 +201,7 @@ fn avr() {
         ("atmega328p", "avr/boot.elf"),
     ];
     let build = |chip: &'static str, image: &Image| boxed(emu_avr::Avr::new(avr_chip(chip), image, RamInit::Zero));
-    walks(Family { files, build, chip: avr_chip }, "avr", AVR_WALKS);
+    walks(Family { files, build, chip: avr_chip }, "avr", WALKS);
 }
 
 fn avr_chip(name: &str) -> &'static Chip {

@@ -75,7 +75,7 @@ impl<P: Probe> Turn<'_, P> {
     /// Tells the probe of an access to data memory.
     #[inline(always)]
     fn saw(&mut self, value: u8, write: bool) {
-        if P::DATA {
+        if P::DATA && (write || P::READS) {
             let at = self.cycle();
             let addr = self.address();
             if self.probe.data(at, DATA_SPACE, addr, value, write) {

@@ -152,66 +152,95 @@ impl Session {
         super::flow(chip, |word| super::session::word(&*line.target, word), pc).0
     }
 
-    /// The last position before this one at which points would have stopped a run.
+    /// The last position before this one at which points would have stopped a run. The past is run through once, its newest stretches
+    /// first, and more of them at a time the further it goes back: setting breakpoints in a copy costs as much as a stretch.
     fn last_hit(&mut self, points: &Points, here_too: bool, go_on: GoOn<'_>) -> Result<Option<(Line, Vec<Hit>)>, Why> {
         let now = self.line.cycle();
         let mut end = now;
         let starts: Vec<u64> = self.history.before(now).map(Line::cycle).collect();
-        for start in starts {
-            let Some(base) = self.replayed(start) else { break };
+        let mut left = starts.as_slice();
+        let mut count = 1;
+        while !left.is_empty() {
+            let (stretches, older) = left.split_at(count.min(left.len()));
             // A copy that stands at a breakpoint does not see it; the stretch before comes to it.
             let reach = if end < now { end + 1 } else { end };
-            // Once to count them, once to stop at the last.
-            let mut count = 0u64;
-            self.hits_on(&mut base.fork(), reach, points, &mut |line, _| {
+            let mut bounds: Vec<u64> = stretches.iter().rev().copied().chain([reach]).collect();
+            // Once to find the cycle of the last, once to stop there.
+            let mut last: Option<(u64, u64)> = None;
+            self.hits_on(&bounds, points, go_on, &mut |line, _| {
                 let at = line.cycle();
-                count += u64::from(at <= end && (at < now || here_too && at == now));
+                if at <= end && (at < now || here_too && at == now) {
+                    last = Some((at, last.filter(|last| last.0 == at).map_or(1, |last| last.1 + 1)));
+                }
                 true
-            });
-            if count > 0 {
-                let mut line = base.fork();
-                let mut last = Vec::new();
-                self.hits_on(&mut line, reach, points, &mut |_, hits| {
-                    count -= 1;
-                    last = hits;
-                    count > 0
-                });
-                return Ok(Some((line, last)));
+            })?;
+            if let Some((at, nth)) = last {
+                let behind = bounds.partition_point(|bound| *bound < at).saturating_sub(1);
+                for from in [behind, 0] {
+                    let (mut seen, mut hit) = (0, Vec::new());
+                    let line = self.hits_on(&bounds[from..], points, go_on, &mut |line, hits| {
+                        seen += u64::from(line.cycle() == at);
+                        hit = hits;
+                        seen < nth && line.cycle() <= at
+                    })?;
+                    if let Some(line) = line.filter(|_| seen == nth) {
+                        return Ok(Some((line, hit)));
+                    }
+                }
             }
-            if !go_on() {
-                return Err(Why::Interrupted);
-            }
-            end = start;
+            end = bounds.swap_remove(0);
+            left = older;
+            count = count.saturating_mul(2);
         }
         Ok(None)
     }
 
-    /// Runs a copy up to a cycle, and tells each time that points would have stopped it; false ends it.
-    fn hits_on(&self, line: &mut Line, end: u64, points: &Points, tell: &mut dyn FnMut(&Line, Vec<Hit>) -> bool) {
+    /// Runs from the first of these cycles to the last, and tells each time that points would have stopped the machine, until that is
+    /// answered with false. All but the last are cycles of copies.
+    fn hits_on(
+        &self,
+        bounds: &[u64],
+        points: &Points,
+        go_on: GoOn<'_>,
+        tell: &mut dyn FnMut(&Line, Vec<Hit>) -> bool,
+    ) -> Result<Option<Line>, Why> {
         let words: BTreeSet<u32> = super::session::code_points(points).collect();
+        let Some(mut line) = bounds.first().and_then(|start| self.replayed(*start)) else { return Ok(None) };
         let mut eyes = Eyes::new(points, &*line.target);
         let mut left_start = !words.contains(&line.target.pc());
-        while line.cycle() < end {
-            let deeds = &self.history.deeds;
-            let stop = if left_start {
+        for &end in bounds.iter().skip(1) {
+            while line.cycle() < end {
+                let deeds = &self.history.deeds;
                 line.set_traps(&words);
-                line.run(deeds, end, &words, eyes.look(), &mut eyes)
-            } else {
-                left_start = true;
-                line.set_traps(&BTreeSet::new());
-                line.step(deeds, end, eyes.look(), &mut eyes)
-            };
-            let sights = std::mem::take(&mut eyes.seen);
-            let changes = eyes.changed(&*line.target);
-            let mut hits = candidates(points, &*line.target, &sights, &changes, stop);
-            hits.retain(|hit| points.get(hit.id).is_some_and(|point| point.holds(&*line.target)));
-            if !hits.is_empty() && !tell(line, hits) {
-                return;
+                let stop = if left_start {
+                    line.run(deeds, end, &words, eyes.look(), &mut eyes)
+                } else {
+                    left_start = true;
+                    line.step(deeds, end, eyes.look(), &mut eyes)
+                };
+                let sights = std::mem::take(&mut eyes.seen);
+                let changes = eyes.changed(&*line.target);
+                let mut hits = candidates(points, &*line.target, &sights, &changes, stop);
+                hits.retain(|hit| points.get(hit.id).is_some_and(|point| point.holds(&*line.target)));
+                if !hits.is_empty() && !tell(&line, hits) {
+                    return Ok(Some(line));
+                }
+                if !matches!(stop, Stop::Limit | Stop::Trap { .. } | Stop::Probe) {
+                    break;
+                }
             }
-            if !matches!(stop, Stop::Limit | Stop::Trap { .. } | Stop::Probe) {
-                return;
+            if !go_on() {
+                return Err(Why::Interrupted);
+            }
+            // A controller at rest is called halted, and was run on all the same.
+            if line.cycle() < end && bounds.last() != Some(&end) {
+                let Some(next) = self.replayed(end) else { return Ok(None) };
+                line = next;
+                eyes = Eyes::new(points, &*line.target);
+                left_start = !words.contains(&line.target.pc());
             }
         }
+        Ok(Some(line))
     }
 
     /// A copy of the machine as it was at a cycle, or at the first boundary behind it.
@@ -243,13 +272,17 @@ impl Session {
     /// Steps the machine itself on as long as it comes to no later cycle.
     fn step_to(&mut self, cycle: u64) {
         self.line.set_traps(&BTreeSet::new());
-        while self.line.cycle() < cycle {
-            let mut next = self.line.fork();
-            let stop = next.step(&self.history.deeds, cycle, Look::Nothing, &mut ());
-            if next.cycle() > cycle || !next.settled && next.cycle() >= cycle || stop != Stop::Limit {
+        let mut scout = self.line.fork();
+        let mut steps = 0u64;
+        while scout.cycle() < cycle {
+            let stop = scout.step(&self.history.deeds, cycle, Look::Nothing, &mut ());
+            if scout.cycle() > cycle || !scout.settled && scout.cycle() >= cycle || stop != Stop::Limit {
                 break;
             }
-            self.line = next;
+            steps += 1;
+        }
+        for _ in 0..steps {
+            self.line.step(&self.history.deeds, cycle, Look::Nothing, &mut ());
         }
         self.forget_events();
     }

@@ -85,6 +85,20 @@ impl Expr {
         }
     }
 
+    /// Tells the addresses of all bytes of memory in it.
+    pub(super) fn bytes(&self, tell: &mut dyn FnMut(u32)) {
+        match self {
+            Expr::Place(Place::Memory { addr, bytes, .. }) => (0..u32::from(*bytes)).for_each(|n| tell(addr + n)),
+            Expr::Place(Place::Bit { addr, .. }) => tell(*addr),
+            Expr::Number(_) | Expr::Place(_) | Expr::At(..) => {}
+            Expr::Bit(of, _) | Expr::Unary(_, of) => of.bytes(tell),
+            Expr::Binary(_, a, b) => {
+                a.bytes(tell);
+                b.bytes(tell);
+            }
+        }
+    }
+
     /// The place that it is, if it is one and nothing more.
     #[must_use]
     pub fn place(&self, target: &dyn Target) -> Option<Place> {

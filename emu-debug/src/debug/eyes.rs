@@ -1,6 +1,6 @@
 //! The probe of the debugger: it sees what the points wait for.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 use emu_core::chip::Chip;
 use emu_core::cpu::Probe;
@@ -37,6 +37,8 @@ pub(super) struct Eyes {
     changes: Vec<(u32, Expr, Option<i64>)>,
     /// All of them are of RAM, so that nothing but a write can change them.
     ram_only: bool,
+    /// Where those bytes are kept.
+    ram: BTreeSet<u32>,
     /// What was seen in this instruction.
     pub seen: Vec<Sight>,
     /// Events, when somebody keeps them.
@@ -57,6 +59,7 @@ impl Eyes {
             pins: Vec::new(),
             changes: Vec::new(),
             ram_only: true,
+            ram: BTreeSet::new(),
             seen: Vec::new(),
             events: None,
             pc: target.pc(),
@@ -70,6 +73,7 @@ impl Eyes {
                 What::Pin(pin, level) => eyes.pins.push((point.id, *pin, *level)),
                 What::Change(expr) => {
                     eyes.ram_only &= expr.is_of_ram(target.chip());
+                    expr.bytes(&mut |addr| _ = eyes.ram.insert(target.ram_at(addr).unwrap_or(addr)));
                     eyes.changes.push((point.id, expr.clone(), expr.value(target)));
                 }
             }
@@ -79,7 +83,11 @@ impl Eyes {
 
     /// How closely a run must be looked at for all of this.
     pub fn look(&self) -> Look {
-        if !self.accesses.is_empty() || !self.changes.is_empty() && self.ram_only {
+        let any = !self.changes.is_empty();
+        let only_writes = (!any || self.ram_only) && self.accesses.iter().all(|(.., access)| *access == Access::Write);
+        if only_writes && (any || !self.accesses.is_empty()) {
+            Look::Writes
+        } else if !self.accesses.is_empty() {
             Look::All
         } else if !self.changes.is_empty() {
             Look::Insns
@@ -88,6 +96,12 @@ impl Eyes {
         } else {
             Look::Nothing
         }
+    }
+
+    /// The byte of RAM is a part of a watched expression.
+    fn is_watched(&self, space: &'static str, addr: u32) -> bool {
+        let (space, addr, _) = byte_of(self.chip, space, addr);
+        space == self.chip.ram && self.ram.contains(&addr)
     }
 
     /// Points whose expression has another value now than at the last look, with both.
@@ -122,7 +136,7 @@ impl Probe for Eyes {
                 self.seen.push(Sight { id: *id, pc: self.pc, value: Some(value), write });
             }
         }
-        !self.seen.is_empty() || write && self.ram_only && !self.changes.is_empty()
+        !self.seen.is_empty() || write && self.ram_only && self.is_watched(name, addr.into())
     }
 
     fn irq(&mut self, _at: u64, _vector: u8) {

@@ -118,17 +118,8 @@ impl Line {
         loop {
             let before = self.cycle();
             let next = deeds.get(self.done).map_or(u64::MAX, |deed| deed.cycle);
-            // A step through sleep may go beyond what wakes it in this history.
-            let spare = if next.min(limit) < u64::MAX { Some(self.target.fork()) } else { None };
-            let mut stop = self.target.step(look, seer);
-            if let Some(spare) = spare.filter(|_| self.cycle() > next.min(limit) && stop == Stop::Limit) {
-                let (over, overshot) = (next.min(limit).max(before), std::mem::replace(&mut self.target, spare));
-                if self.target.run(over, Look::Nothing, &mut ()) != Stop::Limit || self.cycle() != over {
-                    // An instruction that spans the moment: it is not sleep, and ends where it ends.
-                    self.target = overshot;
-                }
-                stop = Stop::Limit;
-            }
+            // Sleep does not go beyond what wakes it in this history.
+            let stop = self.target.step_until(next.min(limit), look, seer);
             match stop {
                 Stop::Trap { pc } if !trapped => {
                     trapped = true;
@@ -158,7 +149,7 @@ impl Line {
     /// One step of the machine, which ends before it where a trap is come to; of those the ones in `words` are told.
     pub fn step_to_trap(&mut self, deeds: &[Deed], words: &BTreeSet<u32>, look: Look, seer: &mut dyn Seer) -> Stop {
         let before = self.cycle();
-        let stop = self.target.step(look, seer);
+        let stop = self.target.step_until(u64::MAX, look, seer);
         if self.cycle() > before {
             (self.arrived, self.settled) = (false, false);
         }

@@ -259,12 +259,12 @@ impl Session {
             let start = (Instant::now(), self.line.cycle());
             eyes.events = Some(std::mem::take(&mut self.events));
             let deeds = &self.history.deeds;
+            // A step passes them.
+            self.line.set_traps(&words);
             let stop = if left_start {
-                self.line.set_traps(&words);
                 let end = until.min(start.1.saturating_add(self.stretch));
                 self.line.run(deeds, end, &words, eyes.look(), &mut eyes)
             } else {
-                self.line.set_traps(&BTreeSet::new());
                 left_start = true;
                 let end = until.min(start.1.saturating_add(self.stretch));
                 self.line.step(deeds, end, eyes.look(), &mut eyes)

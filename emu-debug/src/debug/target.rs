@@ -36,6 +36,8 @@ pub trait Target {
     fn has_pin(&self, pin: PinId) -> bool;
     /// [`Cpu::level`].
     fn level(&self, pin: PinId) -> Level;
+    /// [`Cpu::ram_at`].
+    fn ram_at(&self, addr: u32) -> Option<u32>;
     /// Return addresses of a stack that lies in no memory ([`Cpu::return_stack`]).
     fn return_stack(&self) -> Vec<u32>;
     /// [`Cpu::depth`].
@@ -60,8 +62,8 @@ pub trait Target {
     fn set_traps(&mut self, words: &BTreeSet<u32>);
     /// [`Cpu::run`], looked at by `seer` as closely as `look` says.
     fn run(&mut self, until: u64, look: Look, seer: &mut dyn Seer) -> Stop;
-    /// [`Cpu::step`].
-    fn step(&mut self, look: Look, seer: &mut dyn Seer) -> Stop;
+    /// [`Cpu::step_until`].
+    fn step_until(&mut self, until: u64, look: Look, seer: &mut dyn Seer) -> Stop;
     /// A copy that goes its own way.
     fn fork(&self) -> Box<dyn Target>;
     /// Bytes that a copy takes at most.
@@ -86,15 +88,15 @@ impl<C: Cpu> Rig<C> {
         self.board.run(&mut self.cpu, until, probe)
     }
 
-    fn step_with<P: Probe>(&mut self, probe: &mut P) -> Stop {
+    fn step_with<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
         if self.board.devices().next().is_none() {
-            return self.cpu.step(probe);
+            return self.cpu.step_until(until, probe);
         }
         // The board runs to a cycle; a copy knows how far a step goes.
         let mut copy = self.cpu.clone();
-        match copy.step(&mut ()) {
+        match copy.step_until(until, &mut ()) {
             Stop::Limit => self.board.run(&mut self.cpu, copy.cycle(), probe),
-            _ => self.cpu.step(probe),
+            _ => self.cpu.step_until(until, probe),
         }
     }
 }
@@ -133,6 +135,9 @@ impl<C: Cpu + 'static> Target for Rig<C> {
     fn level(&self, pin: PinId) -> Level {
         self.cpu.level(pin)
     }
+    fn ram_at(&self, addr: u32) -> Option<u32> {
+        self.cpu.ram_at(addr)
+    }
     fn return_stack(&self) -> Vec<u32> {
         self.cpu.return_stack()
     }
@@ -169,17 +174,19 @@ impl<C: Cpu + 'static> Target for Rig<C> {
         match look {
             Look::Nothing => self.run_with(until, &mut ()),
             Look::Events => self.run_with(until, &mut seer::events(seer)),
+            Look::Writes => self.run_with(until, &mut seer::writes(seer)),
             Look::Insns => self.run_with(until, &mut seer::insns(seer)),
             Look::All => self.run_with(until, &mut seer::all(seer)),
         }
     }
 
-    fn step(&mut self, look: Look, seer: &mut dyn Seer) -> Stop {
+    fn step_until(&mut self, until: u64, look: Look, seer: &mut dyn Seer) -> Stop {
         match look {
-            Look::Nothing => self.step_with(&mut ()),
-            Look::Events => self.step_with(&mut seer::events(seer)),
-            Look::Insns => self.step_with(&mut seer::insns(seer)),
-            Look::All => self.step_with(&mut seer::all(seer)),
+            Look::Nothing => self.step_with(until, &mut ()),
+            Look::Events => self.step_with(until, &mut seer::events(seer)),
+            Look::Writes => self.step_with(until, &mut seer::writes(seer)),
+            Look::Insns => self.step_with(until, &mut seer::insns(seer)),
+            Look::All => self.step_with(until, &mut seer::all(seer)),
         }
     }
 

@@ -53,7 +53,8 @@ pub struct Timer0 {
 }
 
 emu_core::state! {
-    Timer0 { tmr0, option, prescaler, watchdog, now, t0cki, q12, sampled, seen, free, asleep } if |of, now| of.now <= now + 4
+    Timer0 { tmr0, option, prescaler, watchdog, now, t0cki, q12, sampled, seen, free, asleep }
+    if |of, now| of.now <= now + 4 && of.free <= INHIBIT + if of.asleep { 0 } else { now + 4 }
 }
 
 impl Timer0 {
