@@ -212,7 +212,9 @@ impl View {
                 None => from,
                 Some(Node::Leaf(_, pos)) => pos.line,
                 // The branch ends, and the group.
-                Some(Node::Parallel(branches, pos)) => branches.last().map_or(pos.line, |branch| end(branch, pos.line)) + 2,
+                Some(Node::Parallel(branches, pos)) => {
+                    branches.last().map_or(pos.line, |branch| end(branch, pos.line)) + 2
+                }
             }
         }
         self.facts.program.rungs.last().map_or(0, |rung| end(&rung.series, rung.pos.line) + 1)

@@ -38,11 +38,14 @@ RUNG
     COIL Yd 0 0 0
 END
 RUNG
-    DIV q Cn 2
-END
-RUNG
     CONTACTS Xc 0
     RES Cn
+END
+";
+
+/// A rung that calls a routine, where there is arithmetic.
+const QUOTIENT: &str = "RUNG
+    DIV q Cn 2
 END
 ";
 
@@ -94,12 +97,13 @@ fn watch_over(session: &mut Session, mcu: &str) {
 /// One walk; tells how often the program has begun anew by itself.
 fn walk(setup: Setup, seed: u64) -> u32 {
     let Setup { mcu, .. } = setup;
-    let (mut session, view) = open(PROGRAM, setup);
+    let quotient = if mcu == "ap101" { "" } else { QUOTIENT };
+    let (mut session, view) = open(&format!("{PROGRAM}{quotient}"), setup);
     let mut draw = Draw(seed);
     let mut known: BTreeMap<u64, String> = BTreeMap::new();
     let mut go_on = || true;
     let mut resets = 0;
-    for n in 0..400 {
+    for n in 0..100 {
         let deed = draw.below(16);
         let context = format!("{mcu}, seed {seed}, move {n}, deed {deed}, cycle {}", session.target().cycle());
         match deed {
@@ -123,9 +127,9 @@ fn walk(setup: Setup, seed: u64) -> u32 {
                 let cycle = session.target().cycle().saturating_sub(draw.below(8000));
                 session.goto_cycle(cycle, &mut go_on);
             }
-            10 => _ = session.stepi(1 + draw.below(1500), u64::MAX, &mut go_on),
+            10 => _ = session.stepi(1 + draw.below(300), u64::MAX, &mut go_on),
             _ => {
-                let steps = 1 + [draw.below(4), draw.below(60), draw.below(1500)][draw.below(3) as usize];
+                let steps = 1 + [draw.below(4), draw.below(60), draw.below(300)][draw.below(3) as usize];
                 if !session.settled() {
                     session.stepi(1, u64::MAX, &mut go_on);
                 }
@@ -162,7 +166,7 @@ fn back_and_forward_tell_the_same() {
         Setup { mcu: "ap101", clock_hz: None, watchdog: false },
     ];
     for setup in setups {
-        let resets: u32 = (1..=4).map(|seed| walk(setup, seed * 0x9E37_79B9)).sum();
+        let resets: u32 = (1..=3).map(|seed| walk(setup, seed * 0x9E37_79B9)).sum();
         // The watchdog has done its part, where there is one.
         assert!(resets > 0 || setup.mcu == "ap101", "{}: no reset", setup.mcu);
     }

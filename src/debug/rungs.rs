@@ -65,8 +65,12 @@ impl Shell {
 fn no_rung(view: &View, own: &str, line: u32) -> String {
     let (last, end) = (view.program().rungs.len() as u32, view.last_line());
     match (view.rung_line(1), view.rung_line(last)) {
-        (Some(first), _) if line < first => format!("line {line} of {own} is before the first rung, which begins on line {first}"),
-        (_, Some(begins)) => format!("{own} has no line {line}: the last rung, rung {last}, is on lines {begins} to {end}"),
+        (Some(first), _) if line < first => {
+            format!("line {line} of {own} is before the first rung, which begins on line {first}")
+        }
+        (_, Some(begins)) => {
+            format!("{own} has no line {line}: the last rung, rung {last}, is on lines {begins} to {end}")
+        }
         _ => format!("{own} has no rungs"),
     }
 }

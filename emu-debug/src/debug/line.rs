@@ -90,7 +90,11 @@ impl Line {
             }
             // Time that has passed here may be a part of what the next step passes.
             self.settled &= self.cycle() == before;
-            if let Stop::Trap { pc } = stop { self.arrive(pc) } else { self.land() }
+            if let Stop::Trap { pc } = stop {
+                self.arrive(pc)
+            } else {
+                self.land()
+            }
             if self.cycle() >= next {
                 // Whatever has stopped it, the machine is another now.
                 self.do_due(deeds, look, seer);
@@ -183,12 +187,20 @@ impl Line {
     /// A step has ended: the follower is told at once, if it is one of its words and no interrupt comes first.
     fn land(&mut self) {
         let pc = self.target.pc();
-        if self.arrived || !self.follow.as_ref().is_some_and(|follow| follow.stops().contains(&pc)) {
-            return;
+        if self.follow.as_ref().is_some_and(|follow| follow.stops().contains(&pc)) {
+            self.look_ahead();
         }
+    }
+
+    /// Tells the follower if one of its words is next, and now.
+    fn look_ahead(&mut self) {
+        let Some(follow) = self.follow.as_ref().filter(|_| !self.arrived) else { return };
         let mut copy = self.target.fork();
-        copy.set_traps(&BTreeSet::from([pc]));
-        if copy.run(self.cycle() + 1, Look::Nothing, &mut ()) == (Stop::Trap { pc }) && copy.cycle() == self.cycle() {
+        copy.set_traps(&follow.stops().iter().copied().collect());
+        // A run of a controller at rest ends before it looks at traps; a step does not.
+        if let Stop::Trap { pc } = copy.step(Look::Nothing, &mut ())
+            && copy.cycle() == self.cycle()
+        {
             self.arrive(pc);
         }
     }
@@ -204,8 +216,8 @@ impl Line {
 
     /// Does something from outside, and lets the chip see it: no time passes.
     pub fn apply(&mut self, action: &Action, look: Look, seer: &mut dyn Seer) -> Result<(), String> {
-        // However the machine came here, who follows is told of this word before.
-        self.land();
+        // However the machine came here, who follows is told of this word before. A controller comes round only when it is looked at.
+        self.look_ahead();
         let pc = self.target.pc();
         action.apply(&mut *self.target)?;
         self.target.run(self.cycle(), look, seer);
