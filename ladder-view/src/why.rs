@@ -73,7 +73,7 @@ impl View {
         match story.last_change(symbol, &course) {
             Some(change) => {
                 if change.0.number == told {
-                    lines.push("it became that in this scan".to_owned());
+                    lines.push(format!("it became that in scan {told}"));
                 } else {
                     let (scan, value) = (&change.0, change.0.value(symbol, change.1));
                     let number = scan.number;

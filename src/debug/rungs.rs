@@ -26,7 +26,8 @@ impl Shell {
         let own = view.program().file.rsplit('/').next().unwrap_or_default();
         let line: u32 = line.trim().parse().ok()?;
         if file.rsplit('/').next() != Some(own) {
-            return None;
+            let other = file.to_ascii_lowercase().ends_with(".ld");
+            return other.then(|| Err(format!("the program is {own}, and has no lines of {file}")));
         }
         Some(match view.rung_of_line(line) {
             Some(rung) => of_rung(view, &rung.to_string()),
