@@ -170,7 +170,7 @@ impl Adapter<'_> {
         let machine = self.machine()?;
         let ladder = machine.ladder.as_ref().ok_or_else(|| Wrong::cannot("`why` is for ladder programs"))?;
         let follow = machine.session.follow().ok_or_else(|| Wrong::cannot("nobody follows the program"))?;
-        ladder.view().why(follow, symbol.trim()).map_err(Wrong::nothing)
+        ladder.view().why(follow, machine.session.target(), symbol.trim()).map_err(Wrong::nothing)
     }
 
     pub(crate) fn emu_draw(&mut self, request: &Request) -> Result<Value, Wrong> {
@@ -182,10 +182,10 @@ impl Adapter<'_> {
     pub(crate) fn drawn(&mut self, rung: Option<u32>) -> Result<Vec<String>, Wrong> {
         let machine = self.machine()?;
         let ladder = machine.ladder.as_ref().ok_or_else(|| Wrong::cannot("rungs are of ladder programs"))?;
-        let (follow, pc) = (machine.session.follow(), machine.session.target().pc());
+        let (follow, target) = (machine.session.follow(), machine.session.target());
         Ok(match rung {
-            None => ladder.view().draw(follow, pc, false),
-            Some(rung) if ladder.has(rung) => ladder.view().draw_rung(rung, follow, pc, false),
+            None => ladder.view().draw(follow, target, false),
+            Some(rung) if ladder.has(rung) => ladder.view().draw_rung(rung, follow, target, false),
             Some(rung) => return Err(Wrong::nothing(format!("the program has no rung {rung}"))),
         })
     }

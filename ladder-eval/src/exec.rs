@@ -141,8 +141,8 @@ impl State {
         }
     }
 
-    /// One scan; `watch` gets every element with the rung bit before and after it.
-    pub fn scan(&mut self, code: &Code, mut watch: impl FnMut(ElementId, bool, bool)) {
+    /// One scan; `watch` gets every element with the rung bit before and after it, and the values of all symbols after it.
+    pub fn scan(&mut self, code: &Code, mut watch: impl FnMut(ElementId, bool, bool, &[i32])) {
         self.parts.start_scan();
         self.master = true;
         let mut rung = true;
@@ -159,7 +159,7 @@ impl State {
                 Step::Do(id, op) => {
                     let before = rung;
                     rung = self.element(code, op, before);
-                    watch(id, before, rung);
+                    watch(id, before, rung, &self.values);
                 }
             }
         }

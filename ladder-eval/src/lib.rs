@@ -91,13 +91,18 @@ impl Evaluator {
 
     /// One scan: all rungs, top to bottom. Inputs are those last set and hold for the whole scan.
     pub fn scan(&mut self) {
-        self.state.scan(&self.code.flat, |_, _, _| {});
+        self.state.scan(&self.code.flat, |_, _, _, _| {});
     }
 
     /// One scan that calls `watch` after each element with the rung's bit before and after it. Comments are not elements
     /// of the scan and are never reported; each other element is reported exactly once, in order of execution, which is
     /// text order.
     pub fn scan_watched(&mut self, watch: &mut dyn FnMut(ElementId, bool, bool)) {
+        self.state.scan(&self.code.flat, |id, before, after, _| watch(id, before, after));
+    }
+
+    /// As [`Evaluator::scan_watched`], with the values of all symbols after the element, in the order of [`Evaluator::symbols`].
+    pub fn scan_traced(&mut self, watch: &mut dyn FnMut(ElementId, bool, bool, &[i32])) {
         self.state.scan(&self.code.flat, watch);
     }
 

@@ -1,10 +1,9 @@
 //! A rung with power in its wires.
 
-use emu_debug::debug::Follow;
-use ladder::{Cell, ElementId, draw_rung};
+use emu_debug::debug::{Follow, Target};
+use ladder::{Cell, draw_rung};
 
-use crate::View;
-use crate::follow::{Follower, Scan};
+use crate::{Moment, View};
 
 /// Around what is powered, and around what is next.
 const GREEN: &str = "\x1b[32m";
@@ -12,36 +11,26 @@ const NEXT: &str = "\x1b[7m";
 const PLAIN: &str = "\x1b[0m";
 
 impl View {
-    /// The rung that the instruction at a program word belongs to, as text: wires with power are drawn `=`, the element of the
-    /// instruction stands between `>` and `<`. Of the scan that is under way only what has run so far has power. Nothing where the
-    /// word belongs to no rung. `color`: terminal sequences too.
+    /// The rung that the chip is in, as text: wires with power are drawn `=`, the element that is next stands between `>` and `<`. Of
+    /// that rung only what has run in this scan has power. Nothing between the rungs of two scans. `color`: terminal sequences too.
     #[must_use]
-    pub fn draw(&self, follow: Option<&dyn Follow>, word: u32, color: bool) -> Vec<String> {
-        self.rung_at(word).map_or(Vec::new(), |rung| self.draw_rung(rung, follow, word, color))
+    pub fn draw(&self, follow: Option<&dyn Follow>, target: &dyn Target, color: bool) -> Vec<String> {
+        let moment = self.moment(follow, target);
+        moment.here.map_or(Vec::new(), |here| self.draw_at(here.rung, &moment, color))
     }
 
-    /// A rung, from 1, as [`View::draw`] shows it: of one that was not reached yet in this scan, as the scan before left it.
+    /// A rung, from 1, as [`View::draw`] shows it: one that was not reached yet in this scan as the scan before left it.
     #[must_use]
-    pub fn draw_rung(&self, rung: u32, follow: Option<&dyn Follow>, word: u32, color: bool) -> Vec<String> {
-        let Some(index) = rung.checked_sub(1) else { return Vec::new() };
-        let scan = follow.and_then(Follower::of).and_then(|follower| follower.now.clone());
-        let here = self.element_at(word);
-        let has_run = |id: ElementId| here.is_none_or(|here| id.rung != here.rung || id < here);
-        self.draw_with(index, scan.as_deref(), here, &has_run, color)
+    pub fn draw_rung(&self, rung: u32, follow: Option<&dyn Follow>, target: &dyn Target, color: bool) -> Vec<String> {
+        rung.checked_sub(1).map_or(Vec::new(), |index| self.draw_at(index, &self.moment(follow, target), color))
     }
 
-    /// A rung, from 0, with the power of a scan.
-    pub(crate) fn draw_with(
-        &self,
-        index: u32,
-        scan: Option<&Scan>,
-        next: Option<ElementId>,
-        has_run: &dyn Fn(ElementId) -> bool,
-        color: bool,
-    ) -> Vec<String> {
+    /// A rung, from 0.
+    fn draw_at(&self, index: u32, moment: &Moment, color: bool) -> Vec<String> {
+        let next = moment.here;
         let drawing = draw_rung(&self.facts.program, index as usize);
         let mut lines: Vec<Vec<char>> = drawing.lines.iter().map(|line| line.chars().collect()).collect();
-        let power = |cell: &Cell| scan.filter(|_| has_run(cell.id)).and_then(|scan| scan.power(cell.id));
+        let power = |cell: &Cell| moment.power(cell.id);
         for cell in &drawing.cells {
             let Some((before, behind)) = power(cell) else { continue };
             let Some(line) = lines.get_mut(cell.line) else { continue };

@@ -8,7 +8,7 @@ use emu_debug::debug::{Follow, Target};
 use ladder::ElementId;
 use ladder_eval::Evaluator;
 
-use crate::Facts;
+use crate::{Facts, RESET};
 
 /// Changes of each symbol that are remembered, the newest.
 const CHANGES: usize = 4;
@@ -20,12 +20,16 @@ pub(crate) struct Scan {
     pub number: u64,
     /// Machine cycle at which its inputs were latched.
     pub cycle: u64,
-    /// Values of all symbols before the first rung, in the evaluator's order.
+    /// Values of all symbols behind the scan before, in the evaluator's order.
+    pub old: Vec<i32>,
+    /// Before the first rung.
     pub before: Vec<i32>,
     /// And behind the last.
     pub after: Vec<i32>,
     /// Rung bit before and behind each element, in text order; comments are not among them.
-    pub power: Vec<(ElementId, bool, bool)>,
+    power: Vec<(ElementId, bool, bool)>,
+    /// What elements that write symbols left there, in text order.
+    writes: Vec<(ElementId, u32, i32)>,
 }
 
 impl Scan {
@@ -34,26 +38,44 @@ impl Scan {
         let at = self.power.binary_search_by_key(&id, |row| row.0).ok()?;
         self.power.get(at).map(|row| (row.1, row.2))
     }
+
+    /// The value of a symbol when the scan comes to the element `to`; behind the last rung without one.
+    pub fn value(&self, symbol: usize, to: Option<ElementId>) -> i32 {
+        let Some(to) = to else { return self.after.get(symbol).copied().unwrap_or(0) };
+        let earlier = self.writes.partition_point(|write| write.0 < to);
+        let last = self.writes.iter().take(earlier).rev().find(|write| write.1 as usize == symbol);
+        last.map_or_else(|| self.before.get(symbol).copied().unwrap_or(0), |write| write.2)
+    }
+
+    /// When this scan comes to the element `to`, a symbol has another value than the scan before left it.
+    pub fn changed(&self, symbol: usize, to: Option<ElementId>) -> bool {
+        self.old.get(symbol) != Some(&self.value(symbol, to))
+    }
 }
 
 /// Follows a program.
 #[derive(Debug, Clone)]
 pub(crate) struct Follower {
     facts: Arc<Facts>,
+    /// As it stands before the scan that is under way, or behind the last one.
     eval: Evaluator,
     /// Scans begun.
     scans: u64,
-    /// The scan whose inputs were latched last.
-    pub now: Option<Arc<Scan>>,
-    /// For each symbol the scans in which it got another value than it had in the scan before, the newest last: of an input at
-    /// their start, of all else in their course.
+    /// Scans begun before the chip was reset.
+    pub scans_before: u64,
+    /// Machine cycle at which the inputs of the scan that is under way were latched.
+    latched: Option<u64>,
+    /// The last scan that is over.
+    pub past: Option<Arc<Scan>>,
+    /// For each symbol the scans that are over in which it got another value than it had in the scan before, the newest last: of an
+    /// input at their start, of all else in their course.
     pub changes: Vec<VecDeque<Arc<Scan>>>,
 }
 
 impl Follower {
     pub fn new(facts: Arc<Facts>) -> Follower {
         let changes = vec![VecDeque::new(); facts.places.len()];
-        Follower { eval: facts.start.clone(), facts, scans: 0, now: None, changes }
+        Follower { eval: facts.start.clone(), facts, scans: 0, scans_before: 0, latched: None, past: None, changes }
     }
 
     /// The follower behind the face that a session shows.
@@ -61,26 +83,68 @@ impl Follower {
         follow.as_any().downcast_ref()
     }
 
-    /// Inputs are latched: the scan is run beside the chip.
+    /// The scan whose inputs were latched last, if it is under way: what its rungs make of them.
+    pub fn begun(&self, target: &dyn Target) -> Option<Arc<Scan>> {
+        let cycle = self.latched?;
+        Some(Arc::new(self.run(&mut self.eval.clone(), cycle, target)))
+    }
+
+    /// Inputs are latched: the evaluator gets the values of the chip.
     fn latch(&mut self, target: &dyn Target) {
-        let value = |place: &emu_debug::debug::Place| place.value(target).unwrap_or(0) as i32;
-        let before: Vec<i32> = self.facts.places.iter().map(value).collect();
-        for (symbol, value) in before.iter().enumerate() {
-            self.eval.set(symbol, *value);
+        for (symbol, place) in self.facts.places.iter().enumerate() {
+            self.eval.set(symbol, place.value(target).unwrap_or(0) as i32);
         }
-        let mut power = Vec::with_capacity(self.now.as_ref().map_or(0, |scan| scan.power.len()));
-        self.eval.scan_watched(&mut |id, before, behind| power.push((id, before, behind)));
-        let after = (0..before.len()).map(|symbol| self.eval.get(symbol)).collect();
-        let scan = Arc::new(Scan { number: self.scans, cycle: target.cycle(), before, after, power });
-        let old = self.now.replace(scan.clone());
-        for (symbol, changes) in self.changes.iter_mut().enumerate() {
-            let was = old.as_ref().map_or(Some(&0), |old| old.after.get(symbol));
-            if scan.after.get(symbol) != was {
-                if changes.len() == CHANGES {
-                    changes.pop_front();
+        if self.past.is_none() {
+            // What it was switched on with.
+            for cell in self.facts.map.eeprom.iter().flat_map(|kept| kept.addr..kept.addr + u16::from(kept.bytes)) {
+                if let Some(byte) = target.peek("eeprom", cell.into()) {
+                    self.eval.set_eeprom(cell.into(), byte);
                 }
-                changes.push_back(scan.clone());
             }
+        }
+        self.latched = Some(target.cycle());
+    }
+
+    /// Runs the scan that is under way. What came from outside in its course is taken from the chip: the values of its converter, and
+    /// bytes, which are known by the value that they have changed.
+    fn run(&self, eval: &mut Evaluator, cycle: u64, target: &dyn Target) -> Scan {
+        let value = |symbol: usize| self.facts.places.get(symbol).and_then(|place| place.value(target)).unwrap_or(0);
+        let start: Vec<i32> = (0..self.facts.places.len()).map(|symbol| eval.get(symbol)).collect();
+        for symbol in eval.adc_symbols().collect::<Vec<usize>>() {
+            eval.set_adc(symbol, value(symbol).clamp(0, 1023) as u16);
+        }
+        for &symbol in &self.facts.received {
+            let came = value(symbol);
+            if start.get(symbol).is_some_and(|start| i64::from(*start) != came) {
+                eval.receive(came as u8);
+            }
+        }
+        let mut power = Vec::with_capacity(self.past.as_ref().map_or(0, |scan| scan.power.len()));
+        let mut writes = Vec::with_capacity(self.facts.writes.len());
+        let mut written = self.facts.writes.iter().peekable();
+        eval.scan_traced(&mut |id, before, behind, values| {
+            power.push((id, before, behind));
+            while let Some((id, symbol)) = written.next_if(|row| row.0 <= id) {
+                writes.push((*id, *symbol, values.get(*symbol as usize).copied().unwrap_or(0)));
+            }
+        });
+        let after = (0..start.len()).map(|symbol| eval.get(symbol)).collect();
+        let old = self.past.as_ref().map_or_else(|| self.facts.first.clone(), |past| past.after.clone());
+        Scan { number: self.scans, cycle, old, before: start, after, power, writes }
+    }
+
+    /// The scan that was under way is over.
+    fn end(&mut self, target: &dyn Target) {
+        let Some(cycle) = self.latched.take() else { return };
+        let mut eval = self.eval.clone();
+        let scan = Arc::new(self.run(&mut eval, cycle, target));
+        self.eval = eval;
+        self.past = Some(scan.clone());
+        for (_, changes) in self.changes.iter_mut().enumerate().filter(|(symbol, _)| scan.changed(*symbol, None)) {
+            if changes.len() == CHANGES {
+                changes.pop_front();
+            }
+            changes.push_back(scan.clone());
         }
     }
 }
@@ -92,11 +156,19 @@ impl Follow for Follower {
 
     fn at(&mut self, target: &dyn Target, pc: u32) {
         if pc == self.facts.scan_start {
+            self.end(target);
             self.scans += 1;
+        } else if pc == RESET {
+            self.reset();
         }
         if pc == self.facts.latched {
             self.latch(target);
         }
+    }
+
+    /// Everything begins anew but the count of scans.
+    fn reset(&mut self) {
+        *self = Follower { scans: self.scans, scans_before: self.scans, ..Follower::new(self.facts.clone()) };
     }
 
     fn scan(&self) -> Option<u64> {
@@ -110,7 +182,7 @@ impl Follow for Follower {
     fn weight(&self) -> usize {
         // Scans are shared between copies; each symbol's changes are counted as if they were this copy's own.
         let symbols = self.changes.len();
-        let scan = size_of::<Scan>() + 8 * symbols + 12 * self.now.as_ref().map_or(0, |scan| scan.power.len());
+        let scan = size_of::<Scan>() + 12 * (symbols + self.facts.writes.len() + self.facts.map.elements.len());
         size_of::<Follower>() + symbols * (size_of::<VecDeque<Arc<Scan>>>() + 8 * CHANGES + 8) + scan
     }
 

@@ -4,6 +4,7 @@
 //! ```text
 //!   lib.rs     View: program and map together, places in both directions
 //!   follow.rs  the follower: scan by scan, the reference evaluator beside the chip
+//!   moment.rs  where in a scan the chip stands, and which scan tells of what it has done so far
 //!   flow.rs    which elements let power through, or kept it from coming
 //!   draw.rs    a rung as text with power in its wires
 //!   why.rs     what made a symbol what it is, back through scans
@@ -11,13 +12,15 @@
 //!
 //! Power flow is not kept anywhere on a chip: most of it is program counter. So when the inputs of a scan are latched, the evaluator is
 //! given the values of all symbols as the chip has them, runs that scan, and tells the bit before and behind each element. Values are
-//! always the chip's own; only edges and other memories without a name are the evaluator's.
+//! always the chip's own; only edges and other memories without a name are the evaluator's. Elements that the chip has not come to yet
+//! are told as the scan before left them.
 
 #![forbid(unsafe_code)]
 
 mod draw;
 mod flow;
 mod follow;
+mod moment;
 mod why;
 
 use std::sync::Arc;
@@ -25,11 +28,12 @@ use std::sync::Arc;
 use diag::{Code, Diagnostic, Pos, Severity};
 use emu_core::Chip;
 use emu_debug::debug::{Follow, Place, Target};
-use ladder::{ElementId, Program};
+use ladder::{ElementId, Node, Program};
 use ladder_compile::{Map, Place as Kept};
 use ladder_eval::Evaluator;
 
 use follow::Follower;
+pub use moment::Moment;
 
 /// The map is not of this program or chip.
 pub const BAD_MAP: &str = "DBG001";
@@ -42,6 +46,9 @@ pub const CODES: &[Code] = &[Code {
               chip, or lacks rungs or symbols of the ladder program. Mend: compile the program again and give the image, the map and \
               the program that belong together, or give the program alone, which is compiled on the fly.",
 }];
+
+/// The program word at which a chip begins after a reset; compiled programs come there by nothing else. On AP101 a scan begins there.
+const RESET: u32 = 0;
 
 /// A ladder program and where it is on its chip. A clone shares everything.
 #[derive(Debug, Clone)]
@@ -59,7 +66,13 @@ struct Facts {
     start: Evaluator,
     /// Places of the symbols, in the evaluator's order.
     places: Vec<Place>,
-    /// Program words at which a scan begins, and at which its inputs are latched.
+    /// Their values before the first scan.
+    first: Vec<i32>,
+    /// Elements that write symbols, with the symbols, in text order.
+    writes: Vec<(ElementId, u32)>,
+    /// Symbols that nothing but the serial line writes.
+    received: Vec<usize>,
+    /// Program words at which a scan begins, at which its inputs are latched, and at which everything begins.
     stops: Vec<u32>,
     scan_start: u32,
     latched: u32,
@@ -100,9 +113,13 @@ impl View {
         let word = |byte: u32| byte / chip.word_bytes.max(1);
         let scan_start = word(map.scan_start);
         let latched = map.rungs.iter().find(|rung| rung.start < rung.end).map_or(scan_start, |rung| word(rung.start));
-        let mut stops = vec![scan_start, latched];
+        let mut stops = vec![RESET, scan_start, latched];
         stops.dedup();
-        Ok(View { facts: Arc::new(Facts { program, map, chip, start, places, stops, scan_start, latched }) })
+        let first = (0..places.len()).map(|symbol| start.get(symbol)).collect();
+        let writes = why::all_writes(&program, &start);
+        let received = why::received(&program, &start, &writes);
+        let facts = Facts { program, map, chip, start, places, first, writes, received, stops, scan_start, latched };
+        Ok(View { facts: Arc::new(facts) })
     }
 
     /// One that follows the program in a session, from power-up on.
@@ -134,13 +151,6 @@ impl View {
     #[must_use]
     pub fn map(&self) -> &Map {
         &self.facts.map
-    }
-
-    /// Whether power comes into an element in the scan whose inputs were latched last, and goes out of it; the chip may still be
-    /// before it. Nothing before the first scan, and for comments.
-    #[must_use]
-    pub fn power(&self, follow: &dyn Follow, id: ElementId) -> Option<(bool, bool)> {
-        Follower::of(follow)?.now.as_ref()?.power(id)
     }
 
     /// Program word at which a scan begins.
@@ -185,11 +195,29 @@ impl View {
         Some(rung.pos.line)
     }
 
-    /// The rung, from 1, in which a line of the `.ld` file stands.
+    /// The rung, from 1, in which a line of the `.ld` file stands; a line behind a rung belongs to it, up to the next one.
     #[must_use]
     pub fn rung_of_line(&self, line: u32) -> Option<u32> {
         let before = self.facts.program.rungs.iter().take_while(|rung| rung.pos.line <= line).count();
-        u32::try_from(before).ok().filter(|rung| *rung > 0)
+        let last = before == self.facts.program.rungs.len();
+        if last && line > self.last_line() { None } else { u32::try_from(before).ok().filter(|rung| *rung > 0) }
+    }
+
+    /// The line of the `.ld` file on which the last rung ends; a line or two more where branches of one element have lines of their own.
+    #[must_use]
+    pub fn last_line(&self) -> u32 {
+        /// The last line of a series, and of what closes its groups.
+        fn end(series: &[Node], from: u32) -> u32 {
+            match series.last() {
+                None => from,
+                Some(Node::Leaf(_, pos)) => pos.line,
+                // The branch ends, and the group.
+                Some(Node::Parallel(branches, pos)) => {
+                    branches.last().map_or(pos.line, |branch| end(branch, pos.line)) + 2
+                }
+            }
+        }
+        self.facts.program.rungs.last().map_or(0, |rung| end(&rung.series, rung.pos.line) + 1)
     }
 
     fn word(&self, byte: u32) -> u32 {

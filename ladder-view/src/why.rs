@@ -1,105 +1,109 @@
 //! What made a symbol what it is.
 
-use emu_debug::debug::Follow;
-use ladder::{Element, ElementId, SymbolKind, element_text};
+use std::sync::Arc;
 
-use crate::View;
+use emu_debug::debug::{Follow, Target};
+use ladder::{Element, ElementId, Program, SymbolKind, element_text};
+use ladder_eval::Evaluator;
+
 use crate::flow::{Decider, deciders};
 use crate::follow::{Follower, Scan};
+use crate::{Moment, View};
 
 /// How many causes behind causes are told.
 const DEEPEST: usize = 6;
 
+/// A scan, up to where it is told of: before that element, or to its end.
+type Course = (Arc<Scan>, Option<ElementId>);
+
 impl View {
     /// Why a symbol has its value: the element that wrote it, what gave power to that element or kept it away, and the same for what
-    /// changed there, back through the scans. One line each, the deeper the further back.
+    /// changed there, back through the scans. One line each, the deeper the further back. What the chip has not come to yet in this
+    /// scan is told of the scan before.
     ///
     /// # Errors
     /// No such symbol, or no scan has run: one sentence.
-    pub fn why(&self, follow: &dyn Follow, name: &str) -> Result<Vec<String>, String> {
+    pub fn why(&self, follow: &dyn Follow, target: &dyn Target, name: &str) -> Result<Vec<String>, String> {
         let follower = Follower::of(follow).ok_or("nothing follows this program")?;
         let symbol = self.facts.start.index(name).ok_or_else(|| self.unknown(name))?;
-        let now = follower.now.as_deref().ok_or("no scan has run yet; `scan` runs one")?;
-        let value = |scan: &Scan| scan.after.get(symbol).copied().unwrap_or(0);
+        let moment = self.moment(Some(follow), target);
+        let since = if follower.scans_before > 0 { "the reset" } else { "power-up" };
+        let Some(newest) = moment.begun.as_ref().or(moment.past.as_ref()) else {
+            let reset = if follower.scans_before > 0 { " since the reset" } else { "" };
+            return Err(format!("no scan has run yet{reset}; `scan` runs one"));
+        };
+        let place = self.facts.places.get(symbol);
+        let value = place.and_then(|place| place.value(target)).unwrap_or(0) as i32;
+        let course: Course = (newest.clone(), self.come_to(&moment, symbol, value));
+        let story = Story { view: self, follower };
+        let fits = course.0.value(symbol, course.1) == value;
+        if self.is_input(symbol) {
+            let scan = match story.last_change(symbol, &course) {
+                _ if !fits => Some(follower.scan().unwrap_or(0)),
+                change => change.map(|change| change.0.number),
+            };
+            let scan = scan.map_or(since.to_owned(), |scan| format!("scan {scan}"));
+            return Ok(vec![format!("{name} is {value} since {scan}: its pin")]);
+        }
+        if !fits {
+            return Ok(vec![format!("{name} is {value}: it was set from outside; no element has written that")]);
+        }
         let mut lines = Vec::new();
-        let kind = self.facts.start.symbols().get(symbol).map(|symbol| symbol.kind);
-        if kind == Some(SymbolKind::Input) {
-            lines.push(match follower.changes.get(symbol).and_then(|changes| changes.back()) {
-                Some(scan) => format!("{name} is {} since scan {}: its pin", value(now), scan.number),
-                None => format!("{name} is {} since power-up: its pin", value(now)),
-            });
-            return Ok(lines);
+        // The element that wrote it last has done so in this scan, or in the one before.
+        let before = moment.past.as_ref().filter(|past| past.number < course.0.number).map(|past| (past.clone(), None));
+        let told = [Some(course.clone()), before.clone()].into_iter().flatten();
+        let found = told.filter_map(|told| Some((self.writer(&told.0, symbol, told.1)?, told.0))).next();
+        match &found {
+            Some((writer, scan)) => {
+                let place = self.place(*writer);
+                let mut line = format!("{name} is {value}: {place} wrote it in scan {}", scan.number);
+                if scan.number < course.0.number && course.1.is_some_and(|to| *writer >= to) {
+                    line.push_str(&format!(", scan {} has not come to it yet", course.0.number));
+                }
+                lines.push(line);
+                self.told(&deciders(&self.facts.program, scan, *writer), scan, 1, &mut lines);
+            }
+            None => {
+                let far = if course.1.is_some() { " so far" } else { "" };
+                let number = course.0.number;
+                lines.push(format!("{name} is {value}: no element of scan {number} has written it{far}"));
+            }
         }
-        match self.writer(now, symbol) {
-            Some(writer) => {
-                lines.push(format!("{name} is {}: {} wrote it in scan {}", value(now), self.place(writer), now.number));
-                self.deciding(now, writer, 1, &mut lines);
+        let told = found.map_or(course.0.number, |(_, scan)| scan.number);
+        match story.last_change(symbol, &course) {
+            Some(change) => {
+                if change.0.number == told {
+                    lines.push(format!("it became that in scan {told}"));
+                } else {
+                    let (scan, value) = (&change.0, change.0.value(symbol, change.1));
+                    let number = scan.number;
+                    let cycle = scan.cycle;
+                    lines.push(format!("it became {value} in scan {number}, whose inputs were taken in cycle {cycle}"));
+                }
+                story.because(symbol, &change, told, 1, &mut lines);
             }
-            None => lines.push(format!("{name} is {}: no element of scan {} has written it", value(now), now.number)),
-        }
-        match follower.changes.get(symbol).and_then(|changes| changes.back()) {
-            Some(scan) if scan.number < now.number => {
-                lines.push(format!(
-                    "it became {} in scan {}, whose inputs were taken in cycle {}",
-                    value(scan),
-                    scan.number,
-                    scan.cycle
-                ));
-                self.because(follower, symbol, scan, 1, &mut lines);
-            }
-            Some(_) => {
-                lines.push("it became that in this scan".to_owned());
-                self.because(follower, symbol, now, 1, &mut lines);
-            }
-            None => lines.push("it has been so since power-up".to_owned()),
+            None => lines.push(format!("it has been so since {since}")),
         }
         Ok(lines)
     }
 
-    /// What changed a symbol in a scan, and what changed that.
-    fn because(&self, follower: &Follower, symbol: usize, scan: &Scan, depth: usize, lines: &mut Vec<String>) {
-        let indent = "  ".repeat(depth);
-        let Some(writer) = self.writer(scan, symbol) else {
-            lines.push(format!("{indent}no element wrote it in scan {}: it was set from outside", scan.number));
-            return;
-        };
-        let way = deciders(&self.facts.program, scan, writer);
-        if depth > 1 || follower.now.as_ref().is_none_or(|now| now.number != scan.number) {
-            lines.push(format!("{indent}{} wrote it", self.place(writer)));
-            self.told(&way, scan, depth + 1, lines);
-        }
-        if depth >= DEEPEST {
-            return;
-        }
-        // Of what decided, that which had changed not long before: in this scan, or in the one before.
-        for decider in way {
-            for name in reads(decider.element) {
-                let Some(cause) = self.facts.start.index(name).filter(|cause| *cause != symbol) else { continue };
-                let changes = follower.changes.get(cause).into_iter().flatten().rev();
-                let Some(change) = changes.into_iter().find(|change| change.number <= scan.number) else { continue };
-                if change.number + 1 < scan.number {
-                    continue;
-                }
-                let value = change.after.get(cause).copied().unwrap_or(0);
-                let kind = self.facts.start.symbols().get(cause).map(|symbol| symbol.kind);
-                if kind == Some(SymbolKind::Input) {
-                    lines.push(format!("{indent}  {name} became {value} before scan {}: its pin", change.number));
-                } else if self.writer(change, cause).is_some_and(|writer| writer.rung == decider.id.rung) {
-                    // An accumulator that its own timer counts.
-                    lines.push(format!("{indent}  {name} became {value} in scan {}", change.number));
-                } else {
-                    lines.push(format!("{indent}  {name} became {value} in scan {}", change.number));
-                    self.because(follower, cause, change, depth + 2, lines);
-                }
-            }
-        }
+    /// The element that the scan has come to: behind the one that is carried out where a symbol has its value from that already.
+    fn come_to(&self, moment: &Moment, symbol: usize, value: i32) -> Option<ElementId> {
+        let (begun, here) = (moment.begun.as_ref()?, moment.here?);
+        // Elements without code of their own are carried out by the one before them.
+        let elements = self.facts.map.elements.iter();
+        let own = elements.filter(|element| element.start < element.end).map(|element| (element.rung, element.element));
+        let next = own.filter(|own| *own > (here.rung + 1, here.index + 1)).min();
+        let next = next.map(|(rung, element)| ElementId { rung: rung - 1, index: element - 1 });
+        let is_done = begun.value(symbol, Some(here)) != value && begun.value(symbol, next) == value;
+        if is_done { next } else { Some(here) }
+    }
+
+    fn is_input(&self, symbol: usize) -> bool {
+        self.facts.start.symbols().get(symbol).is_some_and(|symbol| symbol.kind == SymbolKind::Input)
     }
 
     /// What gave power to an element, or kept it away.
-    fn deciding(&self, scan: &Scan, to: ElementId, depth: usize, lines: &mut Vec<String>) {
-        self.told(&deciders(&self.facts.program, scan, to), scan, depth, lines);
-    }
-
     fn told(&self, way: &[Decider<'_>], scan: &Scan, depth: usize, lines: &mut Vec<String>) {
         let indent = "  ".repeat(depth);
         if way.is_empty() {
@@ -119,12 +123,8 @@ impl View {
         {
             return format!(" ({name} {})", u8::from(behind != *negated));
         }
-        let one = |name: &str| {
-            let symbol = self.facts.start.index(name)?;
-            let input = self.facts.start.symbols().get(symbol)?.kind == SymbolKind::Input;
-            let values = if input { &scan.before } else { &scan.after };
-            Some(format!("{name} {}", values.get(symbol)?))
-        };
+        let behind = ElementId { index: decider.id.index + 1, ..decider.id };
+        let one = |name: &str| Some(format!("{name} {}", scan.value(self.facts.start.index(name)?, Some(behind))));
         let all: Vec<String> = reads(decider.element).into_iter().filter_map(one).collect();
         if all.is_empty() { String::new() } else { format!(" ({})", all.join(", ")) }
     }
@@ -135,19 +135,19 @@ impl View {
         element.map_or_else(|| id.to_string(), |(_, element, _)| format!("{id}: {}", element_text(element)))
     }
 
-    /// The element that wrote a symbol last in a scan: of set and reset coils one that had power.
-    fn writer(&self, scan: &Scan, symbol: usize) -> Option<ElementId> {
+    /// The element that wrote a symbol last in a scan up to `to`: of set and reset coils one that had power.
+    fn writer(&self, scan: &Scan, symbol: usize, to: Option<ElementId>) -> Option<ElementId> {
         let name = &self.facts.start.symbols().get(symbol)?.name;
         let wrote = |id: ElementId, element: &Element| {
             let powered = scan.power(id).is_some_and(|power| power.0);
             match writes(element) {
                 Written::Always(written) => written == name,
                 Written::Powered(written) => powered && written == name,
-                Written::Stages(stem) => powered && name.strip_prefix(stem).is_some_and(|n| n.parse::<u32>().is_ok()),
+                Written::Stages(stem) => powered && is_stage(name, stem),
                 Written::Nothing => false,
             }
         };
-        let elements = self.facts.program.elements();
+        let elements = self.facts.program.elements().take_while(|(id, ..)| to.is_none_or(|to| *id < to));
         elements.filter(|(id, element, _)| wrote(*id, element)).map(|(id, ..)| id).last()
     }
 
@@ -155,6 +155,91 @@ impl View {
         let names: Vec<&str> = self.facts.start.symbols().iter().map(|symbol| symbol.name.as_str()).collect();
         format!("the program has no symbol `{name}`; it has {}", names.join(", "))
     }
+}
+
+/// A program in its course, up to now.
+struct Story<'a> {
+    view: &'a View,
+    follower: &'a Follower,
+}
+
+impl Story<'_> {
+    /// The last change of a symbol in the course of a scan, or in a scan before.
+    fn last_change(&self, symbol: usize, course: &Course) -> Option<Course> {
+        if course.0.changed(symbol, course.1) {
+            return Some(course.clone());
+        }
+        let changes = self.follower.changes.get(symbol)?.iter().rev();
+        changes.into_iter().find(|change| change.number < course.0.number).map(|change| (change.clone(), None))
+    }
+
+    /// What changed a symbol in a scan, and what changed that. `told`: the scan of which the writer is told already.
+    fn because(&self, symbol: usize, course: &Course, told: u64, depth: usize, lines: &mut Vec<String>) {
+        let (view, scan, indent) = (self.view, &course.0, "  ".repeat(depth));
+        let Some(writer) = view.writer(scan, symbol, course.1) else {
+            lines.push(format!("{indent}no element wrote it in scan {}: it was set from outside", scan.number));
+            return;
+        };
+        let way = deciders(&view.facts.program, scan, writer);
+        if depth > 1 || told != scan.number {
+            lines.push(format!("{indent}{} wrote it", view.place(writer)));
+            view.told(&way, scan, depth + 1, lines);
+        }
+        if depth >= DEEPEST {
+            return;
+        }
+        // Of what decided, that which had changed not long before: in this scan, or in the one before.
+        for decider in way {
+            for name in reads(decider.element) {
+                let Some(cause) = view.facts.start.index(name).filter(|cause| *cause != symbol) else { continue };
+                // What an element reads and writes itself, it has read as it left it.
+                let behind = ElementId { index: decider.id.index + 1, ..decider.id };
+                let Some(change) = self.last_change(cause, &(scan.clone(), Some(behind))) else { continue };
+                let (number, value) = (change.0.number, change.0.value(cause, change.1));
+                if number + 1 < scan.number {
+                    continue;
+                }
+                if view.is_input(cause) {
+                    lines.push(format!("{indent}  {name} became {value} before scan {number}: its pin"));
+                    continue;
+                }
+                lines.push(format!("{indent}  {name} became {value} in scan {number}"));
+                // An accumulator that its own timer counts says no more.
+                if view.writer(&change.0, cause, change.1).is_none_or(|writer| writer.rung != decider.id.rung) {
+                    self.because(cause, &change, told, depth + 2, lines);
+                }
+            }
+        }
+    }
+}
+
+/// Elements that write symbols, with the symbols, in text order.
+pub(crate) fn all_writes(program: &Program, start: &Evaluator) -> Vec<(ElementId, u32)> {
+    let mut all = Vec::new();
+    for (id, element, _) in program.elements() {
+        let is_written = |name: &str| match writes(element) {
+            Written::Always(written) | Written::Powered(written) => written == name,
+            Written::Stages(stem) => is_stage(name, stem),
+            Written::Nothing => false,
+        };
+        let symbols = (0..).zip(start.symbols()).filter(|(_, symbol)| is_written(&symbol.name));
+        all.extend(symbols.map(|(symbol, _)| (id, symbol)));
+    }
+    all
+}
+
+/// Symbols that nothing but the serial line writes.
+pub(crate) fn received(program: &Program, start: &Evaluator, writes: &[(ElementId, u32)]) -> Vec<usize> {
+    let names = program.elements().filter_map(|(_, element, _)| match element {
+        Element::UartRecv { name, .. } => start.index(name),
+        _ => None,
+    });
+    names.filter(|symbol| writes.iter().filter(|write| write.1 as usize == *symbol).count() == 1).collect()
+}
+
+/// It is a variable of a shift register.
+fn is_stage(name: &str, stem: &str) -> bool {
+    name.strip_prefix(stem).is_some_and(|n| n.parse::<u32>().is_ok())
 }
 
 /// What an element writes.

@@ -13,58 +13,19 @@
 //! $ back 5                       that many steps back
 //! ```
 
+mod common;
+
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use emu_core::cpu::{Cpu, RamInit};
-use emu_core::image::load_hex;
-use emu_core::pins::{Level, Time};
-use emu_debug::debug::{Action, Goal, Options, Rig, Scope, Session, Target, Why};
-use emu_debug::stimulus::{Drive, Put};
-use emu_debug::{Board, Clock};
+use common::{Setup, open, put};
+use emu_debug::debug::{Goal, Session, Why};
 use ladder_view::View;
 
-fn rig<C: Cpu + 'static>(cpu: C, clock: Clock) -> Box<dyn Target> {
-    Box::new(Rig::new(cpu, Board::new(Vec::new(), clock)))
-}
-
-fn open(program: &str, mcu: &str) -> (Session, View) {
+fn example(program: &str, mcu: &'static str) -> (Session, View) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(program);
-    let text = std::fs::read(&path).expect("an example");
-    let program = ladder::parse_bytes(program, &text, ladder::Options::default()).expect("a program").program;
-    let options = ladder_compile::Options { mcu: mcu.to_owned(), ..Default::default() };
-    let compiled = ladder_compile::compile(&program, &options).expect("an image");
-    let chip = ladder_compile::chip(mcu).expect("a chip");
-    let image = load_hex("program", compiled.hex.as_bytes(), chip.hex).expect("a HEX file").image;
-    let clock = Clock { hz: compiled.map.clock_hz, clocks_per_cycle: 1 };
-    let target = match chip.family {
-        emu_core::chip::Family::Avr => rig(emu_avr::Avr::new(chip, &image, RamInit::Zero), clock),
-        emu_core::chip::Family::Mcs51 => {
-            rig(emu_8051::Mcs51::with(chip, &image, RamInit::Zero, emu_8051::Options::default()), clock)
-        }
-        emu_core::chip::Family::Pic16 => {
-            rig(emu_pic16::Pic16::with(chip, &image, RamInit::Zero, emu_pic16::Options::default()), clock)
-        }
-        emu_core::chip::Family::Ap101 => rig(emu_ap101::Ap101::with(&image, emu_ap101::Options::default()), clock),
-    };
-    let view = View::new(program, compiled.map, chip).expect("they belong together");
-    let mut scope = Scope::new(chip);
-    scope.ladder = view.symbols();
-    let options = Options { clock, history: 64 << 20, follow: Some(view.follower()) };
-    let mut session = Session::new(target, scope, options);
-    // Inputs have pull-ups; these programs are easier to follow when all are low.
-    for pin in view.map().pins.clone().iter().filter(|pin| pin.direction == "in") {
-        put(&mut session, &view, &pin.name, false);
-    }
-    (session, view)
-}
-
-fn put(session: &mut Session, view: &View, name: &str, high: bool) {
-    let pin = view.map().pins.iter().find(|pin| pin.name == name).expect("a pin of the program");
-    let pin = session.scope.chip().pin(&pin.pin).expect("a pin of the chip");
-    let at = Time::at(session.target().cycle());
-    session.act(Action::Drive(Drive { at, put: Put::Level(pin, Level::of(high)) })).expect("a level");
+    open(&std::fs::read_to_string(&path).expect("an example"), Setup { mcu, clock_hz: None, watchdog: false })
 }
 
 /// Runs to one of these words.
@@ -77,7 +38,7 @@ fn run_to(session: &mut Session, words: impl IntoIterator<Item = u32>) {
 fn done(command: &str, open_now: &mut Option<(Session, View)>, out: &mut String) {
     let words: Vec<&str> = command.split_whitespace().collect();
     if let ["open", program, mcu] = words[..] {
-        *open_now = Some(open(program, mcu));
+        *open_now = Some(example(program, ladder_compile::chip(mcu).expect("a chip").name));
         return;
     }
     let (session, view) = open_now.as_mut().expect("a program is open");
@@ -100,14 +61,14 @@ fn done(command: &str, open_now: &mut Option<(Session, View)>, out: &mut String)
             _ = writeln!(out, "| scan {:?}, {element}, line {line:?}", session.scan());
         }
         ["draw"] => {
-            let lines = view.draw(session.follow(), session.target().pc(), false);
+            let lines = view.draw(session.follow(), session.target(), false);
             lines.iter().for_each(|line| _ = writeln!(out, "| {line}"));
         }
         ["show", _] => {
-            let lines = view.draw_rung(number as u32, session.follow(), session.target().pc(), false);
+            let lines = view.draw_rung(number as u32, session.follow(), session.target(), false);
             lines.iter().for_each(|line| _ = writeln!(out, "| {line}"));
         }
-        ["why", name] => match view.why(session.follow().expect("one follows"), name) {
+        ["why", name] => match view.why(session.follow().expect("one follows"), session.target(), name) {
             Ok(lines) => lines.iter().for_each(|line| _ = writeln!(out, "| {line}")),
             Err(why) => _ = writeln!(out, "| error: {why}"),
         },

@@ -52,9 +52,9 @@ fn ladder(view: &View, session: &Session, text: &str) -> Option<Vec<String>> {
     match word.trim_end_matches('?') {
         "why" => {
             let follow = session.follow()?;
-            Some(view.why(follow, rest.trim()).unwrap_or_else(|why| vec![why]))
+            Some(view.why(follow, session.target(), rest.trim()).unwrap_or_else(|why| vec![why]))
         }
-        "rung" => Some(view.draw(session.follow(), session.target().pc(), false)),
+        "rung" => Some(view.draw(session.follow(), session.target(), false)),
         "values" => {
             let show = |(name, value): (String, Option<i64>)| {
                 format!("{name} = {}", value.map_or("?".to_owned(), |value| value.to_string()))

@@ -107,3 +107,10 @@ pub(super) fn own_pin(view: &View, text: &str) -> String {
     });
     named.map(|pin| &pin.pin).or(analog).map_or_else(|| text.to_owned(), |pin| format!("{pin}{rest}"))
 }
+
+/// `Ymotor=1` as `PB1=1`, where the program has an input or output of that name; else the text as it is.
+pub(super) fn wired_pin(view: &View, text: &str) -> String {
+    let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));
+    let named = view.map().pins.iter().find(|pin| pin.name == name.trim());
+    named.map_or_else(|| text.to_owned(), |pin| format!("{}{rest}", pin.pin))
+}

@@ -26,11 +26,12 @@ impl Shell {
         let own = view.program().file.rsplit('/').next().unwrap_or_default();
         let line: u32 = line.trim().parse().ok()?;
         if file.rsplit('/').next() != Some(own) {
-            return None;
+            let other = file.to_ascii_lowercase().ends_with(".ld");
+            return other.then(|| Err(format!("the program is {own}, and has no lines of {file}")));
         }
         Some(match view.rung_of_line(line) {
             Some(rung) => of_rung(view, &rung.to_string()),
-            None => Err(format!("no rung stands on line {line} of {own}")),
+            None => Err(no_rung(view, own, line)),
         })
     }
 
@@ -45,7 +46,8 @@ impl Shell {
 
     /// The rung and element that are next, in words: `rung 3.2 (welder.ld:22)`.
     pub(super) fn rung_and_element(&self) -> Option<String> {
-        let (view, word) = (self.view.as_ref()?, self.session.target().pc());
+        let view = self.view.as_ref()?;
+        let word = view.word_of(self.session.target());
         let rung = view.rung_at(word)?;
         let element = view.element_at(word).map_or(String::new(), |element| format!(".{}", element.index + 1));
         let file = view.program().file.rsplit('/').next().unwrap_or_default();
@@ -55,8 +57,22 @@ impl Shell {
 
     /// The rung that is next, drawn.
     pub(super) fn drawn(&self) -> Vec<String> {
-        let word = self.session.target().pc();
-        self.view.as_ref().map_or(Vec::new(), |view| view.draw(self.session.follow(), word, self.color))
+        let (follow, target) = (self.session.follow(), self.session.target());
+        self.view.as_ref().map_or(Vec::new(), |view| view.draw(follow, target, self.color))
+    }
+}
+
+/// That no rung stands on a line.
+fn no_rung(view: &View, own: &str, line: u32) -> String {
+    let (last, end) = (view.program().rungs.len() as u32, view.last_line());
+    match (view.rung_line(1), view.rung_line(last)) {
+        (Some(first), _) if line < first => {
+            format!("line {line} of {own} is before the first rung, which begins on line {first}")
+        }
+        (_, Some(begins)) => {
+            format!("{own} has no line {line}: the last rung, rung {last}, is on lines {begins} to {end}")
+        }
+        _ => format!("{own} has no rungs"),
     }
 }
 
@@ -122,7 +138,7 @@ pub(super) fn why(shell: &mut Shell, args: &str, out: &mut String) -> Done {
         return Err("which symbol? why Ymotor".to_owned());
     }
     let follow = shell.session.follow().ok_or("nothing follows this program")?;
-    for line in view.why(follow, args)? {
+    for line in view.why(follow, shell.session.target(), args)? {
         out.push_str(&format!("{line}\n"));
     }
     Ok(())
@@ -131,12 +147,12 @@ pub(super) fn why(shell: &mut Shell, args: &str, out: &mut String) -> Done {
 /// `info rung`.
 pub(super) fn info(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     let view = shell.ladder()?;
-    let word = shell.session.target().pc();
+    let target = shell.session.target();
     let rung = match args {
-        "" => view.rung_at(word).ok_or("the program is between its rungs; info rung 3 shows one")?,
+        "" => view.rung_at(view.word_of(target)).ok_or("the program is between its rungs; info rung 3 shows one")?,
         number => number.parse().map_err(|_| format!("`{number}` is no number of a rung"))?,
     };
-    let lines = view.draw_rung(rung, shell.session.follow(), word, shell.color);
+    let lines = view.draw_rung(rung, shell.session.follow(), target, shell.color);
     if lines.is_empty() {
         return Err(format!("there is no rung {rung}; there are {}", view.program().rungs.len()));
     }
@@ -163,10 +179,10 @@ pub(super) fn values(shell: &Shell, text: &str, out: &mut String) {
 pub(super) fn list(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     const SHOWN: u32 = 3;
     let view = shell.ladder()?;
-    let word = shell.session.target().pc();
+    let target = shell.session.target();
     let first = match (args, args.parse::<u32>(), &shell.listed) {
         ("", _, Some((_, next))) => *next,
-        ("", _, None) => view.rung_at(word).unwrap_or(1),
+        ("", _, None) => view.rung_at(view.word_of(target)).unwrap_or(1),
         (_, Ok(rung), _) => rung.max(1),
         (place, ..) => {
             let words = shell.location(place)?;
@@ -178,7 +194,7 @@ pub(super) fn list(shell: &mut Shell, args: &str, out: &mut String) -> Done {
         return Err(format!("the program ends with rung {last}"));
     }
     for rung in first..=last.min(first + SHOWN - 1) {
-        let lines = view.draw_rung(rung, shell.session.follow(), word, shell.color);
+        let lines = view.draw_rung(rung, shell.session.follow(), target, shell.color);
         lines.iter().for_each(|line| out.push_str(&format!("{line}\n")));
     }
     shell.listed = Some((view.program().file.clone(), first + SHOWN));

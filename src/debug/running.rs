@@ -6,6 +6,7 @@ use emu_core::cpu::{END_OF_TIME, Reset};
 use emu_debug::debug::{Action, Flow, Goal, Halt, Session, What, Why};
 use emu_debug::stimulus::pin_level;
 
+use super::ladder::wired_pin;
 use super::shell::{Done, Shell};
 use crate::avr;
 
@@ -172,7 +173,8 @@ pub(super) fn go_on(shell: &mut Shell, args: &str, out: &mut String) -> Done {
 
 pub(super) fn until_pin(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     let chip = shell.session.scope.chip();
-    let own = avr::own_name(chip, &shell.session.scope.source().names.with_channel(args));
+    let named = shell.view.as_ref().map_or_else(|| args.to_owned(), |view| wired_pin(view, args));
+    let own = avr::own_name(chip, &shell.session.scope.source().names.with_channel(&named));
     let (pin, level) = pin_level(chip, &own)?;
     let id = shell.session.points.add(What::Pin(pin, Some(level)), args, true);
     shell.go(out, |session, go_on| session.run(&Goal::default(), go_on));

@@ -6,12 +6,12 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use emu_core::pins::{Event, Level};
-use emu_debug::debug::{Goal, Session, Target, What, Why};
+use emu_debug::debug::{Goal, Target, What, Why};
 use emu_tui::debugger::{Answer, Code, Debugger, Machine, Memory, Sight, Trace, Value, Wants};
 use emu_tui::flow::{self, Seen};
 use emu_tui::screen;
 use ladder::ElementId;
-use ladder_view::View;
+use ladder_view::Moment;
 
 use super::shell::{Flow, Shell};
 use super::stop::level;
@@ -65,7 +65,7 @@ impl Machine for Face {
             registers: self.registers(),
             pins: self.pins(),
             symbols: self.symbols(),
-            rung: if wants.rung > 0 { self.rung(pc, wants.rung) } else { None },
+            rung: if wants.rung > 0 { self.rung(wants.rung) } else { None },
             memory: if wants.memory.2 > 0 { self.memory(wants.memory) } else { None },
             traces: if wants.since <= cycle { self.traces(wants.since) } else { Vec::new() },
         }
@@ -147,7 +147,7 @@ impl Face {
         if let Some(scan) = session.scan() {
             text.push_str(&format!("  scan {scan}"));
         }
-        if let Some(rung) = self.shell.view.as_ref().and_then(|view| view.rung_at(session.target().pc())) {
+        if let Some(rung) = self.shell.view.as_ref().and_then(|view| view.rung_at(view.word_of(session.target()))) {
             text.push_str(&format!("  rung {rung}"));
         }
         text
@@ -237,22 +237,13 @@ impl Face {
         now.into_iter().zip(old).map(value).collect()
     }
 
-    fn rung(&self, pc: u32, width: usize) -> Option<Vec<Vec<flow::Sign>>> {
+    fn rung(&self, width: usize) -> Option<Vec<Vec<flow::Sign>>> {
         let view = self.shell.view.as_ref()?;
-        let index = view.rung_at(pc)?.checked_sub(1)? as usize;
-        let words = view.element_words();
-        let next = words
-            .iter()
-            .filter(|((rung, _), word)| *rung as usize == index + 1 && *word >= pc)
-            .map(|(id, _)| *id)
-            .min();
-        let next = next
-            .and_then(|(rung, element)| Some(ElementId { rung: rung.checked_sub(1)?, index: element.checked_sub(1)? }));
-        let now = view.element_at(pc);
         let session = &self.shell.session;
+        let moment = view.moment(session.follow(), session.target());
+        let now = moment.here()?;
         let values = view.values(session.target()).into_iter().collect();
-        let seen = Ladder { view, session, values, now: now.or(next) };
-        Some(flow::rung(view.program(), index, width, &seen, now))
+        Some(flow::rung(view.program(), now.rung as usize, width, &Ladder { moment, values }, Some(now)))
     }
 
     fn memory(&self, (which, at, count): (usize, u32, usize)) -> Option<Memory> {
@@ -291,24 +282,16 @@ fn is_high(level: Level) -> bool {
 }
 
 /// What is known of a scan up to an instruction, as the picture of a rung asks for it.
-struct Ladder<'a> {
-    view: &'a View,
-    session: &'a Session,
+struct Ladder {
+    moment: Moment,
     /// Values of the symbols.
     values: BTreeMap<String, Option<i64>>,
-    /// The element that is carried out now or next.
-    now: Option<ElementId>,
 }
 
-impl Seen for Ladder<'_> {
+impl Seen for Ladder {
     fn flow(&self, element: ElementId) -> Option<(bool, bool)> {
-        let (came, went) = self.view.power(self.session.follow()?, element)?;
-        match self.now {
-            // What is still to come is not shown as if it had been.
-            Some(now) if element > now => None,
-            Some(now) if element == now => Some((came, false)),
-            _ => Some((came, went)),
-        }
+        // What is still to come is not shown as if it had been.
+        if self.moment.here() == Some(element) { Some((self.moment.came(), false)) } else { self.moment.power(element) }
     }
 
     fn bit(&self, name: &str) -> Option<bool> {

@@ -251,6 +251,8 @@ impl Session {
         if line.cycle() < cycle {
             line.run(&self.history.deeds, cycle, &none, Look::Nothing, &mut ());
         }
+        // A controller that is called halted can be stepped on.
+        while line.cycle() < cycle && line.step(&self.history.deeds, cycle, Look::Nothing, &mut ()) == Stop::Limit {}
         line.do_due(&self.history.deeds, Look::Nothing, &mut ());
         Some(line)
     }

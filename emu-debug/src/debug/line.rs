@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use emu_core::cpu::Stop;
+use emu_core::cpu::{Reset, Stop};
 
 use super::history::{Action, Deed};
 use super::target::{Look, Seer, Target};
@@ -14,6 +14,8 @@ pub trait Follow {
     fn stops(&self) -> &[u32];
     /// The machine has come to the program word `pc`, one of [`Follow::stops`]; the instruction there is next.
     fn at(&mut self, target: &dyn Target, pc: u32);
+    /// The chip was switched off and on: what the program remembers is gone.
+    fn reset(&mut self) {}
     /// Scans begun since power-up, where the program has scans.
     fn scan(&self) -> Option<u64>;
     /// A copy that goes its own way.
@@ -89,7 +91,9 @@ impl Line {
             // Time that has passed here may be a part of what the next step passes.
             self.settled &= self.cycle() == before;
             if let Stop::Trap { pc } = stop {
-                self.arrive(pc);
+                self.arrive(pc)
+            } else {
+                self.land()
             }
             if self.cycle() >= next {
                 // Whatever has stopped it, the machine is another now.
@@ -133,11 +137,11 @@ impl Line {
                     return stop;
                 }
             }
-            self.do_due(deeds, look, seer);
-            let moved = self.target.pc() != pc || self.target.instructions() != counted;
             if self.cycle() > before {
                 self.arrived = false;
             }
+            self.do_due(deeds, look, seer);
+            let moved = self.target.pc() != pc || self.target.instructions() != counted;
             if moved || self.cycle() >= limit || stop == Stop::Probe {
                 self.settled = moved;
                 self.land();
@@ -174,12 +178,20 @@ impl Line {
     /// A step has ended: the follower is told at once, if it is one of its words and no interrupt comes first.
     fn land(&mut self) {
         let pc = self.target.pc();
-        if self.arrived || !self.follow.as_ref().is_some_and(|follow| follow.stops().contains(&pc)) {
-            return;
+        if self.follow.as_ref().is_some_and(|follow| follow.stops().contains(&pc)) {
+            self.look_ahead();
         }
+    }
+
+    /// Tells the follower if one of its words is next, and now.
+    fn look_ahead(&mut self) {
+        let Some(follow) = self.follow.as_ref().filter(|_| !self.arrived) else { return };
         let mut copy = self.target.fork();
-        copy.set_traps(&BTreeSet::from([pc]));
-        if copy.run(self.cycle() + 1, Look::Nothing, &mut ()) == (Stop::Trap { pc }) && copy.cycle() == self.cycle() {
+        copy.set_traps(&follow.stops().iter().copied().collect());
+        // A run of a controller at rest ends before it looks at traps; a step does not.
+        if let Stop::Trap { pc } = copy.step(Look::Nothing, &mut ())
+            && copy.cycle() == self.cycle()
+        {
             self.arrive(pc);
         }
     }
@@ -195,8 +207,18 @@ impl Line {
 
     /// Does something from outside, and lets the chip see it: no time passes.
     pub fn apply(&mut self, action: &Action, look: Look, seer: &mut dyn Seer) -> Result<(), String> {
+        // However the machine came here, who follows is told of this word before. A controller comes round only when it is looked at.
+        self.look_ahead();
+        let pc = self.target.pc();
         action.apply(&mut *self.target)?;
         self.target.run(self.cycle(), look, seer);
+        if matches!(action, Action::Reset(_)) || self.target.pc() != pc {
+            self.arrived = false;
+        }
+        if let (Action::Reset(Reset::PowerOn), Some(follow)) = (action, &mut self.follow) {
+            follow.reset();
+        }
+        self.land();
         Ok(())
     }
 }
