@@ -259,12 +259,6 @@ impl Shell {
         }
     }
 
-    /// Something that is to be changed in a script that runs within: names of places and points stay.
-    pub(super) fn value(&self, text: &str) -> Result<i64, String> {
-        let expr = self.session.scope.expr(text)?;
-        expr.value(self.session.target()).ok_or_else(|| format!("`{}` has no value now", text.trim()))
-    }
-
     /// A count behind a command: an expression, 1 where there is none.
     pub(super) fn count(&self, text: &str) -> Result<u64, String> {
         if text.trim().is_empty() {
