@@ -41,6 +41,7 @@ impl Shell {
             let placed = std::mem::replace(&mut self.placed, true);
             Err(if placed { why } else { format!("{name}:{number}: {why}") })
         });
+        let done = done.and_then(|()| self.ended().map_err(|why| format!("{name}: {why}")));
         self.nesting -= 1;
         self.placed &= self.nesting > 0;
         done

@@ -106,6 +106,9 @@ pub fn prepare(shell: &mut Shell, script: &Script<'_>, out: &mut String) -> Resu
             return Ok(Some(code));
         }
     }
+    if let Err(why) = shell.ended() {
+        out.push_str(&format!("error: {why}\n"));
+    }
     Ok(None)
 }
 
@@ -127,13 +130,30 @@ impl Talk<'_> {
                     _ => {}
                 }
             }
+            if let Some(end) = self.ended()? {
+                return Ok(end);
+            }
         }
         for command in script.commands {
             if let (_, Some(end)) = self.scripted(command)? {
                 return Ok(end);
             }
         }
-        Ok(End::Reached)
+        Ok(self.ended()?.unwrap_or(End::Reached))
+    }
+
+    /// Lines have come to their end; commands of a point that lack theirs are a failure.
+    fn ended(&mut self) -> Result<Option<End>, Failure> {
+        let Err(why) = self.shell.ended() else { return Ok(None) };
+        self.failed(&why)?;
+        Ok(self.batch.then_some(End::Code(exit::FAILED)))
+    }
+
+    fn failed(&mut self, why: &str) -> Result<(), Failure> {
+        self.failed = true;
+        let text = format!("error: {why}\n");
+        if self.batch { output::tell(&text) } else { output::print(text)? }
+        Ok(())
     }
 
     /// Carries out a line that nobody types, and tells whether it is the last.
@@ -166,27 +186,30 @@ impl Talk<'_> {
             flow = self.shell.proceed(&mut out);
         }
         if let Flow::Failed(why) = &flow {
-            self.failed = true;
-            let text = format!("error: {why}\n");
-            if self.batch { output::tell(&text) } else { output::print(text)? }
+            self.failed(why)?;
         }
         Ok(flow)
     }
 
     /// Lines from a pipe or a file.
     fn pipe(&mut self) -> Result<u8, Failure> {
-        let mut lines = io::stdin().lock().lines();
+        let mut input = io::stdin().lock();
         loop {
+            let mut line = Vec::new();
             self.signals.pipe.store(true, Ordering::SeqCst);
-            let line = lines.next();
+            let read = input.read_until(b'\n', &mut line);
             self.signals.pipe.store(false, Ordering::SeqCst);
-            let Some(Ok(line)) = line else { break };
-            match self.scripted(&line)?.1 {
+            if read.map_err(|error| crate::input::unreadable("-", &error))? == 0 {
+                break;
+            }
+            let line = String::from_utf8_lossy(&line);
+            match self.scripted(line.trim_end_matches(['\n', '\r']))?.1 {
                 Some(End::Code(code)) => return Ok(self.code(code)),
                 Some(_) => return Ok(exit::LIMIT),
                 None => {}
             }
         }
+        self.ended()?;
         let code = self.shell.code();
         Ok(self.code(code))
     }

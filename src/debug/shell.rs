@@ -206,6 +206,17 @@ impl Shell {
         }
     }
 
+    /// The lines have come to their end.
+    ///
+    /// # Errors
+    /// They end within the commands of a point, which it does not get then.
+    pub fn ended(&mut self) -> Done {
+        match self.block.take() {
+            Some((id, _)) => Err(format!("the commands of point {id} lack their `end`")),
+            None => Ok(()),
+        }
+    }
+
     /// What the prompt is to be: lines of a block of commands have another.
     pub fn prompt(&self) -> &'static str {
         if self.block.is_some() { ">" } else { "(emu) " }
