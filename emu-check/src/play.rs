@@ -67,7 +67,8 @@ impl LadderSite {
     fn symbol(&self, name: &str) -> Result<(usize, &Symbol), String> {
         let found = self.symbols.iter().enumerate().find(|(_, symbol)| symbol.name == name);
         found.ok_or_else(|| {
-            let more = if is_of_chip(name) { "; pins and memories are for `emu run` of what it compiles to" } else { "" };
+            let more =
+                if is_of_chip(name) { "; pins and memories are for `emu run` of what it compiles to" } else { "" };
             format!("the program has no symbol `{name}`{more}")
         })
     }

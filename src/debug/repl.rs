@@ -152,7 +152,11 @@ impl Talk<'_> {
     fn failed(&mut self, why: &str) -> Result<(), Failure> {
         self.failed = true;
         let text = format!("error: {why}\n");
-        if self.batch { output::tell(&text) } else { output::print(text)? }
+        if self.batch {
+            output::tell(&text)
+        } else {
+            output::print(text)?
+        }
         Ok(())
     }
 
@@ -162,7 +166,11 @@ impl Talk<'_> {
         let end = match &flow {
             Flow::Quit(code) => Some(End::Code(*code)),
             _ if self.shell.interrupted() => {
-                if self.batch { output::tell(INTERRUPTED) } else { output::print(INTERRUPTED)? }
+                if self.batch {
+                    output::tell(INTERRUPTED)
+                } else {
+                    output::print(INTERRUPTED)?
+                }
                 Some(End::Interrupted)
             }
             Flow::Failed(_) if self.batch => Some(End::Code(exit::FAILED)),
