@@ -51,7 +51,7 @@ Examples:
 `help` at the prompt lists the commands; docs/debug.md has them with examples.
 
 Exit codes: 0; 1 an assertion or another command of a script or a pipe failed; 2 the command line makes no sense; 3 a file was
-refused; 4 a script ended where the program had stopped in a fault.";
+refused; 4 a script ended where the program had stopped in a fault; 5 a signal (Ctrl-C) stopped a script.";
 
 /// Flags of `emu debug`.
 #[derive(Debug, Args)]
@@ -93,6 +93,9 @@ pub fn debug(args: &DebugArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let user = user.then(terminal::Terminal::new);
     let signals = Signals::default();
     listen(&signals);
+    if let Some(user) = &user {
+        user.give_back_at_the_end(&signals.prompt);
+    }
     let color = terminal.color && std::io::stdout().is_terminal();
     // What commands say on a full screen has the colours of the screen.
     #[cfg(feature = "tui")]
@@ -116,8 +119,9 @@ pub fn debug(args: &DebugArgs, terminal: &Terminal) -> Result<u8, Failure> {
 /// they always do.
 fn listen(signals: &Signals) {
     _ = signal_hook::flag::register(SIGINT, Arc::clone(&signals.interrupt));
+    _ = signal_hook::flag::register_conditional_default(SIGINT, Arc::clone(&signals.pipe));
     for signal in [SIGTERM, SIGHUP] {
-        _ = signal_hook::flag::register_conditional_default(signal, Arc::clone(&signals.prompt));
+        _ = signal_hook::flag::register_conditional_default(signal, Arc::clone(&signals.pipe));
         _ = signal_hook::flag::register(signal, Arc::clone(&signals.leave));
         _ = signal_hook::flag::register(signal, Arc::clone(&signals.interrupt));
     }

@@ -24,14 +24,17 @@ pub const ELF: &[u8] = b"\x7fELF";
 
 /// All bytes of a file; `-` is standard input.
 pub fn bytes(file: &str) -> Result<Vec<u8>, Failure> {
-    read(file).map_err(|error| {
-        let cause = match error.kind() {
-            io::ErrorKind::FileTooLarge => "is larger than 64 MB".to_owned(),
-            _ => format!("cannot be read: {}", reason(&error)),
-        };
-        let hint = "check the path; - is standard input";
-        Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Texts::default())
-    })
+    read(file).map_err(|error| unreadable(file, &error))
+}
+
+/// A file that cannot be read, and why.
+pub fn unreadable(file: &str, error: &io::Error) -> Failure {
+    let cause = match error.kind() {
+        io::ErrorKind::FileTooLarge => "is larger than 64 MB".to_owned(),
+        _ => format!("cannot be read: {}", reason(error)),
+    };
+    let hint = "check the path; - is standard input";
+    Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Texts::default())
 }
 
 /// The same, with the system's word where it fails.

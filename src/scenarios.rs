@@ -32,10 +32,33 @@ pub fn read(file: &str) -> Result<File, Failure> {
     }
 }
 
+/// A waveform that was read, and its text.
+pub struct Wave {
+    waveform: Waveform,
+    file: String,
+    text: Vec<u8>,
+}
+
 /// Reads a waveform.
-pub fn waveform(file: &str) -> Result<Waveform, Failure> {
-    let bytes = input::bytes(file)?;
-    scenario::read_vcd(file, &bytes).map_err(|fault| Failure::Refused(vec![fault], Texts::one(file, bytes)))
+pub fn waveform(file: &str) -> Result<Wave, Failure> {
+    let text = input::bytes(file)?;
+    match scenario::read_vcd(file, &text) {
+        Ok(waveform) => Ok(Wave { waveform, file: file.to_owned(), text }),
+        Err(fault) => Err(Failure::Refused(vec![fault], Texts::one(file, text))),
+    }
+}
+
+impl Wave {
+    /// It has a wire of this name.
+    pub fn has(&self, wire: &str) -> bool {
+        self.waveform.wires.iter().any(|name| name == wire)
+    }
+
+    /// The stimuli of the wires that are `wanted`, and warnings.
+    pub fn scenario(&self, wanted: &mut dyn FnMut(&str) -> bool) -> Result<(Scenario, Vec<Diagnostic>), Failure> {
+        let refused = |faults| Failure::Refused(faults, Texts::one(&self.file, self.text.clone()));
+        self.waveform.scenario(wanted).map_err(refused)
+    }
 }
 
 /// The exit code of a verdict.

@@ -4,20 +4,32 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-#[test]
-#[ignore = "needs python3"]
-fn keys_typed_at_a_terminal() {
+/// Types what a script does, at `emu debug` of a program with more flags.
+fn typed(script: &str, program: &str, flags: &[&str]) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let state = Path::new(env!("CARGO_TARGET_TMPDIR")).join("debug-terminal");
+    let state = Path::new(env!("CARGO_TARGET_TMPDIR")).join(script);
     _ = fs::remove_dir_all(&state);
     let out = Command::new("python3")
-        .arg(root.join("tests/peers/debug_pty.py"))
+        .arg(root.join("tests/peers").join(script))
         .arg(env!("CARGO_BIN_EXE_emu"))
-        .args(["debug", "blink.hex", "--mcu", "atmega328p"])
+        .args(["debug", program, "--mcu", "atmega328p"])
+        .args(flags)
         .current_dir(root.join("tests/cli/in"))
         .env("EMU_TEST_STATE", &state)
         .output()
         .expect("python3 runs");
     let told = String::from_utf8_lossy(&out.stderr);
     assert_eq!(String::from_utf8_lossy(&out.stdout), "well\n", "{told}");
+}
+
+#[test]
+#[ignore = "needs python3"]
+fn keys_typed_at_a_terminal() {
+    typed("debug_pty.py", "blink.hex", &[]);
+}
+
+#[test]
+#[ignore = "needs python3"]
+fn keys_typed_at_the_screen_while_a_command_runs() {
+    typed("tui_pty.py", "spin.hex", &["--tui"]);
 }

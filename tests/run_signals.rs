@@ -78,3 +78,58 @@ fn a_signal_leaves_a_snapshot() {
         endless(&folder, &["--snapshot-in", "run.snp", "--until", "pc=2"]).wait_with_output().expect("emu ends");
     assert_eq!(again.status.code(), Some(0), "{}", String::from_utf8_lossy(&again.stderr));
 }
+
+/// A signal during a script of the debugger stops the script, wherever its lines come from.
+#[test]
+fn a_signal_stops_a_script_of_the_debugger() {
+    let folder = folder("script");
+    fs::write(folder.join("inner"), "echo begun\ncontinue\necho later\n").expect("a script");
+    fs::write(folder.join("outer"), "source inner\necho later\n").expect("a script");
+    let scripts: [&[&str]; 4] = [
+        &["--batch", "-x", "inner"],
+        &["--batch", "-x", "outer"],
+        &["--batch", "--ex", "echo begun", "--ex", "continue", "--ex", "echo later"],
+        &["-x", "inner"],
+    ];
+    for (script, signal) in scripts.iter().flat_map(|script| [(script, "INT"), (script, "TERM")]) {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_emu"));
+        command.args(["debug"]).arg(root().join("tests/cli/in/spin.hex")).args(["--mcu", "atmega328p"]).args(*script);
+        let mut child = command
+            .current_dir(&folder)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("emu starts");
+        // What a nested script prints comes with its end.
+        let mut first = [0; 5];
+        if script.contains(&"outer") {
+            std::thread::sleep(Duration::from_secs(1));
+        } else {
+            std::io::Read::read_exact(child.stdout.as_mut().expect("a pipe"), &mut first).expect("it begins");
+        }
+        std::thread::sleep(Duration::from_millis(100));
+        kill(&child, signal);
+        let out = child.wait_with_output().expect("emu ends");
+        let (printed, told) = (String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
+        assert_eq!(out.status.code(), Some(5), "{script:?} {signal}: {printed}{told}");
+        assert!(format!("{printed}{told}").contains("interrupted: what was still"), "{script:?}: {printed}{told}");
+        assert!(!printed.contains("later\n"), "{script:?} {signal}: {printed}");
+    }
+}
+
+/// Lines of a pipe that are no text are carried out like others, and what cannot be read is told.
+#[test]
+fn lines_that_are_no_text() {
+    let folder = folder("bytes");
+    fs::write(folder.join("lines"), b"print 1\necho \xFF\r\nprint 2").expect("a script");
+    for (file, code, wanted) in [("lines", 0, "1 = 1\n\u{FFFD}\n2 = 2\n"), (".", 3, "")] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_emu"));
+        command.args(["debug", "--batch", "--mcu", "atmega328p"]).arg(root().join("tests/cli/in/spin.hex"));
+        let input = fs::File::open(folder.join(file)).expect("a file");
+        let out = command.stdin(input).output().expect("emu runs");
+        let told = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(code), "{file}: {told}");
+        assert_eq!(String::from_utf8_lossy(&out.stdout), wanted, "{told}");
+    }
+}

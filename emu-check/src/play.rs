@@ -66,7 +66,11 @@ impl LadderSite {
 
     fn symbol(&self, name: &str) -> Result<(usize, &Symbol), String> {
         let found = self.symbols.iter().enumerate().find(|(_, symbol)| symbol.name == name);
-        found.ok_or_else(|| format!("the program has no symbol `{name}`"))
+        found.ok_or_else(|| {
+            let more =
+                if is_of_chip(name) { "; pins and memories are for `emu run` of what it compiles to" } else { "" };
+            format!("the program has no symbol `{name}`{more}")
+        })
     }
 
     /// What this identifier of an input stands for comes in from outside: it is no symbol that is written.
@@ -79,6 +83,14 @@ impl LadderSite {
     pub(crate) fn arrives(&self) -> u64 {
         self.byte.0
     }
+}
+
+/// A name as those of pins and places in memory are: `PD2`, `P1.0`, `RA0`, `data:0x20`.
+fn is_of_chip(name: &str) -> bool {
+    let rest = name.trim_start_matches(|c: char| c.is_ascii_uppercase());
+    let letters = name.get(..name.len() - rest.len()).unwrap_or_default();
+    let pin = matches!(letters, "P") || letters.len() == 2 && letters.starts_with(['P', 'R']);
+    name.contains(':') || pin && rest.starts_with(|c: char| c.is_ascii_digit())
 }
 
 impl Site for LadderSite {

@@ -115,7 +115,11 @@ fn talk<'s>(mut machine: Talk<'_, 's>, stub: &mut Stub<'s>) -> Result<Ended, Fai
             Machine::Idle(mut idle) => match stub.input.next() {
                 None => return Ok(left(stub)),
                 Some(Item::Packet(packet)) if asks_too_much(&packet) => {
-                    _ = idle.borrow_conn().refuse(quiet);
+                    _ = idle.borrow_conn().refuse(quiet, "E5a");
+                    idle.into()
+                }
+                Some(Item::Packet(packet)) if lies(&packet) => {
+                    _ = idle.borrow_conn().refuse(quiet, "E16");
                     idle.into()
                 }
                 Some(Item::Packet(packet)) => {
@@ -129,7 +133,7 @@ fn talk<'s>(mut machine: Talk<'_, 's>, stub: &mut Stub<'s>) -> Result<Ended, Fai
                     let output = idle.borrow_conn();
                     let done = match item {
                         Item::Nack => output.again(),
-                        Item::TooLong => output.refuse(quiet),
+                        Item::TooLong => output.refuse(quiet, "E5a"),
                         _ => output.send_raw(b"-"),
                     };
                     if done.is_err() {
@@ -171,6 +175,29 @@ fn asks_too_much(packet: &[u8]) -> bool {
     let text = body.and_then(|body| std::str::from_utf8(body).ok());
     let len = text.and_then(|text| text.split_once(',')).map(|(_, len)| usize::from_str_radix(len, 16));
     len.is_some_and(|len| len.unwrap_or(usize::MAX) > PACKET / 2)
+}
+
+/// A write of memory whose bytes are not as many as it says, or are none; gdbstub would write those that are there.
+fn lies(packet: &[u8]) -> bool {
+    let body = packet.get(1..packet.len().saturating_sub(3)).unwrap_or_default();
+    let (Some(kind @ (b'M' | b'X')), Some(colon)) = (body.first(), body.iter().position(|byte| *byte == b':')) else {
+        return matches!(body.first(), Some(b'M' | b'X'));
+    };
+    let (head, data) = (body.get(1..colon).unwrap_or_default(), body.get(colon + 1..).unwrap_or_default());
+    let len = std::str::from_utf8(head).ok().and_then(|head| usize::from_str_radix(head.split_once(',')?.1, 16).ok());
+    let there = match kind {
+        b'M' => (data.len() % 2 == 0 && data.iter().all(u8::is_ascii_hexdigit)).then_some(data.len() / 2),
+        // A byte behind `}` is one with it.
+        _ => {
+            let mut bytes = data.iter();
+            let mut count = 0;
+            while let Some(byte) = bytes.next() {
+                count += usize::from(*byte != b'}' || bytes.next().is_some());
+            }
+            Some(count)
+        }
+    };
+    len.is_none() || len != there
 }
 
 fn left(stub: &Stub<'_>) -> Ended {

@@ -192,15 +192,16 @@ impl Output {
         self.flush()
     }
 
-    /// Says that a packet is too long or asks for too much (`EMSGSIZE`); `quiet`: nothing is acknowledged.
+    /// Answers a packet that gdbstub is not shown: one that is too long or asks for too much (`E5a`, EMSGSIZE), or that makes no sense
+    /// (`E16`, EINVAL); `quiet`: nothing is acknowledged.
     ///
     /// # Errors
     /// Of the system.
-    pub fn refuse(&mut self, quiet: bool) -> io::Result<()> {
+    pub fn refuse(&mut self, quiet: bool, why: &str) -> io::Result<()> {
         if !quiet {
             self.send_raw(b"+")?;
         }
-        self.send(b"E5a")
+        self.send(why.as_bytes())
     }
 
     /// Sends bytes that are no packet.

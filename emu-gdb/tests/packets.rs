@@ -9,25 +9,38 @@
 //! -> monitor cycle              a command behind `monitor`; what it prints is shown as text
 //! -- vCont;c                    a packet whose answer is not waited for
 //! => \x03                       bytes as they are, and the answer; >> without
+//! waits 100                     so many milliseconds, in which a program runs
 //! ends the client has left      what the server says of the end; before it the client goes, if it has not been let go
 //! ```
+//! With a line `persists` a case may end more than once: what follows is said by a client that comes then.
 //! `EMU_BLESS=1` writes the answers anew.
 
 mod machine;
 
 use std::fmt::Write as _;
 use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::net::{SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc;
 use std::time::Duration;
 
 use emu_core::image::Image;
+
+/// How long a server may take.
+const WAIT: Duration = Duration::from_secs(60);
 
 struct Client {
     stream: TcpStream,
 }
 
 impl Client {
+    fn come(address: SocketAddr) -> Client {
+        let stream = TcpStream::connect(address).expect("a server");
+        // Only so that a server that hangs does not hang the test.
+        stream.set_read_timeout(Some(WAIT)).expect("a socket");
+        Client { stream }
+    }
+
     fn byte(&mut self) -> Option<u8> {
         let mut byte = [0];
         matches!(self.stream.read(&mut byte), Ok(1)).then_some(byte[0])
@@ -122,22 +135,30 @@ fn play(case: &str) -> String {
     let program: String =
         case.lines().filter_map(|line| line.strip_prefix("| ")).fold(String::new(), |all, line| all + line + "\n");
     let image = if program.is_empty() { Image::default() } else { emu_asm::image(chip, &program).expect("a program") };
-    let (address, server) = machine::server(chip, image);
-    let stream = TcpStream::connect(address).expect("a server");
-    // Only so that a server that hangs does not hang the test.
-    stream.set_read_timeout(Some(Duration::from_secs(60))).expect("a socket");
-    let mut client = Client { stream };
+    let persist = case.lines().any(|line| line == "persists");
+    let (ends, ended) = mpsc::channel();
+    let (address, _) = machine::serving(chip, image, persist, move |line| {
+        if line.starts_with("the client") {
+            _ = ends.send(line.to_owned());
+        }
+    });
+    let mut client = Some(Client::come(address));
     let mut out = String::new();
-    let mut server = Some(server);
     for line in case.lines().filter(|line| !line.starts_with("<-")) {
         let (how, rest) = line.split_once(' ').unwrap_or((line, ""));
         if how == "ends" {
-            _ = client.stream.shutdown(std::net::Shutdown::Both);
-            let ended = server.take().expect("one end").join().expect("no panic");
-            _ = writeln!(out, "ends {ended}");
+            _ = client.take().map(|client| client.stream.shutdown(std::net::Shutdown::Both));
+            _ = writeln!(out, "ends {}", ended.recv_timeout(WAIT).expect("an end without a panic"));
             continue;
         }
         _ = writeln!(out, "{line}");
+        if how == "waits" {
+            std::thread::sleep(Duration::from_millis(rest.parse().expect("milliseconds")));
+        }
+        if !matches!(how, "->" | "--" | "=>" | ">>") {
+            continue;
+        }
+        let client = client.get_or_insert_with(|| Client::come(address));
         let body = match rest.strip_prefix("monitor ") {
             Some(command) => {
                 format!("qRcmd,{}", command.bytes().fold(String::new(), |hex, byte| format!("{hex}{byte:02x}")))
@@ -156,7 +177,7 @@ fn play(case: &str) -> String {
                 .for_each(|answer| _ = writeln!(out, "<- {}", answer.trim_end().replace('\n', "\n<- ")));
         }
     }
-    assert!(server.is_none(), "a case without `ends`:\n{case}");
+    assert!(client.is_none(), "a case without `ends`:\n{case}");
     out
 }
 

@@ -1,9 +1,10 @@
 //! A view on a real terminal, which gets back what it was on every way out: leaving, an error, a panic, a signal.
 
+use std::collections::VecDeque;
 use std::io::{self, Stdout};
 use std::panic;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
@@ -54,27 +55,28 @@ pub fn show(app: &mut dyn App, look: Look) -> io::Result<End> {
             if let Some(signal) = signals.seen() {
                 return Ok(End::Signal(signal));
             }
-            let left = until.saturating_duration_since(Instant::now());
-            if !event::poll(left)? {
+            let waiting = ahead().pop_front();
+            let key = match waiting {
+                Some(key) => key,
+                None if !event::poll(until.saturating_duration_since(Instant::now()))? => break,
+                None => match event::read()? {
+                    Event::Resize(..) => break,
+                    event => match pressed(event) {
+                        Some(key) => key,
+                        None => continue,
+                    },
+                },
+            };
+            if key == Key::Ctrl('z') {
+                screen.suspend()?;
+                last = Instant::now();
                 break;
             }
-            match event::read()? {
-                Event::Key(key) if key.kind != KeyEventKind::Release => {
-                    let Some(key) = named(key) else { continue };
-                    if key == Key::Ctrl('z') {
-                        screen.suspend()?;
-                        last = Instant::now();
-                        break;
-                    }
-                    if app.key(key, screen.area()?) == Wish::Quit {
-                        return Ok(End::Left);
-                    }
-                    if !app.moves() {
-                        break;
-                    }
-                }
-                Event::Resize(..) => break,
-                _ => {}
+            if app.key(key, screen.area()?) == Wish::Quit {
+                return Ok(End::Left);
+            }
+            if !app.moves() {
+                break;
             }
         }
         let passed = last.elapsed();
@@ -90,8 +92,18 @@ pub fn show(app: &mut dyn App, look: Look) -> io::Result<End> {
 /// How long a piece of work may take before keys are looked at for one that ends it.
 const UNASKED: Duration = Duration::from_millis(150);
 
-/// Does a piece of work that looks at `interrupt` now and then. When it takes long, Ctrl-C or escape set that; other keys that
-/// are pressed then are lost.
+/// Keys that were pressed during a piece of work, and are still to be taken.
+static AHEAD: Mutex<VecDeque<Key>> = Mutex::new(VecDeque::new());
+
+/// How many of them are kept.
+const MOST_AHEAD: usize = 1000;
+
+fn ahead() -> MutexGuard<'static, VecDeque<Key>> {
+    AHEAD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Does a piece of work that looks at `interrupt` now and then. When it takes long, Ctrl-C or escape set that, and drop the keys before
+/// them; other keys that are pressed then are taken behind it.
 pub fn interruptible<T>(interrupt: &AtomicBool, work: impl FnOnce() -> T) -> T {
     /// Says that the work is over, also when it panics.
     struct Over<'a>(&'a AtomicBool);
@@ -111,10 +123,15 @@ pub fn interruptible<T>(interrupt: &AtomicBool, work: impl FnOnce() -> T) -> T {
             match event::poll(Duration::from_millis(5))
                 .and_then(|there| if there { event::read().map(Some) } else { Ok(None) })
             {
-                Ok(Some(Event::Key(key))) if matches!(named(key), Some(Key::Ctrl('c') | Key::Escape)) => {
-                    interrupt.store(true, Ordering::SeqCst);
-                }
-                Ok(_) => {}
+                Ok(Some(event)) => match pressed(event) {
+                    Some(Key::Ctrl('c') | Key::Escape) => {
+                        ahead().clear();
+                        interrupt.store(true, Ordering::SeqCst);
+                    }
+                    Some(key) if ahead().len() < MOST_AHEAD => ahead().push_back(key),
+                    _ => {}
+                },
+                Ok(None) => {}
                 // A terminal that is gone ends the work.
                 Err(_) => {
                     interrupt.store(true, Ordering::SeqCst);
@@ -211,6 +228,14 @@ impl Signals {
 
     fn seen(&self) -> Option<i32> {
         i32::try_from(self.0.load(Ordering::SeqCst)).ok().filter(|signal| *signal != 0)
+    }
+}
+
+/// The key that an event is.
+fn pressed(event: Event) -> Option<Key> {
+    match event {
+        Event::Key(key) if key.kind != KeyEventKind::Release => named(key),
+        _ => None,
     }
 }
 

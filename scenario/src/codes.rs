@@ -26,6 +26,8 @@ pub const NO_VCD: &str = "SCN010";
 pub const STRANGE_WIRES: &str = "SCN011";
 /// A step that is no drive at a fixed time where only those are wanted.
 pub const NOT_TIMED: &str = "SCN012";
+/// Wires of a waveform of which nothing tells which one is meant.
+pub const TWO_WIRES: &str = "SCN013";
 /// An expectation was not met.
 pub const FAILED: &str = "SCN020";
 /// The limit came first.
@@ -71,6 +73,9 @@ pub const CODES: &[Code] = &[
     Code { code: NOT_TIMED, title: "a step that the debugger cannot queue",
         explain: "The debugger takes what a scenario does from outside as drives at fixed times, so that going back in time does it again. Writes \
                   of memory and of inner symbols, and power cycles, are no such drives. Mend: leave those steps out, or use `emu run --scenario`." },
+    Code { code: TWO_WIRES, title: "two wires of a waveform with one name",
+        explain: "A wire of a waveform drives what has its name, whatever scope it is of. Here two that are not the same signal have a name that \
+                  is to be driven. Mend: rename the one that is not meant, or take it out." },
     Code { code: FAILED, title: "an expectation of a scenario was not met",
         explain: "The step named found another value than it expected, what it waited for did not come within its time, something came that \
                   never should, or its time had passed when it was its turn. The message says what was found and when." },

@@ -257,7 +257,11 @@ impl Reader<'_> {
                     self.fault(NO_STEP, at, cause, "write the inner steps out");
                     return None;
                 }
-                Verb::Repeat(rounds, self.steps(steps, depth + 1))
+                let inner = self.steps(steps, depth + 1);
+                if matches!(steps.get_ref(), DeValue::Array(items) if items.is_empty()) {
+                    self.no_value(steps, "steps", "steps in braces", "as in steps = [{ set = { Xa = 1 } }]");
+                }
+                Verb::Repeat(rounds, inner)
             }
             "snapshot" => Verb::Snapshot(self.text_of(verb, item)?),
             "log" => Verb::Log(self.text_of(verb, item)?),
@@ -320,7 +324,7 @@ impl Reader<'_> {
                 Some(Named { text: text.to_string(), pos: self.pos(item.span()) })
             }
             _ => {
-                self.no_value(item, key, "a text", "put it in double quotes");
+                self.no_value(item, key, "a text", "write one in double quotes");
                 None
             }
         }

@@ -38,7 +38,8 @@ impl Bound {
         let fault = |line: &Line| {
             let (Op::Do(act) | Op::Every { act, .. }) = &line.op else { return None };
             let info = self.steps.get(line.step).filter(|_| !fits(act))?;
-            let cause = format!("`{}` is not done from outside, so it cannot be queued", info.text);
+            let cause =
+                format!("`{}` does more than drive what is outside, so the debugger cannot queue it", info.text);
             let hint = "leave the step out, or use `emu run --scenario`";
             Some(Diagnostic::new(Severity::Error, NOT_TIMED, &self.file, info.pos, cause, hint))
         };

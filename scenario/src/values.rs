@@ -43,6 +43,9 @@ pub(crate) fn number(item: &Item<'_>) -> Option<i64> {
 
 pub(crate) fn kind(value: &DeValue<'_>) -> String {
     match value {
+        DeValue::String(text) if text.is_empty() => "an empty text".to_owned(),
+        DeValue::Array(items) if items.is_empty() => "an empty list".to_owned(),
+        DeValue::Table(entries) if entries.is_empty() => "an empty table".to_owned(),
         DeValue::String(text) => format!("\"{}\"", shown(text)),
         DeValue::Integer(number) => shown(number.as_str()),
         DeValue::Float(number) => shown(number.as_str()),

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use diag::{Diagnostic, Pos, Severity};
 use vcd::{Command, IdCode, Parser, TimescaleUnit};
 
-use crate::codes::{NO_VCD, STRANGE_WIRES};
+use crate::codes::{NO_VCD, STRANGE_WIRES, TWO_WIRES};
 use crate::model::{Assign, Named, Scenario, Step, Value, Verb, When};
 use crate::time::{Span, Unit};
 
@@ -18,6 +18,8 @@ pub struct Waveform {
     file: String,
     /// The wires by name, in the order of the file.
     pub wires: Vec<String>,
+    /// The line on which each is declared.
+    lines: Vec<u32>,
     /// Time in units of the file, wire by position, value.
     changes: Vec<(u64, usize, Value)>,
     /// A unit of the file: a number, and 10 to minus this many seconds.
@@ -56,8 +58,13 @@ pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
                 continue;
             }
             Command::VarDef(_, _, code, name, _) => {
-                codes.entry(code).or_default().push(wave.wires.len());
-                wave.wires.push(name);
+                let same = codes.entry(code).or_default();
+                // One signal is seen from several scopes.
+                if !same.iter().any(|wire| wave.wires.get(*wire) == Some(&name)) {
+                    same.push(wave.wires.len());
+                    wave.wires.push(name);
+                    wave.lines.push(u32::try_from(parser.line()).unwrap_or(0));
+                }
                 continue;
             }
             Command::Enddefinitions => {
@@ -98,8 +105,18 @@ pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
 
 impl Waveform {
     /// The stimuli of the wires that are `wanted`, and a warning where others are passed over.
-    pub fn scenario(&self, wanted: &mut dyn FnMut(&str) -> bool) -> (Scenario, Vec<Diagnostic>) {
+    ///
+    /// # Errors
+    /// Two signals of one name are wanted.
+    pub fn scenario(
+        &self,
+        wanted: &mut dyn FnMut(&str) -> bool,
+    ) -> Result<(Scenario, Vec<Diagnostic>), Vec<Diagnostic>> {
         let takes: Vec<bool> = self.wires.iter().map(|wire| wanted(wire)).collect();
+        let twice = self.twice(&takes);
+        if !twice.is_empty() {
+            return Err(twice);
+        }
         let other = self.wires.iter().zip(&takes).filter(|(_, takes)| !**takes).map(|(wire, _)| wire.as_str());
         let other: Vec<&str> = other.collect();
         let mut told = Vec::new();
@@ -127,7 +144,23 @@ impl Waveform {
                 verb: Verb::Set(vec![Assign { name, value: value.clone(), pos: Pos::default() }]),
             }
         });
-        (Scenario { file: self.file.clone(), steps: steps.collect(), ..Scenario::default() }, told)
+        Ok((Scenario { file: self.file.clone(), steps: steps.collect(), ..Scenario::default() }, told))
+    }
+
+    /// Wires that are taken and have the name of one before them.
+    fn twice(&self, takes: &[bool]) -> Vec<Diagnostic> {
+        let mut first: HashMap<&str, u32> = HashMap::new();
+        let mut faults = Vec::new();
+        for ((wire, line), _) in self.wires.iter().zip(&self.lines).zip(takes).filter(|(_, takes)| **takes) {
+            if let Some(before) = first.get(wire.as_str()) {
+                let cause = format!("`{wire}` is the name of two wires, of this and of that of line {before}");
+                let (pos, hint) = (Pos::new(*line, 0, 0), "rename the one that is not to drive it");
+                faults.push(Diagnostic::new(Severity::Error, TWO_WIRES, &self.file, pos, cause, hint));
+            } else {
+                first.insert(wire, *line);
+            }
+        }
+        faults
     }
 
     /// A moment of the file: it counts from the first tick on that does not begin before it.

@@ -2,15 +2,32 @@
 
 use emu_core::pins::{PinId, Time};
 use emu_debug::Range;
-use emu_debug::debug::{Action, Expr, Place};
+use emu_debug::debug::{Action, Expr, Operator, Place, Target};
 use emu_debug::stimulus::{Drive, put};
 
 use super::numbers::{Format, hex, shown};
 use super::shell::{Done, Shell};
 use crate::avr;
 
-/// Most units that one `x` shows.
-const MOST: u32 = 1 << 16;
+/// Why an expression has no value now, where it is not what it is called.
+fn missing(expr: &Expr, target: &dyn Target) -> Option<&'static str> {
+    if expr.value(target).is_some() {
+        return None;
+    }
+    Some(match expr {
+        Expr::Place(Place::Pin(_)) => "a pin that floats",
+        Expr::Bit(of, _) | Expr::Unary(_, of) => return missing(of, target),
+        Expr::Binary(operator, a, b) => {
+            let of_these = missing(a, target).or_else(|| missing(b, target));
+            return of_these.or(Some(match operator {
+                Operator::Shl | Operator::Shr => "a shift by other than 0 to 63 bits",
+                _ if b.value(target) == Some(0) => "a division by 0",
+                _ => "a quotient that is too large",
+            }));
+        }
+        _ => "memory that is not there",
+    })
+}
 
 /// An expression that every stop shows.
 pub struct Display {
@@ -49,7 +66,11 @@ impl Shell {
         let target = self.session.target();
         let place = expr.place(target);
         let Some(value) = expr.value(target) else {
-            return if matches!(place, Some(Place::Pin(_))) { "floats" } else { "nothing" }.to_owned();
+            return match missing(expr, target) {
+                Some(_) if matches!(place, Some(Place::Pin(_))) => "floats".to_owned(),
+                Some(why) => format!("nothing: {why}"),
+                None => "nothing".to_owned(),
+            };
         };
         let bytes = match place {
             Some(Place::Memory { bytes, .. }) => bytes.into(),
@@ -122,11 +143,16 @@ impl Shell {
     fn lines(&self, at: Examined) -> Result<(String, Examined), String> {
         let Examined { space, addr, format } = at;
         let letter = format.letter.unwrap_or('x');
-        let count = format.count.unwrap_or(1).min(MOST);
+        let count = format.count.unwrap_or(1);
         match letter {
             'i' => {
-                let (text, word) = self.instructions(self.word_of(addr).unwrap_or_default(), count);
-                Ok((text, Examined { addr: self.session.scope.chip().code_address(word), ..at }))
+                let word = self.word_of(addr).ok_or_else(|| format!("{space} ends before 0x{addr:x}"))?;
+                let (mut text, word) = self.instructions(word, count);
+                let next = Examined { addr: self.session.scope.chip().code_address(word), ..at };
+                if self.word_of(next.addr).is_none() && (text.lines().count() as u64) < u64::from(count) {
+                    text.push_str(&format!("{space} ends before 0x{:x}\n", next.addr));
+                }
+                Ok((text, next))
             }
             's' => self.texts(at, count),
             _ => self
@@ -151,9 +177,14 @@ impl Shell {
             let bytes: Option<Vec<u8>> =
                 (0..unit).map(|i| self.session.target().peek(space, start.checked_add(i)?)).collect();
             let Some(bytes) = bytes else {
+                let there = self.session.target().peek(space, start).is_some();
+                let end = match there {
+                    true => format!("there are no {unit} bytes at {space}:0x{addr:x}"),
+                    false => format!("there is nothing at {space}:0x{addr:x}"),
+                };
                 return match n {
-                    0 => Err(format!("there is nothing at {space}:0x{addr:x}")),
-                    _ => Ok((format!("{}\n", text.trim_end()), addr)),
+                    0 => Err(end),
+                    _ => Ok((format!("{}\n{end}\n", text.trim_end()), addr)),
                 };
             };
             if n % columns == 0 {
@@ -177,7 +208,15 @@ impl Shell {
     fn texts(&self, at: Examined, count: u32) -> Result<(String, Examined), String> {
         const LONGEST: usize = 200;
         let (mut text, mut addr) = (String::new(), at.addr);
-        for _ in 0..count {
+        for n in 0..count {
+            if self.session.target().peek(at.space, addr).is_none() {
+                let end = format!("there is nothing at {}:0x{addr:x}", at.space);
+                if n == 0 {
+                    return Err(end);
+                }
+                text.push_str(&format!("{end}\n"));
+                break;
+            }
             let (start, mut bytes) = (addr, Vec::new());
             loop {
                 let byte = self.session.target().peek(at.space, addr);
@@ -247,7 +286,7 @@ pub(super) fn set(shell: &mut Shell, args: &str, out: &mut String) -> Done {
                 let at = Time::at(shell.session.target().cycle());
                 shell.session.act(Action::Drive(Drive { at, put: what }))
             }
-            Err(why) if pin.is_some() => Err(why),
+            Err(why) if pin.is_some() || is_supply(name) => Err(why),
             Err(_) => Err(expr.err().unwrap_or_default()),
         };
     }
@@ -260,6 +299,11 @@ pub(super) fn set(shell: &mut Shell, args: &str, out: &mut String) -> Done {
         shell.here(out);
     }
     Ok(())
+}
+
+/// The supply is meant, under one of its names.
+fn is_supply(name: &str) -> bool {
+    ["VDD", "VCC"].iter().any(|supply| name.eq_ignore_ascii_case(supply))
 }
 
 /// The pin that a name stands for.
@@ -312,9 +356,24 @@ pub(super) fn assert(shell: &mut Shell, args: &str, _: &mut String) -> Done {
     if args.is_empty() {
         return Err("what is to hold? assert PB5 == 1".to_owned());
     }
-    match shell.session.scope.expr(args)?.value(shell.session.target()) {
-        Some(0) => Err(format!("the assertion does not hold at cycle {}: {args}", shell.session.target().cycle())),
+    let (expr, target) = (shell.session.scope.expr(args)?, shell.session.target());
+    match expr.value(target) {
+        Some(0) => Err(format!("the assertion does not hold at cycle {}: {args}", target.cycle())),
         Some(_) => Ok(()),
-        None => Err(format!("the assertion has no value at cycle {}: {args}", shell.session.target().cycle())),
+        None => {
+            let why = missing(&expr, target).map_or(String::new(), |why| format!(" ({why})"));
+            Err(format!("the assertion has no value at cycle {}: {args}{why}", target.cycle()))
+        }
+    }
+}
+
+impl Shell {
+    /// The value of an expression.
+    pub(super) fn value(&self, text: &str) -> Result<i64, String> {
+        let (expr, target) = (self.session.scope.expr(text)?, self.session.target());
+        expr.value(target).ok_or_else(|| {
+            let why = missing(&expr, target).map_or(String::new(), |why| format!(": {why}"));
+            format!("`{}` has no value now{why}", text.trim())
+        })
     }
 }

@@ -32,12 +32,18 @@ impl Shell {
                 return Ok(());
             }
             tell(line);
-            match self.execute(line, out) {
-                Flow::Failed(why) => Err(format!("{name}:{number}: {why}")),
-                _ => Ok(()),
-            }
+            let why = match self.execute(line, out) {
+                Flow::Failed(why) => why,
+                _ if self.interrupted() => "interrupted".to_owned(),
+                _ => return Ok(()),
+            };
+            // Of scripts that call each other up the innermost tells its place.
+            let placed = std::mem::replace(&mut self.placed, true);
+            Err(if placed { why } else { format!("{name}:{number}: {why}") })
         });
+        let done = done.and_then(|()| self.ended().map_err(|why| format!("{name}: {why}")));
         self.nesting -= 1;
+        self.placed &= self.nesting > 0;
         done
     }
 }

@@ -11,6 +11,9 @@ pub(super) fn brief(value: i64) -> String {
     if (0..10).contains(&value) { value.to_string() } else { hex(value, 2) }
 }
 
+/// Most units that one `x` shows.
+const MOST: u32 = 1 << 16;
+
 /// A count, a format and a unit, as `/8xb` gives them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Format {
@@ -34,7 +37,9 @@ impl Format {
         let digits = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
         let mut format = Format::default();
         if digits > 0 {
-            format.count = Some(text[..digits].parse().map_err(|_| format!("`{text}` is no count"))?);
+            let (count, most) = (&text[..digits], MOST);
+            let found = count.parse().ok().filter(|count| (1..=most).contains(count));
+            format.count = Some(found.ok_or_else(|| format!("`{count}` is no count; write 1 to {most}"))?);
         }
         for letter in text[digits..].chars() {
             match letter {

@@ -22,13 +22,17 @@ pub struct Script<'a> {
 /// What asks a session to stop, from outside.
 #[derive(Clone, Default)]
 pub struct Signals {
-    /// Stop at the next instruction.
+    /// Stop at the next instruction, and the script too.
     pub interrupt: Arc<AtomicBool>,
     /// Leave.
     pub leave: Arc<AtomicBool>,
-    /// The user is being waited for, so that nothing looks at the others.
+    /// The user is being waited for at a terminal, so that nothing looks at the others.
     pub prompt: Arc<AtomicBool>,
+    /// A line from a pipe is being waited for, so that nothing looks at the others.
+    pub pipe: Arc<AtomicBool>,
 }
+
+const INTERRUPTED: &str = "interrupted: what was still to be carried out is left out\n";
 
 /// A conversation.
 struct Talk<'a> {
@@ -48,35 +52,28 @@ pub fn talk(
 ) -> Result<u8, Failure> {
     let mut talk = Talk { shell, signals: signals.clone(), batch: script.batch, failed: false };
     let scripted = !script.files.is_empty() || !script.commands.is_empty();
-    for file in script.files {
-        let text = crate::input::bytes(file)?;
-        for line in String::from_utf8_lossy(&text).lines() {
-            match talk.line(line, true)? {
-                Flow::Quit(code) => return Ok(talk.code(code)),
-                // The rest of a script makes no sense when one of its commands has failed.
-                Flow::Failed(_) => break,
-                Flow::Next | Flow::More => {}
-            }
+    match (talk.scripts(script)?, terminal) {
+        (End::Code(code), _) => Ok(talk.code(code)),
+        // A user is there who has stopped the script, not the session.
+        (End::Interrupted, Some(terminal)) if !talk.signals.leave.load(Ordering::SeqCst) => talk.terminal(terminal),
+        (End::Interrupted, _) => Ok(exit::LIMIT),
+        (End::Reached, _) if script.batch && scripted => {
+            let code = talk.shell.code();
+            Ok(talk.code(code))
         }
-        if talk.failed && talk.batch {
-            return Ok(exit::FAILED);
-        }
+        (End::Reached, Some(terminal)) => talk.terminal(terminal),
+        (End::Reached, None) => talk.pipe(),
     }
-    for command in script.commands {
-        match talk.line(command, true)? {
-            Flow::Quit(code) => return Ok(talk.code(code)),
-            Flow::Failed(_) if talk.batch => return Ok(exit::FAILED),
-            _ => {}
-        }
-    }
-    if script.batch && scripted {
-        let code = talk.shell.code();
-        return Ok(talk.code(code));
-    }
-    match terminal {
-        Some(terminal) => talk.terminal(terminal),
-        None => talk.pipe(),
-    }
+}
+
+/// How scripts, or the lines of a pipe, came to their end.
+enum End {
+    /// All was carried out that was to be.
+    Reached,
+    /// The session ends, with an exit code.
+    Code(u8),
+    /// A signal has come.
+    Interrupted,
 }
 
 /// Carries out the scripts before a face that is not a conversation; what they print goes to `out`. Gives an exit code where they
@@ -85,15 +82,19 @@ pub fn talk(
 pub fn prepare(shell: &mut Shell, script: &Script<'_>, out: &mut String) -> Result<Option<u8>, Failure> {
     let mut carry_out = |line: &str| {
         let flow = shell.execute(line, out);
+        if shell.interrupted() {
+            output::tell(INTERRUPTED);
+            return Ok(Flow::Quit(exit::LIMIT));
+        }
         if let Flow::Failed(why) = &flow {
             out.push_str(&format!("error: {why}\n"));
         }
-        flow
+        Ok(flow)
     };
     for file in script.files {
         let text = crate::input::bytes(file)?;
         for line in String::from_utf8_lossy(&text).lines() {
-            match carry_out(line) {
+            match carry_out(line)? {
                 Flow::Quit(code) => return Ok(Some(code)),
                 Flow::Failed(_) => break,
                 Flow::Next | Flow::More => {}
@@ -101,9 +102,12 @@ pub fn prepare(shell: &mut Shell, script: &Script<'_>, out: &mut String) -> Resu
         }
     }
     for command in script.commands {
-        if let Flow::Quit(code) = carry_out(command) {
+        if let Flow::Quit(code) = carry_out(command)? {
             return Ok(Some(code));
         }
+    }
+    if let Err(why) = shell.ended() {
+        out.push_str(&format!("error: {why}\n"));
     }
     Ok(None)
 }
@@ -114,11 +118,69 @@ impl Talk<'_> {
         if self.failed && code == exit::OK { exit::FAILED } else { code }
     }
 
-    /// Carries out a line that is not typed at a prompt.
-    fn line(&mut self, line: &str, echo: bool) -> Result<Flow, Failure> {
-        if self.signals.leave.load(Ordering::Relaxed) {
-            return Ok(Flow::Quit(exit::FAILED));
+    /// Carries out the scripts.
+    fn scripts(&mut self, script: &Script<'_>) -> Result<End, Failure> {
+        for file in script.files {
+            let text = crate::input::bytes(file)?;
+            for line in String::from_utf8_lossy(&text).lines() {
+                match self.scripted(line)? {
+                    (_, Some(end)) => return Ok(end),
+                    // The rest of a script makes no sense when one of its commands has failed.
+                    (Flow::Failed(_), None) => break,
+                    _ => {}
+                }
+            }
+            if let Some(end) = self.ended()? {
+                return Ok(end);
+            }
         }
+        for command in script.commands {
+            if let (_, Some(end)) = self.scripted(command)? {
+                return Ok(end);
+            }
+        }
+        Ok(self.ended()?.unwrap_or(End::Reached))
+    }
+
+    /// Lines have come to their end; commands of a point that lack theirs are a failure.
+    fn ended(&mut self) -> Result<Option<End>, Failure> {
+        let Err(why) = self.shell.ended() else { return Ok(None) };
+        self.failed(&why)?;
+        Ok(self.batch.then_some(End::Code(exit::FAILED)))
+    }
+
+    fn failed(&mut self, why: &str) -> Result<(), Failure> {
+        self.failed = true;
+        let text = format!("error: {why}\n");
+        if self.batch {
+            output::tell(&text)
+        } else {
+            output::print(text)?
+        }
+        Ok(())
+    }
+
+    /// Carries out a line that nobody types, and tells whether it is the last.
+    fn scripted(&mut self, line: &str) -> Result<(Flow, Option<End>), Failure> {
+        let flow = self.line(line, true)?;
+        let end = match &flow {
+            Flow::Quit(code) => Some(End::Code(*code)),
+            _ if self.shell.interrupted() => {
+                if self.batch {
+                    output::tell(INTERRUPTED)
+                } else {
+                    output::print(INTERRUPTED)?
+                }
+                Some(End::Interrupted)
+            }
+            Flow::Failed(_) if self.batch => Some(End::Code(exit::FAILED)),
+            _ => None,
+        };
+        Ok((flow, end))
+    }
+
+    /// Carries out a line.
+    fn line(&mut self, line: &str, echo: bool) -> Result<Flow, Failure> {
         if echo && !self.batch {
             output::print(format!("{}{line}\n", self.shell.prompt()))?;
         }
@@ -132,23 +194,30 @@ impl Talk<'_> {
             flow = self.shell.proceed(&mut out);
         }
         if let Flow::Failed(why) = &flow {
-            self.failed = true;
-            let text = format!("error: {why}\n");
-            if self.batch { output::tell(&text) } else { output::print(text)? }
+            self.failed(why)?;
         }
         Ok(flow)
     }
 
     /// Lines from a pipe or a file.
     fn pipe(&mut self) -> Result<u8, Failure> {
-        let mut lines = io::stdin().lock().lines();
-        while let Some(Ok(line)) = lines.next() {
-            match self.line(&line, true)? {
-                Flow::Quit(code) => return Ok(self.code(code)),
-                Flow::Failed(_) if self.batch => return Ok(exit::FAILED),
-                _ => {}
+        let mut input = io::stdin().lock();
+        loop {
+            let mut line = Vec::new();
+            self.signals.pipe.store(true, Ordering::SeqCst);
+            let read = input.read_until(b'\n', &mut line);
+            self.signals.pipe.store(false, Ordering::SeqCst);
+            if read.map_err(|error| crate::input::unreadable("-", &error))? == 0 {
+                break;
+            }
+            let line = String::from_utf8_lossy(&line);
+            match self.scripted(line.trim_end_matches(['\n', '\r']))?.1 {
+                Some(End::Code(code)) => return Ok(self.code(code)),
+                Some(_) => return Ok(exit::LIMIT),
+                None => {}
             }
         }
+        self.ended()?;
         let code = self.shell.code();
         Ok(self.code(code))
     }
@@ -158,10 +227,15 @@ impl Talk<'_> {
         let mut out = String::new();
         self.shell.here(&mut out);
         output::print(out)?;
-        while !self.signals.leave.load(Ordering::Relaxed) {
-            self.signals.prompt.store(true, Ordering::Relaxed);
+        loop {
+            self.shell.forget_interrupt();
+            // Who is to leave looks at this first, and leaves by itself then.
+            self.signals.prompt.store(true, Ordering::SeqCst);
+            if self.signals.leave.load(Ordering::SeqCst) {
+                break;
+            }
             let line = terminal.line(self.shell);
-            self.signals.prompt.store(false, Ordering::Relaxed);
+            self.signals.prompt.store(false, Ordering::SeqCst);
             let Some(line) = line else { break };
             let flow = self.line(&line, false)?;
             self.failed = false;

@@ -56,7 +56,12 @@ pub(super) fn staged<C: Cpu + 'static>(
             Ok(scans) => return scans.play(file, Box::new(Rig::new(cpu, board))),
             // A recording of such a session speaks of pins and cycles.
             Err(faults) => {
-                return of_image(file, (cpu, board), around).map_err(|_| file.refused(faults));
+                return of_image(file, (cpu, board), around).map_err(|other| match other {
+                    Failure::Refused(all, _) if all.iter().any(|fault| fault.code == scenario::NO_NAME) => {
+                        file.refused(faults)
+                    }
+                    other => other,
+                });
             }
         }
     }

@@ -78,6 +78,8 @@ pub struct Shell {
     pub(super) leave: Option<u8>,
     /// How deep scripts are nested.
     pub(super) nesting: u32,
+    /// What has failed in a script has its place already.
+    pub(super) placed: bool,
 }
 
 impl Shell {
@@ -107,6 +109,7 @@ impl Shell {
             queued: 0,
             leave: None,
             nesting: 0,
+            placed: false,
         };
         shell.registers = shell.core_registers();
         shell
@@ -121,11 +124,20 @@ impl Shell {
         flow
     }
 
+    /// Being interrupted up to now is about what was carried out up to now.
+    pub fn forget_interrupt(&self) {
+        self.interrupt.store(false, Ordering::SeqCst);
+    }
+
+    /// It was interrupted since that was forgotten last: nothing more is to be carried out.
+    pub fn interrupted(&self) -> bool {
+        self.interrupt.load(Ordering::SeqCst)
+    }
+
     /// Carries out a line; [`Flow::More`] where a point has commands that are to be carried out after it.
     pub fn begin(&mut self, line: &str, out: &mut String) -> Flow {
         self.queue.clear();
         self.queued = 0;
-        self.interrupt.store(false, Ordering::Relaxed);
         if let Some((id, mut lines)) = self.block.take() {
             if line.trim() != "end" {
                 lines.push(line.trim().to_owned());
@@ -160,7 +172,7 @@ impl Shell {
     pub fn proceed(&mut self, out: &mut String) -> Flow {
         let Some(line) = self.queue.pop_front() else { return Flow::Next };
         self.queued += 1;
-        if self.interrupt.swap(false, Ordering::Relaxed) {
+        if self.interrupted() {
             self.queue.clear();
             return Flow::Failed("interrupted".to_owned());
         }
@@ -194,6 +206,17 @@ impl Shell {
         }
     }
 
+    /// The lines have come to their end.
+    ///
+    /// # Errors
+    /// They end within the commands of a point, which it does not get then.
+    pub fn ended(&mut self) -> Done {
+        match self.block.take() {
+            Some((id, _)) => Err(format!("the commands of point {id} lack their `end`")),
+            None => Ok(()),
+        }
+    }
+
     /// What the prompt is to be: lines of a block of commands have another.
     pub fn prompt(&self) -> &'static str {
         if self.block.is_some() { ">" } else { "(emu) " }
@@ -217,7 +240,7 @@ impl Shell {
     ) -> Halt {
         let points = self.session.points.clone();
         let interrupt = Arc::clone(&self.interrupt);
-        let halt = run(&mut self.session, &mut || !interrupt.swap(false, Ordering::Relaxed));
+        let halt = run(&mut self.session, &mut || !interrupt.load(Ordering::SeqCst));
         self.stopped(&halt, &points, out);
         halt
     }
@@ -235,7 +258,7 @@ impl Shell {
     /// Asked now and then whether to go on.
     pub(super) fn go_on(&self) -> impl FnMut() -> bool + use<> {
         let interrupt = Arc::clone(&self.interrupt);
-        move || !interrupt.swap(false, Ordering::Relaxed)
+        move || !interrupt.load(Ordering::SeqCst)
     }
 
     /// Tells something once in a session.
@@ -245,12 +268,6 @@ impl Shell {
             out.push_str(text);
             out.push('\n');
         }
-    }
-
-    /// Something that is to be changed in a script that runs within: names of places and points stay.
-    pub(super) fn value(&self, text: &str) -> Result<i64, String> {
-        let expr = self.session.scope.expr(text)?;
-        expr.value(self.session.target()).ok_or_else(|| format!("`{}` has no value now", text.trim()))
     }
 
     /// A count behind a command: an expression, 1 where there is none.

@@ -1,6 +1,11 @@
 //! A line from a user at a terminal, with history and completion.
 
+use std::io::{Read, Write};
+use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rustyline::completion::Completer;
 use rustyline::error::ReadlineError;
@@ -9,8 +14,12 @@ use rustyline::hint::Hinter;
 use rustyline::history::FileHistory;
 use rustyline::validate::Validator;
 use rustyline::{Config, Context, Editor, Helper};
+use signal_hook::consts::{SIGHUP, SIGTERM};
 
 use super::shell::Shell;
+
+/// Ends the mode in which the terminal tells what is pasted, and the line of the prompt.
+const PASTE_OFF: &[u8] = b"\x1b[?2004l\n";
 
 /// Lines that the history keeps.
 const LINES: usize = 1000;
@@ -47,6 +56,8 @@ impl Helper for Words {}
 pub struct Terminal {
     editor: Option<Editor<Words, FileHistory>>,
     history: Option<PathBuf>,
+    /// What the terminal was set to, in the words of stty.
+    found: Option<String>,
 }
 
 impl Terminal {
@@ -54,11 +65,32 @@ impl Terminal {
     pub fn new() -> Terminal {
         let config = Config::builder().max_history_size(LINES).map(|config| config.auto_add_history(true).build());
         let editor = config.and_then(Editor::with_config);
-        let mut terminal = Terminal { editor: editor.ok(), history: history_file() };
+        let mut terminal = Terminal { editor: editor.ok(), history: history_file(), found: stty("-g") };
         if let (Some(editor), Some(file)) = (&mut terminal.editor, &terminal.history) {
             _ = editor.load_history(file);
         }
         terminal
+    }
+
+    /// A signal that ends the program while the editor has the terminal, which `prompt` tells, would leave it to the shell as the
+    /// editor has set it. Where it cannot be listened for it is so.
+    pub fn give_back_at_the_end(&self, prompt: &Arc<AtomicBool>) {
+        for signal in [SIGTERM, SIGHUP] {
+            let Ok((mut told, teller)) = UnixStream::pair() else { continue };
+            let (prompt, found) = (Arc::clone(prompt), self.found.clone());
+            let ended = move || {
+                while matches!(told.read(&mut [0]), Ok(1)) {
+                    if prompt.load(Ordering::SeqCst) {
+                        _ = found.as_deref().map(stty);
+                        _ = std::io::stdout().write_all(PASTE_OFF);
+                        _ = signal_hook::low_level::emulate_default_handler(signal);
+                    }
+                }
+            };
+            if std::thread::Builder::new().spawn(ended).is_ok() {
+                _ = signal_hook::low_level::pipe::register(signal, teller);
+            }
+        }
     }
 
     /// The next line; nothing at the end of the input. Ctrl-C at the prompt drops what was typed.
@@ -85,6 +117,12 @@ impl Drop for Terminal {
             _ = editor.save_history(file);
         }
     }
+}
+
+/// What stty says of the terminal; the thing itself is not to be had without it.
+fn stty(words: &str) -> Option<String> {
+    let out = Command::new("stty").arg(words).stdin(Stdio::inherit()).stderr(Stdio::null()).output().ok()?;
+    out.status.success().then(|| String::from_utf8_lossy(&out.stdout).trim().to_owned())
 }
 
 /// Where the history is kept: `emu/debug-history` in the folder for states (XDG Base Directory Specification).

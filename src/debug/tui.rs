@@ -75,6 +75,7 @@ impl Machine for Face {
         (self.before, self.running) = (self.shell.session.target().fork(), false);
         let mut text = String::new();
         let (at, shell) = (self.position(), &mut self.shell);
+        shell.forget_interrupt();
         let flow = match self.live {
             true => screen::interruptible(&self.interrupt, || shell.execute(line, &mut text)),
             false => shell.execute(line, &mut text),
@@ -99,6 +100,7 @@ impl Machine for Face {
         }
         self.running = false;
         let mut text = String::new();
+        self.shell.forget_interrupt();
         self.shell.stopped(&halt, &points, &mut text);
         // Points may have commands of their own.
         let mut flow = self.shell.proceed(&mut text);

@@ -29,7 +29,7 @@ pub fn play(args: &SimArgs, read: &Read, used: &[(&str, &str)], terminal: &Termi
         let analog = eval.adc_symbols().filter_map(|adc| eval.symbols().get(adc).cloned());
         let driven: Vec<String> = inputs.chain(analog).map(|symbol| symbol.name).collect();
         let wave = scenarios::waveform(name)?;
-        let (stimuli, told) = wave.scenario(&mut |wire| driven.iter().any(|name| name == wire));
+        let (stimuli, told) = wave.scenario(&mut |wire| driven.iter().any(|name| name == wire))?;
         report(terminal, &told, Texts::NONE);
         let bound =
             bind(&stimuli, play.site(), None, None).map_err(|faults| Failure::Refused(faults, Texts::default()))?;

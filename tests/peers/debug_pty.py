@@ -1,7 +1,7 @@
 """Types at a terminal of `emu debug` as a user does: argv is the program and its arguments.
 
 A run that never ends is stopped by Ctrl-C, twice, and behind a line that was edited; a line at the prompt is dropped by it; and the
-session is left by Ctrl-D, with the terminal as it was before."""
+session is left by Ctrl-D, with the terminal as it was before; so it is when a signal ends it at the prompt."""
 import os
 import pty
 import select
@@ -72,6 +72,25 @@ def main():
     os.kill(pid, signal.SIGTERM)
     expect(b"Interrupted")
     os.waitpid(pid, 0)
+
+    # And while it waits at the prompt: by the signal, with the terminal as it was.
+    pid, fd = pty.fork()
+    if pid == 0:
+        os.environ["XDG_STATE_HOME"] = os.environ["EMU_TEST_STATE"]
+        os.execv(sys.argv[1], sys.argv[1:])
+    seen = b""
+    expect(b"(emu) ")
+    raw = termios.tcgetattr(fd)[3]
+    os.kill(pid, signal.SIGTERM)
+    cooked = termios.ISIG | termios.ICANON | termios.ECHO
+    end = time.time() + 20
+    while termios.tcgetattr(fd)[3] & cooked != cooked:
+        if time.time() > end:
+            raise SystemExit(f"the terminal stays as the prompt has it: {raw:#x}, {termios.tcgetattr(fd)[3]:#x}")
+        time.sleep(0.01)
+    _, status = os.waitpid(pid, 0)
+    if not os.WIFSIGNALED(status) or os.WTERMSIG(status) != signal.SIGTERM:
+        raise SystemExit(f"it has ended with {status}")
     history = open(os.environ["EMU_TEST_STATE"] + "/emu/debug-history").read()
     if "info cycle" not in history:
         raise SystemExit(f"no history: {history!r}")

@@ -38,12 +38,24 @@ pub fn session(chip: &'static Chip, image: &Image) -> Session {
 }
 
 /// A server for one client: where it listens, and what it says when the client has gone.
+#[allow(dead_code)]
 pub fn server(chip: &'static Chip, image: Image) -> (SocketAddr, JoinHandle<String>) {
+    serving(chip, image, false, |_| {})
+}
+
+/// A server, for one client after the other where it is to `persist`; `log` is told what happens.
+pub fn serving(
+    chip: &'static Chip,
+    image: Image,
+    persist: bool,
+    mut log: impl FnMut(&str) + Send + 'static,
+) -> (SocketAddr, JoinHandle<String>) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port of this machine");
     let address = listener.local_addr().expect("its address");
     let thread = std::thread::spawn(move || {
         let mut session = session(chip, &image);
-        let ended = emu_gdb::serve(&mut session, &listener, emu_gdb::Options::default(), &mut |_| {});
+        let options = emu_gdb::Options { persist, monitor: None };
+        let ended = emu_gdb::serve(&mut session, &listener, options, &mut log);
         ended.expect("it listens").to_string()
     });
     (address, thread)

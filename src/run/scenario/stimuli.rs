@@ -82,7 +82,7 @@ impl Asked {
         if let Some(name) = &self.stimulus {
             let wave = scenarios::waveform(name)?;
             for wire in &self.drive {
-                if !wave.wires.contains(wire) {
+                if !wave.has(wire) {
                     return Err(Failure::value("--drive <PIN>", wire, "the waveform has no wire of this name"));
                 }
             }
@@ -91,7 +91,7 @@ impl Asked {
                 let own = avr::own_name(chip, &source.names.with_channel(wire));
                 asked && pin(chip, &own).is_ok_and(|pin| cpu.has_pin(pin))
             };
-            let (stimuli, told) = wave.scenario(&mut { wanted });
+            let (stimuli, told) = wave.scenario(&mut { wanted })?;
             // Wires that were left out on purpose are no news.
             if self.drive.is_empty() {
                 report(terminal, &told, Texts::NONE);
