@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use diag::Code;
 use emu_core::chip::Chip;
-use emu_debug::run::Memory;
 use emu_debug::Source;
 use emu_debug::coverage::lcov::{Branch, Function, Record};
 use emu_debug::coverage::{Part, Reached};
+use emu_debug::run::Memory;
 use ladder::Program;
 use ladder_compile::{Map, Place};
 
