@@ -6,7 +6,7 @@ use std::rc::Rc;
 use emu_core::Chip;
 use emu_core::cpu::RamInit;
 use emu_core::image::{self, ElfMachine};
-use emu_debug::debug::{Flow, Follow, Goal, Look, Options, Rig, Scope, Seer, Session, Target, What, Why, flow};
+use emu_debug::debug::{Flow, Follow, Goal, Look, Options, Rig, Scope, Session, Target, What, Why, flow};
 use emu_debug::{Board, Clock};
 
 fn chip() -> &'static Chip {
@@ -75,7 +75,7 @@ fn a_point_that_is_long_past_is_found_with_few_copies() {
 #[test]
 fn writes_are_waited_for_without_the_turns_of_waiting_loops() {
     struct Count(u64, u64);
-    impl Seer for Count {
+    impl emu_core::Probe for Count {
         fn insn(&mut self, _: u64, _: u32) -> bool {
             self.0 += 1;
             false

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use emu_core::cpu::{END_OF_TIME, Reset, Stop};
+use emu_core::cpu::{Reset, Stop};
 
 use super::history::{Action, Deed};
 use super::target::{Look, Seer, Target};
@@ -189,7 +189,7 @@ impl Line {
         let mut copy = self.target.fork();
         copy.set_traps(&follow.stops().iter().copied().collect());
         // A run of a controller at rest ends before it looks at traps; a step does not.
-        if let Stop::Trap { pc } = copy.step_until(END_OF_TIME, Look::Nothing, &mut ())
+        if let Stop::Trap { pc } = copy.step(Look::Nothing, &mut ())
             && copy.cycle() == self.cycle()
         {
             self.arrive(pc);

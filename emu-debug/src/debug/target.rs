@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Cpu, Probe, Reset, Stop};
+use emu_core::cpu::{Cpu, END_OF_TIME, Probe, Reset, Stop};
 use emu_core::pins::{Level, PinId};
 use emu_core::state::Damaged;
 
@@ -62,6 +62,10 @@ pub trait Target {
     fn set_traps(&mut self, words: &BTreeSet<u32>);
     /// [`Cpu::run`], looked at by `seer` as closely as `look` says.
     fn run(&mut self, until: u64, look: Look, seer: &mut dyn Seer) -> Stop;
+    /// [`Cpu::step`].
+    fn step(&mut self, look: Look, seer: &mut dyn Seer) -> Stop {
+        self.step_until(END_OF_TIME, look, seer)
+    }
     /// [`Cpu::step_until`].
     fn step_until(&mut self, until: u64, look: Look, seer: &mut dyn Seer) -> Stop;
     /// A copy that goes its own way.
