@@ -92,7 +92,7 @@ pub fn debug(args: &DebugArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let user = user && !args.full;
     let user = user.then(terminal::Terminal::new);
     let signals = Signals::default();
-    listen(&signals);
+    listen(&signals, user.is_some());
     if let Some(user) = &user {
         user.give_back_at_the_end(&signals.prompt);
     }
@@ -116,12 +116,16 @@ pub fn debug(args: &DebugArgs, terminal: &Terminal) -> Result<u8, Failure> {
 }
 
 /// Ctrl-C stops a running command; being told to end stops it too, and leaves behind it. Where the system refuses, signals do what
-/// they always do.
-fn listen(signals: &Signals) {
+/// they always do, and for the second that comes where the first has not helped; a user may press Ctrl-C as often as they like.
+fn listen(signals: &Signals, user: bool) {
+    if !user {
+        _ = signal_hook::flag::register_conditional_default(SIGINT, Arc::clone(&signals.interrupt));
+    }
     _ = signal_hook::flag::register(SIGINT, Arc::clone(&signals.interrupt));
     _ = signal_hook::flag::register_conditional_default(SIGINT, Arc::clone(&signals.pipe));
     for signal in [SIGTERM, SIGHUP] {
         _ = signal_hook::flag::register_conditional_default(signal, Arc::clone(&signals.pipe));
+        _ = signal_hook::flag::register_conditional_default(signal, Arc::clone(&signals.leave));
         _ = signal_hook::flag::register(signal, Arc::clone(&signals.leave));
         _ = signal_hook::flag::register(signal, Arc::clone(&signals.interrupt));
     }

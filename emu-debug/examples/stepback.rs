@@ -14,7 +14,13 @@ const CYCLES: u64 = 1_000_000_000;
 /// Steps back that are timed.
 const STEPS: usize = 101;
 
+/// Counts for ever, and writes a port at every turn.
+const COUNTER: &str = "ldi r24, 0xff\nout 0x04, r24\nagain: inc r16\nbrne again\ninc r17\nout 0x05, r17\nrjmp again\n";
+
 fn load(chip: &'static Chip, file: &str) -> Image {
+    if file == "counter" {
+        return emu_asm::image(chip, COUNTER).expect("a program");
+    }
     let path = format!("{}/../{file}", env!("CARGO_MANIFEST_DIR"));
     let bytes = std::fs::read(&path).expect("an image");
     image::load(file, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)).expect("an image").image
@@ -30,7 +36,7 @@ fn main() {
     let pic = emu_pic16::chips::chips().find(|chip| chip.name == "pic16f877a").expect("pic16f877a");
     type Build = fn(&'static Chip, &Image) -> Box<dyn Target>;
     let machines: [(&str, &'static Chip, Build); 4] = [
-        ("examples/avr/millis.elf", avr, |chip, image| boxed(emu_avr::Avr::new(chip, image, RamInit::Zero))),
+        ("counter", avr, |chip, image| boxed(emu_avr::Avr::new(chip, image, RamInit::Zero))),
         ("examples/avr/sort.elf", avr, |chip, image| boxed(emu_avr::Avr::new(chip, image, RamInit::Zero))),
         ("examples/8051/traffic.hex", mcs51, |chip, image| {
             boxed(emu_8051::Mcs51::with(chip, image, RamInit::Zero, emu_8051::Options::default()))

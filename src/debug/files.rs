@@ -66,6 +66,7 @@ pub(super) fn load(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     let bytes = input::bytes(file).map_err(sentence)?;
     let (cycle, state) = snapshot::read_for(file, &bytes, &shell.shelf.head).map_err(refused)?;
     shell.session.load(state, cycle).map_err(|_| refused(snapshot::no_state(file)))?;
+    shell.loaded = Some((file.to_owned(), cycle));
     shell.begun(out);
     Ok(())
 }

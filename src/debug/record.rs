@@ -58,6 +58,10 @@ impl Shell {
             recorder.push(tick(drive.at), driven(chip, drive));
         }
         let mut lost = 0;
+        if let Some((file, cycle)) = &self.loaded {
+            recorder.push(tick(Time::at(*cycle)), Deed::Other(format!("load {file}")));
+            lost = 1;
+        }
         for (cycle, action) in self.session.deeds().filter(|(cycle, _)| *cycle <= now) {
             let (at, deed) = match action {
                 Action::Drive(drive) => (drive.at.max(Time::at(cycle)), driven(chip, drive)),

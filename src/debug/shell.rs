@@ -43,6 +43,8 @@ pub struct Shell {
     pub(super) view: Option<View>,
     /// The file of the program.
     pub(super) file: String,
+    /// The file that its history begins with, where it was loaded.
+    pub(super) loaded: Option<(String, u64)>,
     /// What was queued from outside when the session was opened.
     pub(super) queued_drives: Vec<Drive>,
     /// Rungs are drawn in colours.
@@ -90,6 +92,7 @@ impl Shell {
             view: opened.view,
             file: opened.file,
             queued_drives: opened.drives,
+            loaded: None,
             color,
             sources: opened.sources,
             shelf: opened.shelf,
