@@ -25,6 +25,12 @@ const RUNS: &[(&str, &str, &[&str], u64)] = &[
         &["--cycles", "90", "--vcd-add", "ACC", "--vcd-add", "TL0", "--vcd-add", "bit:0x20.3"],
         1_000_000,
     ),
+    (
+        "press16.hex",
+        "pic16f877a",
+        &["--config", "0x3F39", "--set", "RA4=1", "--at", "20c:RA4=0", "--cycles", "400", "--vcd-add", "W"],
+        250,
+    ),
     ("and.asm", "ap101", &["--set", "I1=1", "--at", "20c:I2=1", "--cycles", "60", "--vcd-add", "A"], 2000),
 ];
 
