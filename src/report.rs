@@ -21,6 +21,7 @@ pub struct Terminal {
     /// Standard error is a terminal.
     pub live: bool,
     /// With colours on a full-screen view, which is on standard output.
+    #[cfg(feature = "tui")]
     pub screen: bool,
 }
 
@@ -35,7 +36,12 @@ impl Terminal {
             args::Color::Never => false,
             args::Color::Auto => !set("NO_COLOR") && auto,
         };
-        Terminal { color: wanted(forced || live), live, screen: wanted(std::io::stdout().is_terminal()) }
+        Terminal {
+            color: wanted(forced || live),
+            live,
+            #[cfg(feature = "tui")]
+            screen: wanted(std::io::stdout().is_terminal()),
+        }
     }
 }
 

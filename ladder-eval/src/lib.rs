@@ -102,7 +102,7 @@ impl Evaluator {
     }
 
     /// As [`Evaluator::scan_watched`], with the values of all symbols after the element, in the order of [`Evaluator::symbols`].
-    pub fn scan_traced(&mut self, watch: &mut dyn FnMut(ElementId, bool, bool, &[i32])) {
+    pub fn scan_traced(&mut self, watch: impl FnMut(ElementId, bool, bool, &[i32])) {
         self.state.scan(&self.code.flat, watch);
     }
 

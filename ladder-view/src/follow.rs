@@ -122,7 +122,7 @@ impl Follower {
         let mut power = Vec::with_capacity(self.past.as_ref().map_or(0, |scan| scan.power.len()));
         let mut writes = Vec::with_capacity(self.facts.writes.len());
         let mut written = self.facts.writes.iter().peekable();
-        eval.scan_traced(&mut |id, before, behind, values| {
+        eval.scan_traced(|id, before, behind, values| {
             power.push((id, before, behind));
             while let Some((id, symbol)) = written.next_if(|row| row.0 <= id) {
                 writes.push((*id, *symbol, values.get(*symbol as usize).copied().unwrap_or(0)));
