@@ -213,7 +213,7 @@ impl Session {
                 let deeds = &self.history.deeds;
                 line.set_traps(&words);
                 let stop = if left_start {
-                    line.run(deeds, end, &words, eyes.look(), &mut eyes)
+                    line.run(deeds, end.min(line.due(deeds)), &words, eyes.look(), &mut eyes)
                 } else {
                     left_start = true;
                     line.step(deeds, end, eyes.look(), &mut eyes)

@@ -79,7 +79,7 @@ impl Line {
     pub fn run(&mut self, deeds: &[Deed], until: u64, words: &BTreeSet<u32>, look: Look, seer: &mut dyn Seer) -> Stop {
         loop {
             self.do_due(deeds, look, seer);
-            let next = deeds.get(self.done).map_or(u64::MAX, |deed| deed.cycle);
+            let next = self.due(deeds);
             let (goal, before) = (until.min(next), self.cycle());
             if before >= goal {
                 return Stop::Limit;
@@ -121,7 +121,7 @@ impl Line {
         let mut trapped = false;
         loop {
             let before = self.cycle();
-            let next = deeds.get(self.done).map_or(u64::MAX, |deed| deed.cycle);
+            let next = self.due(deeds);
             // Sleep does not go beyond what wakes it in this history.
             let stop = self.target.step_until(next.min(limit), look, seer);
             match stop {
@@ -194,6 +194,11 @@ impl Line {
         {
             self.arrive(pc);
         }
+    }
+
+    /// The cycle of what is done from outside next: a run that ends there shows what that has changed.
+    pub fn due(&self, deeds: &[Deed]) -> u64 {
+        deeds.get(self.done).map_or(u64::MAX, |deed| deed.cycle)
     }
 
     /// Does what was done from outside up to now.

@@ -262,7 +262,7 @@ impl Session {
             // A step passes them.
             self.line.set_traps(&words);
             let stop = if left_start {
-                let end = until.min(start.1.saturating_add(self.stretch));
+                let end = until.min(start.1.saturating_add(self.stretch)).min(self.line.due(deeds));
                 self.line.run(deeds, end, &words, eyes.look(), &mut eyes)
             } else {
                 left_start = true;
