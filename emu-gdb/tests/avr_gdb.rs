@@ -27,7 +27,7 @@ fn avr_gdb() {
     let bytes = std::fs::read(&elf).expect("what avr-gcc wrote");
     let mut image = load_elf("program.elf", &bytes, chip.elf, chip.elf_machine).expect("an ELF file").image;
     image.lines = Lines::of_elf("program.elf", bytes);
-    let (address, server) = machine::server(chip, image);
+    let (address, server) = machine::serving(chip, image, false, |_| {});
     // 100 s are for a gdb that waits for ever, and what it has said up to then is told.
     let gdb = Command::new("timeout")
         .args(["100", "avr-gdb"])

@@ -37,13 +37,8 @@ pub fn session(chip: &'static Chip, image: &Image) -> Session {
     Session::new(target, scope, Options { clock, history: 64 << 20, follow: None })
 }
 
-/// A server for one client: where it listens, and what it says when the client has gone.
-#[allow(dead_code)]
-pub fn server(chip: &'static Chip, image: Image) -> (SocketAddr, JoinHandle<String>) {
-    serving(chip, image, false, |_| {})
-}
-
-/// A server, for one client after the other where it is to `persist`; `log` is told what happens.
+/// A server for one client, or for one after the other where it is to `persist`: where it listens, and what it says at its end. `log` is
+/// told what happens.
 pub fn serving(
     chip: &'static Chip,
     image: Image,
