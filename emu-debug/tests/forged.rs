@@ -1,13 +1,17 @@
 //! Whatever bytes are given as the state of a machine: they are refused, or the machine runs on without a panic.
 
+mod examples;
+
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use emu_core::Chip;
 use emu_core::cpu::{Cpu, RamInit};
-use emu_core::image::{self, ElfMachine, Image};
+use emu_core::image::Image;
 use emu_core::rng::Rng;
 use emu_core::slices::pick;
+
+use examples::{chip_8051, chip_pic, load};
 
 const SEED: u64 = 0x0F0_46ED;
 
@@ -19,19 +23,6 @@ const SLOW: Duration = Duration::from_secs(2);
 
 /// Cycles that a forged machine runs.
 const CYCLES: u64 = 20_000;
-
-fn load(chip: &'static Chip, file: &str) -> Image {
-    let path = format!("{}/../examples/{file}", env!("CARGO_MANIFEST_DIR"));
-    let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
-    if file.ends_with(".asm") {
-        let text = String::from_utf8(bytes).expect("text");
-        return emu_asm::image(chip, &text).unwrap_or_else(|e| panic!("{file}: {e}"));
-    }
-    match image::load(file, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)) {
-        Ok(loaded) => loaded.image,
-        Err(faults) => panic!("{file}: {faults:?}"),
-    }
-}
 
 /// Changes some bytes: bits, values that are likely to be limits, places that are left out or put in.
 fn forge(rng: &mut Rng, state: &[u8]) -> Vec<u8> {
@@ -119,14 +110,6 @@ fn each<C: Cpu>(
         (file, build(row, &load(row, file)))
     });
     forgeries(name, machines);
-}
-
-fn chip_8051(name: &str) -> &'static Chip {
-    emu_8051::chips::chips().find(|chip| chip.name == name).expect("a chip")
-}
-
-fn chip_pic(name: &str) -> &'static Chip {
-    emu_pic16::chips::chips().find(|chip| chip.name == name).expect("a chip")
 }
 
 #[test]

@@ -1,17 +1,21 @@
 //! Time travel comes out where it began: real programs of all families, walked forwards and backwards at random, while pins are
 //! driven and places are set. n steps back and n forward are the same machine; so is the way to a cycle from behind and from ahead.
 
+mod examples;
+
 use std::collections::BTreeMap;
 
 use emu_core::Chip;
 use emu_core::cpu::{Cpu, RamInit, Reset};
-use emu_core::image::{self, ElfMachine, Image};
+use emu_core::image::Image;
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
 use emu_core::slices::pick;
 use emu_debug::debug::{Action, Goal, Options, Place, Rig, Scope, Session, Target, Why};
 use emu_debug::stimulus::{Drive, Put};
 use emu_debug::{Board, Clock};
+
+use examples::{chip_8051, chip_pic, load};
 
 const SEED: u64 = 0x0DEB_0001;
 
@@ -23,19 +27,6 @@ const ACTS: u64 = 24;
 
 /// Small, so that copies are thinned out.
 const HISTORY: usize = 1 << 20;
-
-fn load(chip: &'static Chip, file: &str) -> Image {
-    let path = format!("{}/../examples/{file}", env!("CARGO_MANIFEST_DIR"));
-    let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
-    if file.ends_with(".asm") {
-        let text = String::from_utf8(bytes).expect("text");
-        return emu_asm::image(chip, &text).unwrap_or_else(|e| panic!("{file}: {e}"));
-    }
-    match image::load(file, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)) {
-        Ok(loaded) => loaded.image,
-        Err(faults) => panic!("{file}: {faults:?}"),
-    }
-}
 
 /// All that could ever be seen of the machine, now and later.
 fn print(session: &Session) -> Vec<u8> {
@@ -206,14 +197,6 @@ fn avr() {
 
 fn avr_chip(name: &str) -> &'static Chip {
     emu_avr::chips::CHIPS.iter().copied().find(|chip| chip.name == name).expect("a chip")
-}
-
-fn chip_8051(name: &str) -> &'static Chip {
-    emu_8051::chips::chips().find(|chip| chip.name == name).expect("a chip")
-}
-
-fn chip_pic(name: &str) -> &'static Chip {
-    emu_pic16::chips::chips().find(|chip| chip.name == name).expect("a chip")
 }
 
 #[test]
