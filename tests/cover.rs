@@ -45,8 +45,8 @@ impl Probe for Every {
             *self.interrupted.entry(last).or_default() += 1;
         }
     }
-    fn goes(&mut self, next: u32, to: u32) {
-        self.coverage.goes(next, to);
+    fn goes(&mut self, next: u32, to: u32, taken: bool) {
+        self.coverage.goes(next, to, taken);
     }
     fn enters(&mut self, pc: u32) {
         self.coverage.enters(pc);

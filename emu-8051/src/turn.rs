@@ -72,7 +72,7 @@ impl<P: Probe> Turn<'_, P> {
     #[inline(always)]
     fn goes(&mut self, target: u32) {
         if P::FLOW {
-            self.probe.goes(self.hot.pc & 0xFFFF, target & 0xFFFF);
+            self.probe.goes(self.hot.pc & 0xFFFF, target & 0xFFFF, true);
         }
         self.hot.pc = target;
     }

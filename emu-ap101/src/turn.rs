@@ -9,6 +9,7 @@ use emu_core::dispatch;
 use emu_core::lint::Lint;
 
 #[allow(clippy::wildcard_imports)]
+use crate::config::OUTPUTS;
 use crate::exec::*;
 use crate::isa::{Ap101Op, Kind, SPAN, ap101_table};
 use crate::operands::{A, D, IMAGE, M, Place, Spot, Target, X, ZONE};
@@ -55,7 +56,7 @@ pub fn tell<P: Probe>(probe: &mut P, pc: u32, to: u32) {
         let next = pc + 1;
         probe.enters(pc);
         if to != next {
-            probe.goes(next, to);
+            probe.goes(next, to, true);
         }
         probe.breaks(to);
     }
@@ -119,7 +120,13 @@ impl<P: Probe> Turn<'_, P> {
     fn look(&mut self, place: Place, bit: bool, write: bool) {
         match place.spot() {
             Spot::Cell(cell) if cell < M => self.saw(I_SPACE, cell, bit, write),
-            Spot::Cell(cell) => self.saw(M_SPACE, cell - M, bit, write),
+            Spot::Cell(cell) => {
+                self.saw(M_SPACE, cell - M, bit, write);
+                // An output is read where its image is.
+                if let (Some(n @ 0..OUTPUTS), false) = (cell.checked_sub(IMAGE), write) {
+                    self.saw(E_SPACE, n, bit, false);
+                }
+            }
             Spot::Output(n) => {
                 self.saw(E_SPACE, n, bit, write);
                 if write {

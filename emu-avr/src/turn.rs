@@ -113,7 +113,7 @@ impl<P: Probe> Turn<'_, P> {
     fn goes(&mut self, target: u32) {
         if P::FLOW {
             let mask = self.code.mask();
-            self.probe.goes(self.hot.pc & mask, target & mask);
+            self.probe.goes(self.hot.pc & mask, target & mask, true);
         }
         self.hot.pc = target;
     }

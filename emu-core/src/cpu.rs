@@ -279,10 +279,10 @@ pub trait Probe {
         let _ = (at, space, addr, value, write);
         false
     }
-    /// An instruction makes the program go on at the program word `to` in place of `next`, the one behind it. Turns of a loop that
-    /// only waits may be jumped over unseen.
-    fn goes(&mut self, next: u32, to: u32) {
-        let _ = (next, to);
+    /// An instruction makes the program go on at the program word `to` in place of `next`, the one behind it, if `taken`. One that
+    /// goes on to `next` may be told, or not. Turns of a loop that only waits may be jumped over unseen.
+    fn goes(&mut self, next: u32, to: u32, taken: bool) {
+        let _ = (next, to, taken);
     }
     /// The program goes on at the program word `pc`, and no instruction has led it there: a run begins, an interrupt is entered, or
     /// the chip was reset.
@@ -334,9 +334,9 @@ impl<A: Probe, B: Probe> Probe for (A, B) {
     fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
         self.0.data(at, space, addr, value, write) | self.1.data(at, space, addr, value, write)
     }
-    fn goes(&mut self, next: u32, to: u32) {
-        self.0.goes(next, to);
-        self.1.goes(next, to);
+    fn goes(&mut self, next: u32, to: u32, taken: bool) {
+        self.0.goes(next, to, taken);
+        self.1.goes(next, to, taken);
     }
     fn enters(&mut self, pc: u32) {
         self.0.enters(pc);
@@ -378,8 +378,8 @@ impl<P: Probe> Probe for &mut P {
     fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
         (**self).data(at, space, addr, value, write)
     }
-    fn goes(&mut self, next: u32, to: u32) {
-        (**self).goes(next, to);
+    fn goes(&mut self, next: u32, to: u32, taken: bool) {
+        (**self).goes(next, to, taken);
     }
     fn enters(&mut self, pc: u32) {
         (**self).enters(pc);

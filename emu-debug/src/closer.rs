@@ -12,7 +12,7 @@ use crate::trace::Look;
 /// A probe along whose type is not known.
 pub(crate) trait Beside: crate::seer::Seer {
     /// [`Probe::goes`].
-    fn goes(&mut self, next: u32, to: u32);
+    fn goes(&mut self, next: u32, to: u32, taken: bool);
     /// [`Probe::enters`].
     fn enters(&mut self, pc: u32);
     /// [`Probe::breaks`].
@@ -22,8 +22,8 @@ pub(crate) trait Beside: crate::seer::Seer {
 }
 
 impl<A: Along> Beside for A {
-    fn goes(&mut self, next: u32, to: u32) {
-        Probe::goes(self, next, to);
+    fn goes(&mut self, next: u32, to: u32, taken: bool) {
+        Probe::goes(self, next, to, taken);
     }
 
     fn enters(&mut self, pc: u32) {
@@ -74,8 +74,8 @@ impl Probe for Closer<'_, '_> {
         self.close.data(at, space, addr, value, write) | stop
     }
 
-    fn goes(&mut self, next: u32, to: u32) {
-        self.along.goes(next, to);
+    fn goes(&mut self, next: u32, to: u32, taken: bool) {
+        self.along.goes(next, to, taken);
     }
 
     fn enters(&mut self, pc: u32) {

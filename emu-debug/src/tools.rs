@@ -46,8 +46,8 @@ impl<C: Probe> Probe for Tools<C> {
         self.close.data(at, space, addr, value, write)
     }
 
-    fn goes(&mut self, next: u32, to: u32) {
-        self.close.goes(next, to);
+    fn goes(&mut self, next: u32, to: u32, taken: bool) {
+        self.close.goes(next, to, taken);
     }
 
     fn enters(&mut self, pc: u32) {

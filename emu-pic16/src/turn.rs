@@ -111,7 +111,7 @@ impl<P: Probe> Turn<'_, P> {
         let next = self.hot.pc();
         self.hot.set_pc(target);
         if P::FLOW {
-            self.probe.goes(next, self.hot.pc());
+            self.probe.goes(next, self.hot.pc(), true);
         }
     }
 
@@ -202,8 +202,9 @@ impl<P: Probe> Machine for Turn<'_, P> {
         let skipped = if condition { words } else { 0 };
         let next = self.hot.pc();
         self.hot.at = self.hot.at.wrapping_add(skipped);
-        if P::FLOW && condition {
-            self.probe.goes(next, self.hot.pc());
+        // Whether it skips is hard to foresee: no branch here.
+        if P::FLOW {
+            self.probe.goes(next, self.hot.pc(), condition);
         }
         self.hot.time.charge(skipped);
     }

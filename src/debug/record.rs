@@ -19,13 +19,7 @@ pub(super) fn record(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     if args.is_empty() {
         return Err("the name of a file is missing: record session.toml".to_owned());
     }
-    let words = |failure| match failure {
-        Failure::Usage(why) => why,
-        Failure::Refused(faults, _) => {
-            faults.first().map_or_else(String::new, |fault| format!("{}: {}", fault.file, fault.cause))
-        }
-        Failure::Pipe => format!("{args}: nobody reads it"),
-    };
+    let words = |failure: Failure| failure.sentence();
     output::spares(&shell.file, &[("record", args)]).map_err(words)?;
     let (text, lost) = shell.recording();
     if output::is_stdout(args) {

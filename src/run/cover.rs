@@ -70,8 +70,8 @@ impl Probe for Covered {
     const FLOW: bool = true;
 
     #[inline(always)]
-    fn goes(&mut self, next: u32, to: u32) {
-        self.coverage.goes(next, to);
+    fn goes(&mut self, next: u32, to: u32, taken: bool) {
+        self.coverage.goes(next, to, taken);
     }
 
     fn enters(&mut self, pc: u32) {
@@ -107,9 +107,9 @@ impl Probe for Seen {
         self.profile.as_mut().is_some_and(|profile| profile.insn(at, pc))
     }
 
-    fn goes(&mut self, next: u32, to: u32) {
+    fn goes(&mut self, next: u32, to: u32, taken: bool) {
         if let Some(covered) = &mut self.covered {
-            covered.goes(next, to);
+            covered.goes(next, to, taken);
         }
     }
 

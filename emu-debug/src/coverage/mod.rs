@@ -26,12 +26,11 @@ const PLACES: usize = 0x1_0000;
 /// What happened in front of an instruction.
 #[derive(Debug, Clone, Copy, Default)]
 struct Place {
-    /// The program came from elsewhere.
-    came: u64,
-    /// The instruction before it went elsewhere.
-    left: u64,
-    /// The program stood here, and something else than an instruction took it elsewhere.
-    broke: u64,
+    /// How often the program came from elsewhere, less how often it stood here and something else than an instruction took it
+    /// elsewhere.
+    came: i64,
+    /// How often the instruction before it went elsewhere.
+    left: i64,
 }
 
 /// Counts where the program goes. Turns of a loop that only waits are jumped over as in a run that nobody looks at, so a count is of
@@ -64,9 +63,9 @@ impl Probe for Coverage {
     const FLOW: bool = true;
 
     #[inline(always)]
-    fn goes(&mut self, next: u32, to: u32) {
-        self.places[next as usize % PLACES].left += 1;
-        self.places[to as usize % PLACES].came += 1;
+    fn goes(&mut self, next: u32, to: u32, taken: bool) {
+        self.places[next as usize % PLACES].left += i64::from(taken);
+        self.places[to as usize % PLACES].came += i64::from(taken);
     }
 
     fn enters(&mut self, pc: u32) {
@@ -74,7 +73,7 @@ impl Probe for Coverage {
     }
 
     fn breaks(&mut self, pc: u32) {
-        self.places[pc as usize % PLACES].broke += 1;
+        self.places[pc as usize % PLACES].came -= 1;
     }
 }
 
@@ -84,7 +83,7 @@ impl Coverage {
         let mut counts = vec![0u64; PLACES];
         for (at, place) in self.places.iter().enumerate() {
             // The instructions before it have been added already.
-            let count = (counts[at] + place.came).saturating_sub(place.left + place.broke);
+            let count = counts[at].saturating_add_signed(place.came - place.left);
             counts[at] = count;
             let next = at + if count > 0 { length(at as u32) as usize } else { 1 };
             if let Some(next) = counts.get_mut(next) {
@@ -104,7 +103,7 @@ impl Coverage {
         let reached = words.instructions(|pc| count(pc) > 0).into_iter().map(|instruction| {
             let count = count(instruction.pc);
             let next = (instruction.pc + instruction.len) as usize % PLACES;
-            let left = self.places[next].left.min(count);
+            let left = self.places[next].left.unsigned_abs().min(count);
             let ways = (instruction.flow == Flow::Either).then_some([count - left, left]);
             Reached { count, instruction, ways }
         });
@@ -122,11 +121,11 @@ mod tests {
         let mut coverage = Coverage::default();
         coverage.enters(0);
         // 0 1 3, 0 1, interrupt 8, 0 1 3 and there it ends.
-        coverage.goes(4, 0);
-        coverage.goes(3, 0);
+        coverage.goes(4, 0, true);
+        coverage.goes(3, 0, true);
         coverage.breaks(1);
         coverage.enters(8);
-        coverage.goes(9, 1);
+        coverage.goes(9, 1, true);
         coverage.breaks(3);
         let counts = coverage.counts(|pc| if pc == 1 { 2 } else { 1 });
         assert_eq!([0, 1, 2, 3, 4, 8, 9].map(|pc: usize| counts[pc]), [3, 3, 0, 1, 0, 1, 0]);

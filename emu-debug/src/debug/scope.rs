@@ -1,6 +1,6 @@
 //! Names in expressions and commands: registers, pins, memory, symbols of the program, symbols of a ladder program.
 
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, Family};
 use emu_core::image::{CONSTANT, Lines, SymbolAt};
 
 use super::expr::{self, Expr};
@@ -60,6 +60,17 @@ impl Scope {
                 Ok(Range { space, start: addr, end: addr + u32::from(bytes) })
             }
             _ => self.source().names.range(text),
+        }
+    }
+
+    /// The machine tells of accesses to some of these bytes. Of AVR's registers it does not (`data:0` to `data:0x1f`), nor of what
+    /// AP101's timers and counters hold.
+    #[must_use]
+    pub fn tells_of(&self, range: Range) -> bool {
+        match self.chip().family {
+            Family::Avr => range.space != self.chip().ram || range.end > 0x20,
+            Family::Ap101 => !matches!(range.space, "preset" | "value"),
+            _ => true,
         }
     }
 
