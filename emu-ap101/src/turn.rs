@@ -9,7 +9,6 @@ use emu_core::dispatch;
 use emu_core::lint::Lint;
 
 #[allow(clippy::wildcard_imports)]
-use crate::config::OUTPUTS;
 use crate::exec::*;
 use crate::isa::{Ap101Op, Kind, SPAN, ap101_table};
 use crate::operands::{A, D, IMAGE, M, Place, Spot, Target, X, ZONE};
@@ -120,18 +119,10 @@ impl<P: Probe> Turn<'_, P> {
     fn look(&mut self, place: Place, bit: bool, write: bool) {
         match place.spot() {
             Spot::Cell(cell) if cell < M => self.saw(I_SPACE, cell, bit, write),
-            Spot::Cell(cell) => {
-                self.saw(M_SPACE, cell - M, bit, write);
-                // An output is read where its image is.
-                if let (Some(n @ 0..OUTPUTS), false) = (cell.checked_sub(IMAGE), write) {
-                    self.saw(E_SPACE, n, bit, false);
-                }
-            }
+            Spot::Cell(cell) => self.saw(M_SPACE, cell - M, bit, write),
             Spot::Output(n) => {
                 self.saw(E_SPACE, n, bit, write);
-                if write {
-                    self.saw(M_SPACE, IMAGE - M + n, bit, true);
-                }
+                self.saw(M_SPACE, IMAGE - M + n, bit, write);
             }
             Spot::Module(n) => self.saw(R_SPACE, n, bit, write),
             Spot::Running(n) => self.saw(R_SPACE, 128 + n, bit, write),

@@ -32,7 +32,8 @@ pub(super) struct Sight {
 pub(super) struct Eyes {
     chip: &'static Chip,
     accesses: Vec<(u32, Range, Access)>,
-    pins: Vec<(u32, PinId, Option<Level>)>,
+    /// Pins with the level that is waited for, and the one that they have.
+    pins: Vec<(u32, PinId, Option<Level>, Level)>,
     /// Expressions with the value that they had.
     changes: Vec<(u32, Expr, Option<i64>)>,
     /// All of them are of RAM, so that nothing but a write can change them.
@@ -70,7 +71,7 @@ impl Eyes {
             match &point.what {
                 What::Code(_) => {}
                 What::Access(range, access) => eyes.accesses.push((point.id, *range, *access)),
-                What::Pin(pin, level) => eyes.pins.push((point.id, *pin, *level)),
+                What::Pin(pin, level) => eyes.pins.push((point.id, *pin, *level, target.level(*pin))),
                 What::Change(expr) => {
                     eyes.ram_only &= expr.is_of_ram(target.chip());
                     expr.bytes(&mut |addr| _ = eyes.ram.insert(target.ram_at(addr).unwrap_or(addr)));
@@ -104,13 +105,20 @@ impl Eyes {
         space == self.chip.ram && self.ram.contains(&addr)
     }
 
-    /// Points whose expression has another value now than at the last look, with both.
+    /// Points whose expression has another value now than at the last look, with both, or whose pin has another level: what is done to
+    /// a machine that stands (a reset) makes no event.
     pub fn changed(&mut self, target: &dyn Target) -> Vec<(u32, Option<i64>, Option<i64>)> {
         let mut found = Vec::new();
         for (id, expr, old) in &mut self.changes {
             let new = expr.value(target);
             if new != *old {
                 found.push((*id, std::mem::replace(old, new), new));
+            }
+        }
+        for (id, pin, wanted, old) in &mut self.pins {
+            let new = target.level(*pin);
+            if new != std::mem::replace(old, new) && wanted.is_none_or(|wanted| wanted == new) {
+                found.push((*id, None, None));
             }
         }
         found
@@ -152,8 +160,10 @@ impl Probe for Eyes {
         }
         let Event::Edge { pin, level, .. } = event else { return false };
         let before = self.seen.len();
-        for (id, ..) in self.pins.iter().filter(|(_, of, at)| *of == pin && at.is_none_or(|at| at == level)) {
-            self.seen.push(Sight { id: *id, pc: self.pc, value: None, write: true });
+        for (id, _, wanted, old) in self.pins.iter_mut().filter(|(_, of, ..)| *of == pin) {
+            if std::mem::replace(old, level) != level && wanted.is_none_or(|wanted| wanted == level) {
+                self.seen.push(Sight { id: *id, pc: self.pc, value: None, write: true });
+            }
         }
         self.seen.len() > before
     }

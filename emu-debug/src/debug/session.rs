@@ -439,7 +439,11 @@ pub(super) fn candidates(
             hits.push(Hit { id: sight.id, old: None, new, write: new.map(|_| sight.write), pc: sight.pc });
         }
     }
-    hits.extend(changes.iter().map(|&(id, old, new)| Hit { id, old, new, write: None, pc }));
+    for &(id, old, new) in changes {
+        if hits.iter().all(|hit| hit.id != id) {
+            hits.push(Hit { id, old, new, write: None, pc });
+        }
+    }
     hits.sort_by_key(|hit| hit.id);
     hits
 }

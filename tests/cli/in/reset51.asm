@@ -1,0 +1,3 @@
+        org 0
+        clr P1.1
+here:   sjmp here
