@@ -60,7 +60,8 @@ fn a_point_that_is_long_past_is_found_with_few_copies() {
     assert!(matches!(session.run(&goal, &mut || true).why, Why::Points(_)));
     let at = session.target().cycle();
     while session.history_size().0 < 64 {
-        session.stepi(2_000, u64::MAX, &mut || true);
+        // Long enough for a copy on a fast host too.
+        session.stepi(200_000, u64::MAX, &mut || true);
     }
     let kept = session.history_size().0;
     copies.set(0);
