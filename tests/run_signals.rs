@@ -36,6 +36,8 @@ fn begun(folder: &Path) {
     while !there() {
         std::thread::sleep(Duration::from_millis(5));
     }
+    // The run begins behind its files.
+    std::thread::sleep(Duration::from_millis(200));
 }
 
 #[test]
