@@ -4,7 +4,7 @@
 //!   mod.rs     the probe                      code.rs   program memory as instructions
 //!   lcov.rs    the account as a tracefile     totals.rs the account in figures
 //! ```
-//! The probe keeps where the program went elsewhere than on to the next instruction, and so costs nothing where it did not. How often
+//! The probe keeps where the program went elsewhere than on to the next instruction, and so costs next to nothing where it did not. How often
 //! an instruction was executed is how often the program came there from elsewhere, and from the instruction before it, which is as
 //! often as that was executed and not left.
 
