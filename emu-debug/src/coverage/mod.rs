@@ -4,9 +4,9 @@
 //!   mod.rs     the probe                      code.rs   program memory as instructions
 //!   lcov.rs    the account as a tracefile     totals.rs the account in figures
 //! ```
-//! The probe keeps where the program went elsewhere than on to the next instruction, and so costs next to nothing where it did not. How often
-//! an instruction was executed is how often the program came there from elsewhere, and from the instruction before it, which is as
-//! often as that was executed and not left.
+//! The probe keeps where the program went elsewhere than on to the next instruction, and so costs next to nothing where it did not.
+//! How often an instruction was executed is how often the program came there from elsewhere, and from the instruction before it,
+//! which is as often as that was executed and not left.
 
 pub mod code;
 pub mod lcov;
