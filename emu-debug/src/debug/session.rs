@@ -98,10 +98,20 @@ pub struct Halt {
     pub why: Why,
 }
 
+/// A place within a step, such as sleep, in which a run was stopped, and which was left by steps back.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Left {
+    /// Its cycle.
+    pub at: u64,
+    /// The cycle to which steps back and forth have led: whatever else moves the machine from there forgets the place.
+    pub stands: u64,
+}
+
 /// A machine under the debugger.
 pub struct Session {
     pub(super) line: Line,
     pub(super) history: History,
+    pub(super) left: Option<Left>,
     /// Who follows a program of which nothing is known yet, and the bytes that copies may take: for another history.
     first: (Option<Box<dyn Follow>>, usize),
     /// Breakpoints and watchpoints.
@@ -128,6 +138,7 @@ impl Session {
             first,
             history: History::new(&line, options.history),
             line,
+            left: None,
             points: Points::default(),
             scope,
             clock: options.clock,
@@ -199,6 +210,7 @@ impl Session {
             return Err(why);
         }
         self.history.branch(&self.line, action);
+        self.left = None;
         self.line.done = self.history.deeds.len();
         Ok(())
     }
@@ -231,19 +243,35 @@ impl Session {
         }
         self.line = Line::new(target, self.first.0.as_ref().map(|follow| follow.fork()));
         self.history = History::new(&self.line, self.first.1);
+        self.left = None;
         self.events.clear();
         self.flows.clear();
         Ok(())
     }
 
     /// Steps `n` instructions (entries of interrupts count as one each), or fewer where a watchpoint stops it. Sleep is passed, up to
-    /// the cycle `limit`.
+    /// the cycle `limit`. A place within a step from which steps have led back ends one: so as many lead there again.
     pub fn stepi(&mut self, n: u64, limit: u64, go_on: GoOn<'_>) -> Halt {
-        let mut left = n;
-        self.stroll(limit, false, go_on, &mut |_, _, _| {
-            left = left.saturating_sub(1);
-            left == 0
-        })
+        let stands = self.line.cycle();
+        let mut left = self.left.take().filter(|left| left.stands == stands && left.at < limit);
+        let mut rest = n;
+        loop {
+            let end = left.map_or(limit, |left| left.at);
+            let halt = self.stroll(end, false, &mut *go_on, &mut |_, _, _| {
+                rest = rest.saturating_sub(1);
+                rest == 0
+            });
+            let Some(passed) = left.take() else { return halt };
+            let stands = self.line.cycle();
+            self.left = (stands < passed.at).then_some(Left { stands, ..passed });
+            if halt.why != Why::Limit {
+                return halt;
+            }
+            rest = rest.saturating_sub(u64::from(!self.line.settled));
+            if rest == 0 {
+                return Halt { why: Why::Done };
+            }
+        }
     }
 
     /// Runs until a point, the goal, or the end of the program.
