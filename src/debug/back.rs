@@ -137,7 +137,9 @@ fn last(shell: &mut Shell, text: &str) -> Result<Option<(u64, Hit)>, String> {
     };
     let by_value = |shell: &mut Shell| {
         let found = shell.session.last(What::Change(Expr::Place(place)), &mut shell.go_on()).map_err(interrupted)?;
-        Ok::<_, String>(found.map(|(cycle, hit)| (cycle, Hit { pc: shell.session.writer(cycle).unwrap_or(hit.pc), ..hit })))
+        Ok::<_, String>(
+            found.map(|(cycle, hit)| (cycle, Hit { pc: shell.session.writer(cycle).unwrap_or(hit.pc), ..hit })),
+        )
     };
     // Of a bit the byte is written for others too; of a register of the chip the value changes without a write.
     if matches!(place, Place::Memory { .. }) {

@@ -127,9 +127,10 @@ impl Shell {
     /// Resets since the last stop that nobody asked for: `reset by its watchdog (3 times)`.
     fn resets(&self) -> Option<String> {
         let since = |wanted: Reset| {
-            let resets = self.session.events().filter(|event| {
-                matches!(event, Event::Reset { at, why } if at.cycle > self.told && *why == wanted)
-            });
+            let resets = self
+                .session
+                .events()
+                .filter(|event| matches!(event, Event::Reset { at, why } if at.cycle > self.told && *why == wanted));
             resets.count()
         };
         let causes = [
