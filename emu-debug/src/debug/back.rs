@@ -6,9 +6,10 @@ use emu_core::cpu::{END_OF_TIME, Stop};
 
 use super::eyes::Eyes;
 use super::flow::Flow;
+use super::history::Left;
 use super::line::Line;
 use super::points::{Points, What};
-use super::session::{GoOn, Halt, Hit, Left, Session, Why, candidates};
+use super::session::{GoOn, Halt, Hit, Session, Why, candidates};
 use super::target::{Look, Target};
 
 /// Machine cycles that an instruction takes at most, in most cases.

@@ -10,7 +10,7 @@ use emu_core::state::Damaged;
 
 use super::eyes::{Eyes, Sight};
 use super::flow::{Flow, flow};
-use super::history::{Action, History};
+use super::history::{Action, History, Left};
 use super::line::{Follow, Line};
 use super::points::{Points, What};
 use super::scope::Scope;
@@ -96,15 +96,6 @@ pub enum Why {
 pub struct Halt {
     /// Why.
     pub why: Why,
-}
-
-/// A place within a step, such as sleep, in which a run was stopped, and which was left by steps back.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Left {
-    /// Its cycle.
-    pub at: u64,
-    /// The cycle to which steps back and forth have led: whatever else moves the machine from there forgets the place.
-    pub stands: u64,
 }
 
 /// A machine under the debugger.
