@@ -6,7 +6,7 @@
 
 use crate::countdown::Countdown;
 use crate::cpu::{Cpu, END_OF_TIME, NEVER, Probe, Reset, Stop};
-use crate::pins::Event;
+use crate::pins::{Event, Time};
 
 /// Cycles of peace from which on it is worth to look for turns to jump over.
 const WORTH: u64 = 64;
@@ -146,7 +146,7 @@ fn boundary<E: Engine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Opti
         if let Some(why) = cpu.reset_requested() {
             let (stop, before) = (*cpu.stop(), cpu.pc());
             cpu.reset(why);
-            *cpu.stop() = stop;
+            *cpu.stop() = stop | (P::EVENTS && probe.event(Event::Reset { at: Time::at(now), why }));
             went(cpu, before, probe);
             continue;
         }

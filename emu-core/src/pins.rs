@@ -1,5 +1,7 @@
 //! Time, pin levels and the events that leave a chip.
 
+use crate::cpu::Reset;
+
 /// A moment: machine cycle since power-up, and clocks within it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Time {
@@ -74,6 +76,13 @@ pub enum Event {
         /// The byte.
         byte: u8,
     },
+    /// The chip was reset by itself, its supply or its reset pin, not by [`Cpu::reset`](crate::cpu::Cpu::reset).
+    Reset {
+        /// When.
+        at: Time,
+        /// Why.
+        why: Reset,
+    },
 }
 
 impl Event {
@@ -81,7 +90,10 @@ impl Event {
     #[must_use]
     pub const fn at(&self) -> Time {
         match self {
-            Event::Edge { at, .. } | Event::Contention { at, .. } | Event::Sent { at, .. } => *at,
+            Event::Edge { at, .. }
+            | Event::Contention { at, .. }
+            | Event::Sent { at, .. }
+            | Event::Reset { at, .. } => *at,
         }
     }
 }

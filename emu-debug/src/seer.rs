@@ -8,7 +8,7 @@ use emu_core::pins::Event;
 pub enum Look {
     /// Nothing is told.
     Nothing,
-    /// Edges of pins and bytes sent.
+    /// Edges of pins, bytes sent, and resets.
     Events,
     /// Also every entry of an interrupt, every write to data memory, and instructions, but for turns of a loop that only waits.
     Writes,

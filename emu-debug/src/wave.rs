@@ -191,7 +191,7 @@ impl Wave {
                 byte.change(&mut self.out, Some(sent.into()))?;
                 self.out.change_scalar(*event, Value::V1)
             }
-            Event::Sent { .. } | Event::Contention { .. } => Ok(()),
+            Event::Sent { .. } | Event::Contention { .. } | Event::Reset { .. } => Ok(()),
         }
     }
 }

@@ -137,7 +137,9 @@ fn last(shell: &mut Shell, text: &str) -> Result<Option<(u64, Hit)>, String> {
     };
     let by_value = |shell: &mut Shell| {
         let found = shell.session.last(What::Change(Expr::Place(place)), &mut shell.go_on()).map_err(interrupted)?;
-        Ok::<_, String>(found.map(|(cycle, hit)| (cycle, Hit { pc: writer(shell, cycle), ..hit })))
+        Ok::<_, String>(
+            found.map(|(cycle, hit)| (cycle, Hit { pc: shell.session.writer(cycle).unwrap_or(hit.pc), ..hit })),
+        )
     };
     // Of a bit the byte is written for others too; of a register of the chip the value changes without a write.
     if matches!(place, Place::Memory { .. }) {
@@ -146,15 +148,4 @@ fn last(shell: &mut Shell, text: &str) -> Result<Option<(u64, Hit)>, String> {
     }
     let found = by_value(shell)?;
     if found.is_some() { Ok(found) } else { by_bytes(shell) }
-}
-
-/// The program word of the instruction that ended at a cycle: found by going there, one back, and returning.
-fn writer(shell: &mut Shell, cycle: u64) -> u32 {
-    let now = shell.session.target().cycle();
-    let mut always = || true;
-    shell.session.goto_cycle(cycle, &mut always);
-    shell.session.back_stepi(1);
-    let pc = shell.session.target().pc();
-    shell.session.goto_cycle(now, &mut always);
-    pc
 }

@@ -1,5 +1,6 @@
 //! What every stop tells: why, where, when, and what has changed.
 
+use emu_core::cpu::Reset;
 use emu_core::pins::{Event, Level};
 use emu_core::table::Line;
 use emu_debug::debug::{Halt, Hit, Point, Points, What, Why};
@@ -35,6 +36,9 @@ impl Shell {
         self.listed = None;
         self.place(out);
         out.push_str(&self.time());
+        if let Some(resets) = self.resets() {
+            out.push_str(&format!("{resets}\n"));
+        }
         if let Some(sent) = self.sent() {
             out.push_str(&format!("sent {sent}\n"));
         }
@@ -118,6 +122,30 @@ impl Shell {
         }
         text.push('\n');
         text
+    }
+
+    /// Resets since the last stop that nobody asked for: `reset by its watchdog (3 times)`.
+    fn resets(&self) -> Option<String> {
+        let since = |wanted: Reset| {
+            let resets = self
+                .session
+                .events()
+                .filter(|event| matches!(event, Event::Reset { at, why } if at.cycle > self.told && *why == wanted));
+            resets.count()
+        };
+        let causes = [
+            (Reset::PowerOn, "its supply"),
+            (Reset::BrownOut, "its brown-out detector"),
+            (Reset::External, "its reset pin"),
+            (Reset::Watchdog, "its watchdog"),
+        ];
+        let told = causes.into_iter().filter_map(|(why, name)| match since(why) {
+            0 => None,
+            1 => Some(name.to_owned()),
+            n => Some(format!("{name} ({n} times)")),
+        });
+        let told: Vec<String> = told.collect();
+        (!told.is_empty()).then(|| format!("reset by {}", told.join(" and ")))
     }
 
     /// What the chip has sent since the last stop.

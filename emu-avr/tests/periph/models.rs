@@ -86,7 +86,7 @@ fn ports_agree(fresh: &Soc, seed: u64, cycles: u64) {
             match event {
                 Event::Edge { pin, level, .. } => logged[usize::from(pin)] = Some(level),
                 Event::Contention { pin, .. } => fights.retain(|&fight| fight != pin),
-                Event::Sent { .. } => panic!("{event:?}"),
+                Event::Sent { .. } | Event::Reset { .. } => panic!("{event:?}"),
             }
         }
         assert!(fights.is_empty(), "contention at {fights:?} not told, seed {seed}, cycle {now}");

@@ -6,6 +6,7 @@ use emu_core::cpu::{END_OF_TIME, Stop};
 
 use super::eyes::Eyes;
 use super::flow::Flow;
+use super::history::Left;
 use super::line::Line;
 use super::points::{Points, What};
 use super::session::{GoOn, Halt, Hit, Session, Why, candidates};
@@ -27,8 +28,19 @@ pub struct Passed<'a> {
 }
 
 impl Session {
-    /// Goes `n` steps back, or to the beginning of the history.
+    /// Goes `n` steps back, or to the beginning of the history. From within a step the first leads to where that begins; as many
+    /// steps forward right afterwards end there again.
     pub fn back_stepi(&mut self, n: u64) -> Halt {
+        let now = self.line.cycle();
+        let left = self.left.filter(|left| left.stands == now).map(|left| left.at);
+        let at = if self.line.settled { left } else { Some(now) };
+        let halt = self.back(n);
+        self.left = at.map(|at| Left { at, stands: self.line.cycle() });
+        halt
+    }
+
+    /// Goes `n` steps back, and forgets from where.
+    fn back(&mut self, n: u64) -> Halt {
         let now = self.line.cycle();
         let wanted = usize::try_from(n).unwrap_or(usize::MAX);
         let mut reach = n.saturating_mul(CYCLES).max(CYCLES);
@@ -70,7 +82,7 @@ impl Session {
         // It has overshot, or stands in the middle of a sleep; where it has stopped by itself, nothing says that a step ends here.
         if self.line.cycle() > first {
             let now = self.line.cycle();
-            self.back_stepi(1);
+            self.back(1);
             self.step_to(cycle.min(now));
         }
         Halt { why: if cycle < first { Why::Beginning } else { Why::Done } }
@@ -105,6 +117,27 @@ impl Session {
         points.add(wanted, "", false);
         let found = self.last_hit(&points, true, go_on)?;
         Ok(found.and_then(|(line, hits)| Some((line.cycle(), *hits.first()?))))
+    }
+
+    /// The program word of the step that ends at a cycle. The machine stays where it is.
+    #[must_use]
+    pub fn writer(&self, cycle: u64) -> Option<u32> {
+        let mut reach = CYCLES;
+        loop {
+            let from = cycle.saturating_sub(reach).max(self.history.first_cycle());
+            let mut line = self.replayed(from)?;
+            let mut pc = None;
+            while line.cycle() < cycle {
+                pc = Some(line.target.pc());
+                if line.step(&self.history.deeds, cycle, Look::Nothing, &mut ()) != Stop::Limit {
+                    break;
+                }
+            }
+            if pc.is_some() || from <= self.history.first_cycle() {
+                return pc;
+            }
+            reach = reach.saturating_mul(8);
+        }
     }
 
     /// Goes back to the last position before this one at which `test` holds.
@@ -286,11 +319,13 @@ impl Session {
         for _ in 0..steps {
             self.line.step(&self.history.deeds, cycle, Look::Nothing, &mut ());
         }
+        self.left = None;
         self.forget_events();
     }
 
     fn arrive(&mut self, line: Line) {
         self.line = line;
+        self.left = None;
         self.forget_events();
     }
 }

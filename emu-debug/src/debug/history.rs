@@ -50,6 +50,15 @@ struct Moment {
     cost: Duration,
 }
 
+/// A place within a step, such as sleep, in which a run was stopped, and which was left by steps back.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Left {
+    /// Its cycle.
+    pub at: u64,
+    /// The cycle to which steps back and forth have led: whatever else moves the machine from there forgets the place.
+    pub stands: u64,
+}
+
 /// Newest copies that are never thinned out, so that steps near the end are quick.
 const DENSE: usize = 32;
 

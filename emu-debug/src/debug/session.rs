@@ -10,7 +10,7 @@ use emu_core::state::Damaged;
 
 use super::eyes::{Eyes, Sight};
 use super::flow::{Flow, flow};
-use super::history::{Action, History};
+use super::history::{Action, History, Left};
 use super::line::{Follow, Line};
 use super::points::{Points, What};
 use super::scope::Scope;
@@ -102,6 +102,7 @@ pub struct Halt {
 pub struct Session {
     pub(super) line: Line,
     pub(super) history: History,
+    pub(super) left: Option<Left>,
     /// Who follows a program of which nothing is known yet, and the bytes that copies may take: for another history.
     first: (Option<Box<dyn Follow>>, usize),
     /// Breakpoints and watchpoints.
@@ -128,6 +129,7 @@ impl Session {
             first,
             history: History::new(&line, options.history),
             line,
+            left: None,
             points: Points::default(),
             scope,
             clock: options.clock,
@@ -199,6 +201,7 @@ impl Session {
             return Err(why);
         }
         self.history.branch(&self.line, action);
+        self.left = None;
         self.line.done = self.history.deeds.len();
         Ok(())
     }
@@ -231,19 +234,35 @@ impl Session {
         }
         self.line = Line::new(target, self.first.0.as_ref().map(|follow| follow.fork()));
         self.history = History::new(&self.line, self.first.1);
+        self.left = None;
         self.events.clear();
         self.flows.clear();
         Ok(())
     }
 
     /// Steps `n` instructions (entries of interrupts count as one each), or fewer where a watchpoint stops it. Sleep is passed, up to
-    /// the cycle `limit`.
+    /// the cycle `limit`. A place within a step from which steps have led back ends one: so as many lead there again.
     pub fn stepi(&mut self, n: u64, limit: u64, go_on: GoOn<'_>) -> Halt {
-        let mut left = n;
-        self.stroll(limit, false, go_on, &mut |_, _, _| {
-            left = left.saturating_sub(1);
-            left == 0
-        })
+        let stands = self.line.cycle();
+        let mut left = self.left.take().filter(|left| left.stands == stands && left.at < limit);
+        let mut rest = n;
+        loop {
+            let end = left.map_or(limit, |left| left.at);
+            let halt = self.stroll(end, false, &mut *go_on, &mut |_, _, _| {
+                rest = rest.saturating_sub(1);
+                rest == 0
+            });
+            let Some(passed) = left.take() else { return halt };
+            let stands = self.line.cycle();
+            self.left = (stands < passed.at).then_some(Left { stands, ..passed });
+            if halt.why != Why::Limit {
+                return halt;
+            }
+            rest = rest.saturating_sub(u64::from(!self.line.settled));
+            if rest == 0 {
+                return Halt { why: Why::Done };
+            }
+        }
     }
 
     /// Runs until a point, the goal, or the end of the program.

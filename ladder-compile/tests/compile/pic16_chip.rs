@@ -28,7 +28,7 @@ impl Probe for Seen {
         match event {
             Event::Edge { at, pin, level } => self.edges.push((at.cycle, pin, level)),
             Event::Sent { at, byte, .. } => self.sent.push((at.cycle, byte)),
-            Event::Contention { .. } => {}
+            Event::Contention { .. } | Event::Reset { .. } => {}
         }
         false
     }
