@@ -35,8 +35,9 @@ impl Completer for Words {
 
     fn complete(&self, line: &str, at: usize, _: &Context<'_>) -> rustyline::Result<(usize, Vec<String>)> {
         let before = line.get(..at).unwrap_or_default();
-        let start =
-            before.rfind(|c: char| !(c.is_alphanumeric() || matches!(c, '_' | '.' | '-'))).map_or(0, |at| at + 1);
+        let of_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | '-');
+        // What precedes may be of more than one byte.
+        let start = before.trim_end_matches(of_word).len();
         let word = before.get(start..).unwrap_or_default();
         let first = before.get(..start).unwrap_or_default().trim().is_empty();
         let pool = if first { &self.commands } else { &self.names };
