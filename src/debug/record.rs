@@ -20,7 +20,9 @@ pub(super) fn record(shell: &mut Shell, args: &str, out: &mut String) -> Done {
         return Err("the name of a file is missing: record session.toml".to_owned());
     }
     let words = |failure: Failure| failure.sentence();
-    output::spares(&shell.file, &[("record", args)]).map_err(words)?;
+    for file in &shell.shelf.taken {
+        output::spares(file, &[("record", args)]).map_err(words)?;
+    }
     let (text, lost) = shell.recording();
     if output::is_stdout(args) {
         out.push_str(&text);

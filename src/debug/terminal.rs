@@ -133,3 +133,27 @@ fn history_file() -> Option<PathBuf> {
     let folder = own.or_else(|| Some(set("HOME")?.join(".local/state")))?;
     Some(folder.join("emu/debug-history"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `line up to the cursor | where its last word begins | candidates`.
+    #[test]
+    fn the_last_word_is_completed() {
+        let text = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
+        let words = Words { commands: text(&["print", "stepi"]), names: text(&["Ylamp", "r16"]) };
+        let history = rustyline::history::MemHistory::new();
+        let cases: &[(&str, usize, &[&str])] = &[
+            ("", 0, &["print", "stepi"]),
+            ("  pr", 2, &["print"]),
+            ("print Yl", 6, &["Ylamp"]),
+            ("print 5\u{20ac}", 10, &["Ylamp", "r16"]),
+            ("print \u{e9}\u{20ac}r", 11, &["r16"]),
+        ];
+        for (line, start, wanted) in cases {
+            let found = words.complete(line, line.len(), &Context::new(&history)).expect("candidates");
+            assert_eq!(found, (*start, text(wanted)), "{line}");
+        }
+    }
+}
