@@ -48,7 +48,8 @@ impl Ap101 {
         let now = self.hot.time.now();
         self.soc.log.switch(P::EVENTS, now, std::iter::empty());
         loop {
-            if let Some(stop) = self.boundary::<P, HALTS>(until, probe) {
+            let mut asked = false;
+            if let Some(stop) = self.boundary::<P, HALTS>(until, &mut asked, probe) {
                 return stop;
             }
             if !careful::<P>() && self.fetched.is_none() {
@@ -57,7 +58,7 @@ impl Ap101 {
                     continue;
                 }
             }
-            if let Some(stop) = self.one(probe) {
+            if let Some(stop) = self.one(asked, probe) {
                 // What was driven before it came to that is told.
                 self.tell(probe);
                 return stop;
@@ -66,8 +67,8 @@ impl Ap101 {
     }
 
     /// Does what is due between two instructions, and lets time pass in which there are none. Returns why to stop, if so; else an
-    /// instruction is next, and the deadline is set.
-    fn boundary<P: Probe, const HALTS: bool>(&mut self, until: u64, probe: &mut P) -> Option<Stop> {
+    /// instruction is next, and the deadline is set; `asked`: nothing stops before that instruction.
+    fn boundary<P: Probe, const HALTS: bool>(&mut self, until: u64, asked: &mut bool, probe: &mut P) -> Option<Stop> {
         loop {
             self.hot.time.force();
             let now = self.hot.time.now();
@@ -78,6 +79,10 @@ impl Ap101 {
                 }
                 self.supply(now);
                 self.end(now);
+                self.reloaded(now);
+                if let Some(which) = self.next_program(now) {
+                    self.hot.na = self.code.programs.get(which).map_or(0, |ops| ops.program.start.into());
+                }
             }
             self.tell(probe);
             if std::mem::take(&mut self.hot.stop) {
@@ -87,7 +92,6 @@ impl Ap101 {
                 return Some(Stop::Limit);
             }
             if between {
-                self.reloaded(now);
                 if let Some(which) = self.next_program(now) {
                     if let Some(round) = self.settled(now).filter(|_| HALTS) {
                         let due = self.soc.next();
@@ -98,6 +102,13 @@ impl Ap101 {
                         if jumps && self.jump_over(round, until.min(due / CLOCKS)) {
                             continue;
                         }
+                    }
+                    // Inputs are latched behind this, so that who stops here and drives them is heard, at this cycle as before it.
+                    if careful::<P>() || self.code.has_trap(self.hot.na) {
+                        if let Some(stop) = self.stands(now, probe) {
+                            return Some(stop);
+                        }
+                        *asked = true;
                     }
                     self.begin(now, which);
                 }
@@ -224,7 +235,6 @@ impl Ap101 {
     /// A program cycle begins.
     fn begin(&mut self, now: u64, which: usize) {
         (self.which, self.current) = (which, Some(which));
-        self.hot.na = self.code.programs.get(which).map_or(0, |ops| ops.program.start.into());
         self.soc.begin(now);
         self.phase = Phase::Run { begun: now };
     }
@@ -256,17 +266,25 @@ impl Ap101 {
         }
     }
 
-    /// Runs the instruction at NA, or what is left of it, one subcycle after the other.
-    fn one<P: Probe>(&mut self, probe: &mut P) -> Option<Stop> {
+    /// The instruction at NA is next, at `now`. Returns why to stop before it, if so.
+    fn stands<P: Probe>(&mut self, now: u64, probe: &mut P) -> Option<Stop> {
+        let pc = self.hot.na % SPAN as u32;
+        if self.code.has_trap(pc) && self.passing != Some(pc) {
+            self.passing = Some(pc);
+            return Some(Stop::Trap { pc });
+        }
+        (P::INSN && probe.insn(now, pc)).then_some(Stop::Probe)
+    }
+
+    /// Runs the instruction at NA, or what is left of it, one subcycle after the other. `asked`: nothing stops before the first of a
+    /// program cycle.
+    fn one<P: Probe>(&mut self, asked: bool, probe: &mut P) -> Option<Stop> {
         let now = self.hot.time.now();
         if self.fetched.is_none() {
             let pc = self.hot.na % SPAN as u32;
-            if self.code.has_trap(pc) && self.passing != Some(pc) {
-                self.passing = Some(pc);
-                return Some(Stop::Trap { pc });
-            }
-            if P::INSN && probe.insn(now, pc) {
-                return Some(Stop::Probe);
+            let asked = asked && matches!(self.phase, Phase::Run { begun } if begun == now);
+            if !asked && let Some(stop) = self.stands(now, probe) {
+                return Some(stop);
             }
             self.passing = None;
             let before = std::mem::replace(&mut self.ric, self.code.word(pc));

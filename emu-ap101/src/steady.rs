@@ -95,9 +95,9 @@ impl Ap101 {
                 instructions.state(tape)?;
                 overruns.state(tape)?;
                 left.state(tape)?;
-                // A round takes time: the cycle that began with this copy is not over yet, or that was before.
+                // A round takes time: the cycle that begins with this copy is not over yet, or that was before.
                 let runs = matches!(self.phase, Phase::Run { .. }) && !self.at_end();
-                tape.demand(*cycle < now || *cycle == now && runs)?;
+                tape.demand(*cycle < now || *cycle == now && (runs || self.looks.at > now))?;
                 tape.demand(*instructions <= counted && *overruns <= self.overruns)?;
                 Known::Was(Arc::new(held), left)
             }
@@ -136,7 +136,12 @@ impl Ap101 {
         match self.looks.known {
             Known::Repeats(round) => Some(round),
             _ if now < self.looks.at => None,
-            _ => self.look(now),
+            _ => {
+                let found = self.look(now);
+                // Who stops here comes by once more.
+                self.looks.at = self.looks.at.max(now + 1);
+                found
+            }
         }
     }
 

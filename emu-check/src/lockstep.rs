@@ -167,7 +167,7 @@ impl<'a, C: Target> Pair<'a, C> {
         let seen = Seen::scan(&mut self.eval);
         self.lines.evaluated(&mut self.rig, &self.eval);
         let lost = |a: Astray| astray(&a, self.places);
-        // A machine that paces itself has taken its inputs before the first instruction.
+        // A machine that paces itself takes its inputs before the first instruction.
         if self.rig.reach_rungs().map_err(lost)? || self.places.paces_itself() {
             self.flip(step);
         }
@@ -186,7 +186,7 @@ impl<'a, C: Target> Pair<'a, C> {
     /// The inputs change once they must have been latched.
     pub fn flip(&mut self, step: &Step) {
         if !step.flips.is_empty() {
-            self.rig.drive(step.inputs.iter().zip(&step.flips).map(|(level, flip)| level ^ flip));
+            self.rig.drive_late(step.inputs.iter().zip(&step.flips).map(|(level, flip)| level ^ flip));
         }
     }
 

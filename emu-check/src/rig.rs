@@ -111,9 +111,19 @@ impl<'a, C: Target> Rig<'a, C> {
 
     /// Drives all inputs, now.
     pub fn drive(&mut self, levels: impl Iterator<Item = bool>) {
-        let now = Time::at(self.cpu.cycle());
+        self.drive_at(Time::at(self.cpu.cycle()), levels);
+    }
+
+    /// Drives all inputs as soon as they have been latched, where a scan takes them: a machine that paces itself stands at the start
+    /// of a scan, and latches at the first clock of the cycle that comes.
+    pub fn drive_late(&mut self, levels: impl Iterator<Item = bool>) {
+        let phase = u8::from(self.places.paces_itself());
+        self.drive_at(Time { cycle: self.cpu.cycle(), phase }, levels);
+    }
+
+    fn drive_at(&mut self, time: Time, levels: impl Iterator<Item = bool>) {
         for (&pin, level) in self.places.inputs.iter().zip(levels) {
-            self.cpu.drive(now, pin, Level::of(level));
+            self.cpu.drive(time, pin, Level::of(level));
         }
     }
 

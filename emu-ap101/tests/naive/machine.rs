@@ -246,13 +246,20 @@ impl Naive {
             self.tally.event(if self.clear || self.cleared { "cold start" } else { "warm start" });
         }
         (self.failed, self.cleared) = (false, false);
+        if self.doing == Doing::Refresh(self.config.outputs) {
+            self.doing = Doing::Pause(self.pause());
+        }
+        // NA is where a program cycle is about to begin.
+        if let Doing::Pause(due) = self.doing
+            && self.cycle >= due
+            && let Some(next) = self.next_program()
+        {
+            self.na = self.entries[next].start;
+        }
     }
 
     /// What a machine cycle begins with: a program cycle when its time has come.
     fn turn(&mut self) {
-        if self.doing == Doing::Refresh(self.config.outputs) {
-            self.doing = Doing::Pause(self.pause());
-        }
         if let Doing::Pause(due) = self.doing
             && self.cycle >= due
         {
