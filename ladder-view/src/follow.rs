@@ -65,6 +65,8 @@ pub(crate) struct Follower {
     pub scans_before: u64,
     /// Machine cycle at which the inputs of the scan that is under way were latched.
     latched: Option<u64>,
+    /// Machine cycle at which that scan began.
+    began: u64,
     /// The last scan that is over.
     pub past: Option<Arc<Scan>>,
     /// For each symbol the scans that are over in which it got another value than it had in the scan before, the newest last: of an
@@ -75,7 +77,7 @@ pub(crate) struct Follower {
 impl Follower {
     pub fn new(facts: Arc<Facts>) -> Follower {
         let changes = vec![VecDeque::new(); facts.places.len()];
-        Follower { eval: facts.start.clone(), facts, scans: 0, scans_before: 0, latched: None, past: None, changes }
+        Follower { eval: facts.start.clone(), facts, scans: 0, scans_before: 0, latched: None, began: 0, past: None, changes }
     }
 
     /// The follower behind the face that a session shows.
@@ -102,7 +104,7 @@ impl Follower {
                 }
             }
         }
-        self.latched = Some(target.cycle());
+        self.latched = Some(if self.facts.latches { self.began } else { target.cycle() });
     }
 
     /// Runs the scan that is under way. What came from outside in its course is taken from the chip: the values of its converter, and
@@ -158,6 +160,7 @@ impl Follow for Follower {
         if pc == self.facts.scan_start {
             self.end(target);
             self.scans += 1;
+            self.began = target.cycle();
         } else if pc == RESET {
             self.reset();
         }

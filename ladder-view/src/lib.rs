@@ -27,6 +27,7 @@ use std::sync::Arc;
 
 use diag::{Code, Diagnostic, Pos, Severity};
 use emu_core::Chip;
+use emu_core::chip::Family;
 use emu_debug::debug::{Follow, Place, Target};
 use ladder::{ElementId, Node, Program};
 use ladder_compile::{Map, Place as Kept};
@@ -76,6 +77,8 @@ struct Facts {
     stops: Vec<u32>,
     scan_start: u32,
     latched: u32,
+    /// The chip latches them itself, with the first instruction of a scan.
+    latches: bool,
 }
 
 impl View {
@@ -112,13 +115,16 @@ impl View {
         }
         let word = |byte: u32| byte / chip.word_bytes.max(1);
         let scan_start = word(map.scan_start);
-        let latched = map.rungs.iter().find(|rung| rung.start < rung.end).map_or(scan_start, |rung| word(rung.start));
+        let first_rung = map.rungs.iter().find(|rung| rung.start < rung.end).map_or(scan_start, |rung| word(rung.start));
+        let latches = chip.family == Family::Ap101;
+        // Of a chip that latches them itself they are seen behind that instruction, a load: it leaves all symbols as they are.
+        let latched = first_rung + u32::from(latches);
         let mut stops = vec![RESET, scan_start, latched];
         stops.dedup();
         let first = (0..places.len()).map(|symbol| start.get(symbol)).collect();
         let writes = why::all_writes(&program, &start);
         let received = why::received(&program, &start, &writes);
-        let facts = Facts { program, map, chip, start, places, first, writes, received, stops, scan_start, latched };
+        let facts = Facts { program, map, chip, start, places, first, writes, received, stops, scan_start, latched, latches };
         Ok(View { facts: Arc::new(facts) })
     }
 
