@@ -29,7 +29,7 @@ use diag::{Code, Diagnostic, Pos, Severity};
 use emu_core::Chip;
 use emu_debug::debug::{Follow, Place, Target};
 use ladder::{ElementId, Node, Program};
-use ladder_compile::{Map, Place as Kept};
+use ladder_compile::{Map, Place as Kept, Special};
 use ladder_eval::Evaluator;
 
 use follow::Follower;
@@ -151,6 +151,19 @@ impl View {
     #[must_use]
     pub fn map(&self) -> &Map {
         &self.facts.map
+    }
+
+    /// `Xstart=1` as `PD2=1`, where the program has an input of that name; else the text as it is.
+    #[must_use]
+    pub fn own_pin(&self, text: &str) -> String {
+        let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));
+        let map = &self.facts.map;
+        let named = map.pins.iter().find(|pin| pin.name == name.trim() && pin.direction == "in").map(|pin| &pin.pin);
+        let analog = map.specials.iter().find_map(|special| match special {
+            Special::Analog { pin, name: of } if of == name.trim() => Some(pin),
+            _ => None,
+        });
+        named.or(analog).map_or_else(|| text.to_owned(), |pin| format!("{pin}{rest}"))
     }
 
     /// Program word at which a scan begins.
