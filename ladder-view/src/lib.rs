@@ -47,6 +47,9 @@ pub const CODES: &[Code] = &[Code {
               the program that belong together, or give the program alone, which is compiled on the fly.",
 }];
 
+/// Registers, of which a chip has one, with the bit that tells of a byte that has come on the serial line.
+const BYTE_FLAGS: [(&str, u8); 4] = [("UCSR0A", 0x80), ("UCSRA", 0x80), ("SCON", 0x01), ("PIR1", 0x20)];
+
 /// The program word at which a chip begins after a reset; compiled programs come there by nothing else. On AP101 a scan begins there.
 const RESET: u32 = 0;
 
@@ -72,6 +75,8 @@ struct Facts {
     writes: Vec<(ElementId, u32)>,
     /// Symbols that nothing but the serial line writes.
     received: Vec<usize>,
+    /// Address and bit of the register that tells of a byte that has come.
+    byte_flag: Option<(u16, u8)>,
     /// Program words at which a scan begins, at which its inputs are latched, and at which everything begins.
     stops: Vec<u32>,
     scan_start: u32,
@@ -118,7 +123,9 @@ impl View {
         let first = (0..places.len()).map(|symbol| start.get(symbol)).collect();
         let writes = why::all_writes(&program, &start);
         let received = why::received(&program, &start, &writes);
-        let facts = Facts { program, map, chip, start, places, first, writes, received, stops, scan_start, latched };
+        let byte_flag = BYTE_FLAGS.iter().find_map(|(name, bit)| Some((chip.reg(name)?, *bit)));
+        let facts =
+            Facts { program, map, chip, start, places, first, writes, received, byte_flag, stops, scan_start, latched };
         Ok(View { facts: Arc::new(facts) })
     }
 

@@ -69,9 +69,11 @@ impl Scope {
     /// No such memory or place, or one of which it does not.
     pub fn accessed(&self, text: &str) -> Result<Range, String> {
         let range = self.range(text)?;
-        self.source().names.told(&range).map_err(|why| match self.ladder.iter().any(|(name, _)| name == text.trim()) {
-            true => format!("`{}` is kept in {}:0x{:x}; {why}", text.trim(), range.space, range.start),
-            false => why,
+        self.source().names.told(&range).map_err(|why| {
+            match self.ladder.iter().any(|(name, _)| name == text.trim()) {
+                true => format!("`{}` is kept in {}:0x{:x}; {why}", text.trim(), range.space, range.start),
+                false => why,
+            }
         })?;
         Ok(range)
     }
