@@ -107,6 +107,7 @@ pub static AP101: Chip = Chip {
         ("preset", 128, 2),
         ("value", 128, 2),
     ],
+    told: &[("i", 0), ("e", 0), ("m", 0), ("r", 0)],
 };
 
 const REGS: &[Reg] = &[];

@@ -97,6 +97,9 @@ pub struct Chip {
     /// Memory spaces for `--peek`: name, number of addresses, bytes per address (1, or 2 where addresses count words, as
     /// the users of PIC16 have it for program memory).
     pub spaces: &'static [(&'static str, u32, u32)],
+    /// Memories of whose accesses [`crate::cpu::Probe::data`] is told, and the first address of which it is: below it lie registers
+    /// that instructions use without a word of it.
+    pub told: &'static [(&'static str, u32)],
 }
 
 /// A register of the chip, or a bit of one.
@@ -146,6 +149,12 @@ impl Chip {
     #[must_use]
     pub fn width(&self, name: &str) -> u32 {
         self.spaces.iter().find(|(space, ..)| *space == name).map_or(1, |&(.., width)| width.max(1))
+    }
+
+    /// First address of a memory of whose accesses [`crate::cpu::Probe::data`] is told; none where it is told of none.
+    #[must_use]
+    pub fn told_from(&self, name: &str) -> Option<u32> {
+        self.told.iter().find(|(space, _)| *space == name).map(|found| found.1)
     }
 
     /// The address of the program word `word` as it is written for this chip: in bytes on AVR, in words on PIC16.

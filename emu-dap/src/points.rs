@@ -252,9 +252,9 @@ impl Adapter<'_> {
         Ok(match found {
             Err(why) => json!({ "dataId": null, "description": why }),
             Ok(expr) => {
-                let place = expr.place(machine.session.target());
-                let memory = matches!(place, Some(Place::Memory { .. } | Place::Bit { .. }));
-                let types: &[&str] = if memory { &["read", "write", "readWrite"] } else { &["write"] };
+                let memory = matches!(expr, Expr::Place(Place::Memory { .. } | Place::Bit { .. }));
+                let told = memory && machine.session.scope.accessed(&text).is_ok();
+                let types: &[&str] = if told { &["read", "write", "readWrite"] } else { &["write"] };
                 json!({ "dataId": text, "description": text, "accessTypes": types, "canPersist": true })
             }
         })
@@ -294,9 +294,10 @@ impl Machine {
             Group::Data => {
                 let scope = &self.session.scope;
                 let expr = scope.expr(&wanted.data_id)?;
+                let told = || scope.accessed(&wanted.data_id).map_err(|why| format!("{why}; `write` sees its changes"));
                 let what = match (wanted.access_type.as_deref(), expr.place(self.session.target())) {
-                    (Some("read"), _) => What::Access(scope.range(&wanted.data_id)?, Access::Read),
-                    (Some("readWrite"), _) => What::Access(scope.range(&wanted.data_id)?, Access::Any),
+                    (Some("read"), _) => What::Access(told()?, Access::Read),
+                    (Some("readWrite"), _) => What::Access(told()?, Access::Any),
                     (None | Some("write"), Some(Place::Pin(pin))) => What::Pin(pin, None),
                     (None | Some("write"), _) => What::Change(expr),
                     (Some(other), _) => return Err(format!("`{other}` is no kind of access")),

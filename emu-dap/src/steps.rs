@@ -200,14 +200,7 @@ impl Adapter<'_> {
     pub(crate) fn drive(&mut self, text: &str) -> Result<(), Wrong> {
         let machine = self.machine()?;
         let (chip, cycle) = (machine.session.scope.chip(), machine.session.target().cycle());
-        let name = text.split('=').next().unwrap_or(text);
-        let text = match machine.session.scope.ladder.iter().find(|(known, _)| known == name.trim()) {
-            Some((_, Place::Pin(pin))) => {
-                let own = chip.pins.get(usize::from(*pin)).map_or("", |pin| pin.name);
-                format!("{own}{}", &text[name.len()..])
-            }
-            _ => machine.session.scope.source().names.with_channel(text),
-        };
+        let text = machine.session.scope.source().names.with_channel(&machine.own_pin(text));
         let put = stimulus::put(chip, &text).map_err(Wrong::cannot)?;
         if let Put::Level(pin, _) | Put::Volts(pin, _) | Put::Counts(pin, _) = put
             && !machine.session.target().has_pin(pin)

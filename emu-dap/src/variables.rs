@@ -132,6 +132,11 @@ impl Adapter<'_> {
     /// Gives a place another value; both are expressions.
     pub(crate) fn assign(&mut self, text: &str, value: &str) -> Result<(), Wrong> {
         let machine = self.machine()?;
+        // An input of a ladder program is its pin: the memory where it is latched is written anew by every scan.
+        let own = machine.own_pin(text);
+        if own != text {
+            return self.drive(&format!("{own}={}", value.trim()));
+        }
         let (scope, target) = (&machine.session.scope, machine.session.target());
         let place = scope.expr(text).map_err(Wrong::nothing)?.place(target);
         let place = place.ok_or_else(|| Wrong::cannot(format!("`{text}` is nothing that has a place")))?;
@@ -153,6 +158,11 @@ impl Adapter<'_> {
 }
 
 impl Machine {
+    /// `Xstart=1` as `PD2=1`, where a ladder program has such an input.
+    pub fn own_pin(&self, text: &str) -> String {
+        self.ladder.as_ref().map_or_else(|| text.to_owned(), |ladder| ladder.view().own_pin(text))
+    }
+
     /// What an expression calls a variable.
     pub fn evaluated_as(&self, container: i64, name: &str) -> Option<String> {
         let found = self.inside(container, false, 0, usize::MAX)?;

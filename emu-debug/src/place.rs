@@ -85,6 +85,26 @@ impl Names<'_> {
         Ok(Range { space, start, end })
     }
 
+    /// Whether the machine tells of accesses to all of some addresses.
+    ///
+    /// # Errors
+    /// It does not, and why.
+    pub fn told(&self, range: &Range) -> Result<(), String> {
+        let space = range.space;
+        match self.chip.told_from(space) {
+            Some(first) if range.start < first => Err(format!(
+                "accesses are watched in {space} memory from 0x{first:x} on, not in {space}:0x{:x}, a register of the core",
+                range.start
+            )),
+            Some(_) => Ok(()),
+            None => {
+                let all = self.chip.spaces.iter().map(|(name, ..)| *name);
+                let told: Vec<&str> = all.filter(|name| self.chip.told_from(name).is_some()).collect();
+                Err(format!("accesses are watched in {} memory, not in {space}", told.join(", ")))
+            }
+        }
+    }
+
     /// `motor=1` as `E1=1`, where the program has given a channel of AP101 a name; else the text as it is.
     #[must_use]
     pub fn with_channel(&self, text: &str) -> String {

@@ -108,13 +108,6 @@ fn has_bare_quote(text: &str) -> bool {
 
 fn data(names: &Names<'_>, text: &str) -> Result<Range, String> {
     let range = names.range(text)?;
-    let watched = |space: &str| {
-        space != names.chip.code && !matches!(space, "eeprom" | "config" | "fuse" | "lock" | "preset" | "value")
-    };
-    if !watched(range.space) {
-        let memories: Vec<&str> =
-            names.chip.spaces.iter().map(|(name, ..)| *name).filter(|name| watched(name)).collect();
-        return Err(format!("accesses are watched in {} memory, not in {}", memories.join(", "), range.space));
-    }
+    names.told(&range)?;
     Ok(range)
 }

@@ -58,12 +58,12 @@ impl Stub<'_> {
     fn what(&self, asked: Asked, addr: u32) -> Option<What> {
         let Asked::Watch(kind, len) = asked else { return Some(What::Code(vec![self.layout.word(addr)?])) };
         let (memory, offset) = self.layout.find(addr, len.try_into().ok()?)?;
-        // Nothing tells of reads and writes of program memory.
-        if memory.space == self.session.target().chip().code || len == 0 {
+        if len == 0 {
             return None;
         }
         let end = (offset + len).div_ceil(memory.width);
         let range = Range { space: memory.space, start: offset / memory.width, end };
+        self.session.scope.source().names.told(&range).ok()?;
         let access = match kind {
             WatchKind::Write => Access::Write,
             WatchKind::Read => Access::Read,

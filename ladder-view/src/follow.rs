@@ -13,6 +13,9 @@ use crate::{Facts, RESET};
 /// Changes of each symbol that are remembered, the newest.
 const CHANGES: usize = 4;
 
+/// Rung bits before and behind elements, and what elements left in symbols.
+type Told = (Vec<(ElementId, bool, bool)>, Vec<(ElementId, u32, i32)>);
+
 /// One scan as the evaluator ran it on the values of the chip.
 #[derive(Debug)]
 pub(crate) struct Scan {
@@ -67,6 +70,8 @@ pub(crate) struct Follower {
     latched: Option<u64>,
     /// Machine cycle at which that scan began.
     began: u64,
+    /// A byte had come on the serial line when they were latched.
+    byte: bool,
     /// The last scan that is over.
     pub past: Option<Arc<Scan>>,
     /// For each symbol the scans that are over in which it got another value than it had in the scan before, the newest last: of an
@@ -77,7 +82,17 @@ pub(crate) struct Follower {
 impl Follower {
     pub fn new(facts: Arc<Facts>) -> Follower {
         let changes = vec![VecDeque::new(); facts.places.len()];
-        Follower { eval: facts.start.clone(), facts, scans: 0, scans_before: 0, latched: None, began: 0, past: None, changes }
+        Follower {
+            eval: facts.start.clone(),
+            facts,
+            scans: 0,
+            scans_before: 0,
+            latched: None,
+            began: 0,
+            byte: false,
+            past: None,
+            changes,
+        }
     }
 
     /// The follower behind the face that a session shows.
@@ -104,23 +119,42 @@ impl Follower {
                 }
             }
         }
+        let flag = self.facts.byte_flag.filter(|_| !self.facts.received.is_empty());
+        self.byte = flag.is_some_and(|(addr, bit)| {
+            target.peek(self.facts.chip.reg_space, addr.into()).is_some_and(|value| value & bit != 0)
+        });
         self.latched = Some(if self.facts.latches { self.began } else { target.cycle() });
     }
 
     /// Runs the scan that is under way. What came from outside in its course is taken from the chip: the values of its converter, and
-    /// bytes, which are known by the value that they have changed.
+    /// bytes, which are known by their flag, and one that came later by the value that it has changed.
     fn run(&self, eval: &mut Evaluator, cycle: u64, target: &dyn Target) -> Scan {
         let value = |symbol: usize| self.facts.places.get(symbol).and_then(|place| place.value(target)).unwrap_or(0);
         let start: Vec<i32> = (0..self.facts.places.len()).map(|symbol| eval.get(symbol)).collect();
         for symbol in eval.adc_symbols().collect::<Vec<usize>>() {
             eval.set_adc(symbol, value(symbol).clamp(0, 1023) as u16);
         }
-        for &symbol in &self.facts.received {
-            let came = value(symbol);
-            if start.get(symbol).is_some_and(|start| i64::from(*start) != came) {
-                eval.receive(came as u8);
-            }
+        let came =
+            |symbol: &usize| self.byte || start.get(*symbol).is_some_and(|start| i64::from(*start) != value(*symbol));
+        let mut heard = eval.clone();
+        for &symbol in self.facts.received.iter().filter(|symbol| came(symbol)) {
+            heard.receive(value(symbol) as u8);
         }
+        let told = self.told(&mut heard);
+        // A byte that no element has taken waits on the chip, where its value is known.
+        let (power, writes) = if heard.waiting() {
+            self.told(eval)
+        } else {
+            *eval = heard;
+            told
+        };
+        let after = (0..start.len()).map(|symbol| eval.get(symbol)).collect();
+        let old = self.past.as_ref().map_or_else(|| self.facts.first.clone(), |past| past.after.clone());
+        Scan { number: self.scans, cycle, old, before: start, after, power, writes }
+    }
+
+    /// Runs a scan, and gives [`Scan::power`] and [`Scan::writes`].
+    fn told(&self, eval: &mut Evaluator) -> Told {
         let mut power = Vec::with_capacity(self.past.as_ref().map_or(0, |scan| scan.power.len()));
         let mut writes = Vec::with_capacity(self.facts.writes.len());
         let mut written = self.facts.writes.iter().peekable();
@@ -130,9 +164,7 @@ impl Follower {
                 writes.push((*id, *symbol, values.get(*symbol as usize).copied().unwrap_or(0)));
             }
         });
-        let after = (0..start.len()).map(|symbol| eval.get(symbol)).collect();
-        let old = self.past.as_ref().map_or_else(|| self.facts.first.clone(), |past| past.after.clone());
-        Scan { number: self.scans, cycle, old, before: start, after, power, writes }
+        (power, writes)
     }
 
     /// The scan that was under way is over.

@@ -30,7 +30,7 @@ use emu_core::Chip;
 use emu_core::chip::Family;
 use emu_debug::debug::{Follow, Place, Target};
 use ladder::{ElementId, Node, Program};
-use ladder_compile::{Map, Place as Kept};
+use ladder_compile::{Map, Place as Kept, Special};
 use ladder_eval::Evaluator;
 
 use follow::Follower;
@@ -47,6 +47,9 @@ pub const CODES: &[Code] = &[Code {
               chip, or lacks rungs or symbols of the ladder program. Mend: compile the program again and give the image, the map and \
               the program that belong together, or give the program alone, which is compiled on the fly.",
 }];
+
+/// Registers, of which a chip has one, with the bit that tells of a byte that has come on the serial line.
+const BYTE_FLAGS: [(&str, u8); 4] = [("UCSR0A", 0x80), ("UCSRA", 0x80), ("SCON", 0x01), ("PIR1", 0x20)];
 
 /// The program word at which a chip begins after a reset; compiled programs come there by nothing else. On AP101 a scan begins there.
 const RESET: u32 = 0;
@@ -73,6 +76,8 @@ struct Facts {
     writes: Vec<(ElementId, u32)>,
     /// Symbols that nothing but the serial line writes.
     received: Vec<usize>,
+    /// Address and bit of the register that tells of a byte that has come.
+    byte_flag: Option<(u16, u8)>,
     /// Program words at which a scan begins, at which its inputs are latched, and at which everything begins.
     stops: Vec<u32>,
     scan_start: u32,
@@ -115,7 +120,8 @@ impl View {
         }
         let word = |byte: u32| byte / chip.word_bytes.max(1);
         let scan_start = word(map.scan_start);
-        let first_rung = map.rungs.iter().find(|rung| rung.start < rung.end).map_or(scan_start, |rung| word(rung.start));
+        let first_rung =
+            map.rungs.iter().find(|rung| rung.start < rung.end).map_or(scan_start, |rung| word(rung.start));
         let latches = chip.family == Family::Ap101;
         // Of a chip that latches them itself they are seen behind that instruction, a load: it leaves all symbols as they are.
         let latched = first_rung + u32::from(latches);
@@ -124,7 +130,22 @@ impl View {
         let first = (0..places.len()).map(|symbol| start.get(symbol)).collect();
         let writes = why::all_writes(&program, &start);
         let received = why::received(&program, &start, &writes);
-        let facts = Facts { program, map, chip, start, places, first, writes, received, stops, scan_start, latched, latches };
+        let byte_flag = BYTE_FLAGS.iter().find_map(|(name, bit)| Some((chip.reg(name)?, *bit)));
+        let facts = Facts {
+            program,
+            map,
+            chip,
+            start,
+            places,
+            first,
+            writes,
+            received,
+            byte_flag,
+            stops,
+            scan_start,
+            latched,
+            latches,
+        };
         Ok(View { facts: Arc::new(facts) })
     }
 
@@ -157,6 +178,19 @@ impl View {
     #[must_use]
     pub fn map(&self) -> &Map {
         &self.facts.map
+    }
+
+    /// `Xstart=1` as `PD2=1`, where the program has an input of that name; else the text as it is.
+    #[must_use]
+    pub fn own_pin(&self, text: &str) -> String {
+        let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));
+        let map = &self.facts.map;
+        let named = map.pins.iter().find(|pin| pin.name == name.trim() && pin.direction == "in").map(|pin| &pin.pin);
+        let analog = map.specials.iter().find_map(|special| match special {
+            Special::Analog { pin, name: of } if of == name.trim() => Some(pin),
+            _ => None,
+        });
+        named.or(analog).map_or_else(|| text.to_owned(), |pin| format!("{pin}{rest}"))
     }
 
     /// Program word at which a scan begins.

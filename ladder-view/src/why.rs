@@ -139,10 +139,11 @@ impl View {
     fn writer(&self, scan: &Scan, symbol: usize, to: Option<ElementId>) -> Option<ElementId> {
         let name = &self.facts.start.symbols().get(symbol)?.name;
         let wrote = |id: ElementId, element: &Element| {
-            let powered = scan.power(id).is_some_and(|power| power.0);
+            let (powered, passing) = scan.power(id).unwrap_or_default();
             match writes(element) {
                 Written::Always(written) => written == name,
                 Written::Powered(written) => powered && written == name,
+                Written::Passing(written) => passing && written == name,
                 Written::Stages(stem) => powered && is_stage(name, stem),
                 Written::Nothing => false,
             }
@@ -218,7 +219,7 @@ pub(crate) fn all_writes(program: &Program, start: &Evaluator) -> Vec<(ElementId
     let mut all = Vec::new();
     for (id, element, _) in program.elements() {
         let is_written = |name: &str| match writes(element) {
-            Written::Always(written) | Written::Powered(written) => written == name,
+            Written::Always(written) | Written::Powered(written) | Written::Passing(written) => written == name,
             Written::Stages(stem) => is_stage(name, stem),
             Written::Nothing => false,
         };
@@ -249,6 +250,8 @@ enum Written<'a> {
     Always(&'a str),
     /// Only with power.
     Powered(&'a str),
+    /// Only where it gives power on.
+    Passing(&'a str),
     /// Variables of this stem and a number, with power.
     Stages(&'a str),
 }
@@ -259,9 +262,8 @@ fn writes(element: &Element) -> Written<'_> {
         Element::Coil { name, .. } | Element::Timer { name, .. } | Element::Counter { name, .. } => {
             Written::Always(name)
         }
-        Element::Res { name } | Element::ReadAdc { name, .. } | Element::UartRecv { name, .. } => {
-            Written::Powered(name)
-        }
+        Element::Res { name } | Element::ReadAdc { name, .. } => Written::Powered(name),
+        Element::UartRecv { name, .. } => Written::Passing(name),
         Element::Persist { name } => Written::Always(name),
         Element::Move { dest, .. }
         | Element::Math { dest, .. }

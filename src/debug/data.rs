@@ -260,7 +260,7 @@ pub(super) fn set(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     let (name, value) = args.split_once('=').ok_or_else(wanted)?;
     let (name, value) = (name.trim(), value.trim());
     // An input of a ladder program is its pin: the memory where it is latched is written anew by every scan.
-    let own = shell.view.as_ref().map_or_else(|| name.to_owned(), |view| super::ladder::own_pin(view, name));
+    let own = shell.view.as_ref().map_or_else(|| name.to_owned(), |view| view.own_pin(name));
     let name = own.as_str();
     if name.is_empty() || value.is_empty() || value.starts_with('=') {
         return Err(wanted());

@@ -97,17 +97,6 @@ pub(super) fn is_of(drive: &Drive, pin: PinId) -> bool {
     matches!(drive.put, Put::Level(driven, _) | Put::Volts(driven, _) | Put::Counts(driven, _) if driven == pin)
 }
 
-/// `Xstart=1` as `PD2=1`, where the program has an input or output of that name; else the text as it is.
-pub(super) fn own_pin(view: &View, text: &str) -> String {
-    let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));
-    let named = view.map().pins.iter().find(|pin| pin.name == name.trim() && pin.direction == "in");
-    let analog = view.map().specials.iter().find_map(|special| match special {
-        Special::Analog { pin, name: of } if of == name.trim() => Some(pin),
-        _ => None,
-    });
-    named.map(|pin| &pin.pin).or(analog).map_or_else(|| text.to_owned(), |pin| format!("{pin}{rest}"))
-}
-
 /// `Ymotor=1` as `PB1=1`, where the program has an input or output of that name; else the text as it is.
 pub(super) fn wired_pin(view: &View, text: &str) -> String {
     let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));

@@ -175,7 +175,7 @@ impl Job for Fit<'_> {
         }
         let clock = Clock { hz, clocks_per_cycle: cpu.clocks_per_cycle() * avr.divider };
         let source = Source { names: Names { chip, symbols: &image.symbols }, lines: &image.lines };
-        let alias = |text: &str| self.view.map_or_else(|| text.to_owned(), |view| ladder::own_pin(view, text));
+        let alias = |text: &str| self.view.map_or_else(|| text.to_owned(), |view| view.own_pin(text));
         let asked = self.machine.drives(&source, clock, &alias)?;
         there(&cpu, &asked, std::iter::empty())?;
         let mut board = bench.board(chip, clock, &asked)?;

@@ -87,15 +87,7 @@ pub(super) fn awatch(shell: &mut Shell, args: &str, out: &mut String) -> Done {
 
 fn access(shell: &mut Shell, args: &str, access: Access, out: &mut String) -> Done {
     let (text, condition) = with_condition(args);
-    let scope = &shell.session.scope;
-    let range = scope.range(text)?;
-    if !scope.tells_of(range) {
-        let why = "and the machine tells of no access to that";
-        return Err(format!(
-            "`{text}` is kept in {}:0x{:x}, {why}; watch {text} sees its changes",
-            range.space, range.start
-        ));
-    }
+    let range = shell.session.scope.accessed(text).map_err(|why| format!("{why}; watch {text} sees its changes"))?;
     let id = added(shell, What::Access(range, access), text, condition, false)?;
     let kind = if access == Access::Read { "Read" } else { "Access" };
     out.push_str(&format!("{kind} watchpoint {id}: {text}\n"));

@@ -16,7 +16,6 @@ use ladder_compile::Special;
 use ladder_view::View;
 use scenario::{Outcome, Verdict, bind};
 
-use super::ladder::own_pin;
 use crate::fail::Failure;
 use crate::run::scenario::{Cast, Stage};
 use crate::scenarios::File;
@@ -203,7 +202,7 @@ impl<'a> Scans<'a> {
     fn give(&mut self, session: &mut Session, begun: Option<u64>, (period, start): (u64, u32)) -> Result<(), String> {
         let next = self.play.outside();
         let (chip, at) = (self.around.names.chip, Time::at(session.target().cycle()));
-        let pin = |name: &str| chip.pin(&own_pin(self.view, name));
+        let pin = |name: &str| chip.pin(&self.view.own_pin(name));
         let mut puts = Vec::new();
         // Inputs are low at first.
         for (name, level) in &next.levels {

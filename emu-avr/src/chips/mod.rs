@@ -269,6 +269,7 @@ impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const 
             ("fuse", FUSES, 1),
             ("lock", 1, 1),
         ],
+        told: &[("data", 0x20)],
     };
 }
 

@@ -1,6 +1,6 @@
 //! Names in expressions and commands: registers, pins, memory, symbols of the program, symbols of a ladder program.
 
-use emu_core::chip::{Chip, Family};
+use emu_core::chip::Chip;
 use emu_core::image::{CONSTANT, Lines, SymbolAt};
 
 use super::expr::{self, Expr};
@@ -63,15 +63,19 @@ impl Scope {
         }
     }
 
-    /// The machine tells of accesses to some of these bytes. Of AVR's registers it does not (`data:0` to `data:0x1f`), nor of what
-    /// AP101's timers and counters hold.
-    #[must_use]
-    pub fn tells_of(&self, range: Range) -> bool {
-        match self.chip().family {
-            Family::Avr => range.space != self.chip().ram || range.end > 0x20,
-            Family::Ap101 => !matches!(range.space, "preset" | "value"),
-            _ => true,
-        }
+    /// Memory of whose accesses the machine tells, as [`Scope::range`] reads it.
+    ///
+    /// # Errors
+    /// No such memory or place, or one of which it does not.
+    pub fn accessed(&self, text: &str) -> Result<Range, String> {
+        let range = self.range(text)?;
+        self.source().names.told(&range).map_err(|why| {
+            match self.ladder.iter().any(|(name, _)| name == text.trim()) {
+                true => format!("`{}` is kept in {}:0x{:x}; {why}", text.trim(), range.space, range.start),
+                false => why,
+            }
+        })?;
+        Ok(range)
     }
 
     /// What a name in an expression stands for. Names with `$` are the debugger's own, as in gdb: `$pc`, `$cycle`, `$r16`. Of the

@@ -143,6 +143,7 @@ pub const PIC16F873: Part = Part {
             vectors: &["RESET", "INT"],
             vector_words: 4,
             spaces: &[],
+            told: &[("data", 0)],
         }
     ),
     ram: RAM_192,
