@@ -96,9 +96,14 @@ fn start() -> u8 {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // Help and version come this way too. A closed pipe is no reason to complain.
-            _ = error.print();
-            return if error.use_stderr() { exit::USAGE } else { exit::OK };
+            // Help and version come this way too.
+            return match error.print() {
+                _ if error.use_stderr() => exit::USAGE,
+                Ok(()) => exit::OK,
+                Err(why) => {
+                    fail::finish(Err(Failure::writing("-", &why)), "help", false, &Terminal::new(args::Color::Auto))
+                }
+            };
         }
     };
     let terminal = Terminal::new(cli.color);

@@ -91,3 +91,53 @@ fn permissions_of_a_replaced_file_are_kept() {
         .filter(|e| e.as_ref().is_ok_and(|e| e.path().extension().is_some_and(|x| x == "tmp")));
     assert_eq!(left.count(), 0);
 }
+
+/// What one result cannot be written for is no reason to lose the others.
+#[test]
+fn the_other_results_are_kept() {
+    let folder = folder("others");
+    let (code, _, err) = run(&folder, "FULL --uart - --vcd wave.vcd --record session.toml --snapshot-out state");
+    assert_eq!(code, Some(3), "{err}");
+    let (code, _, err) = run(&folder, "--vcd /dev/full --record again.toml --coverage lines --uart sent");
+    assert_eq!(code, Some(3), "{err}");
+    for file in ["wave.vcd", "session.toml", "state", "again.toml", "lines", "sent"] {
+        assert!(folder.join(file).is_file(), "{file}");
+    }
+}
+
+/// A waveform that cannot be written ends the run, which would not end by itself.
+#[test]
+fn a_full_disk_ends_the_run() {
+    let folder = folder("full");
+    let input = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/in/blinker.hex");
+    fs::copy(input, folder.join("hello.hex")).expect("a copy");
+    let (code, _, err) = run(&folder, "--vcd /dev/full --vcd-add PC --timeout 600s");
+    assert_eq!(code, Some(3), "{err}");
+    assert!(err.contains("/dev/full: cannot be written"), "{err}");
+}
+
+/// What is refused before the machine runs leaves its files as they are.
+#[test]
+fn a_run_that_has_not_begun_writes_nothing() {
+    let folder = folder("unbegun");
+    fs::write(folder.join("bad.toml"), "[[step]]\nat = \"1 parsec\"\n").expect("a scenario");
+    let (code, _, err) = run(&folder, "--scenario bad.toml --snapshot-out state --eeprom cells");
+    assert_eq!(code, Some(3), "{err}");
+    assert!(!folder.join("state").exists() && !folder.join("cells").exists(), "{err}");
+    fs::write(folder.join("lines.lst"), "mine").expect("a file");
+    for flags in ["--coverage lines --vcd lines.lst", "--coverage lines --scenario lines.lst"] {
+        let (code, _, err) = run(&folder, flags);
+        assert_eq!(code, Some(2), "{flags}: {err}");
+        assert!(err.contains("the listing lines.lst"), "{flags}: {err}");
+        assert_eq!(fs::read_to_string(folder.join("lines.lst")).ok().as_deref(), Some("mine"), "{flags}");
+    }
+}
+
+#[test]
+fn help_that_cannot_be_written() {
+    for flag in ["--help", "--version"] {
+        let full = File::options().write(true).open("/dev/full").expect("a full device");
+        let out = Command::new(env!("CARGO_BIN_EXE_emu")).arg(flag).stdout(full).output().expect("emu starts");
+        assert_eq!(out.status.code(), Some(3), "{flag}: {}", String::from_utf8_lossy(&out.stderr));
+    }
+}

@@ -74,7 +74,7 @@ pub enum Reason {
 }
 
 /// How a run ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug)]
 pub struct Ended {
     /// Why.
     pub reason: Reason,
@@ -84,34 +84,25 @@ pub struct Ended {
     pub contention: Vec<(PinId, u64)>,
     /// What the program did that is seldom meant, with [`Plan::lint`].
     pub lints: Vec<Found>,
+    /// Why the waveform could not be written, where one was to be.
+    pub unwritten: Option<std::io::Error>,
 }
 
 /// Runs `cpu` as `plan` says. `wave` is written along and ended; `go_on` is called with all bytes sent so far before the
 /// first cycle, every few million cycles and at the end, and its false ends the run.
-///
-/// # Errors
-/// The waveform could not be written.
-pub fn run<C: Cpu>(
-    cpu: &mut C,
-    plan: &Plan,
-    wave: Option<Wave>,
-    go_on: &mut dyn FnMut(&[u8]) -> bool,
-) -> std::io::Result<Ended> {
+pub fn run<C: Cpu>(cpu: &mut C, plan: &Plan, wave: Option<Wave>, go_on: &mut dyn FnMut(&[u8]) -> bool) -> Ended {
     let clock = Clock { hz: 1, clocks_per_cycle: cpu.clocks_per_cycle() };
     run_on(&mut Board::new(Vec::new(), clock), cpu, plan, wave, &mut Patience(go_on))
 }
 
 /// [`run`] with the devices of a board.
-///
-/// # Errors
-/// As [`run`].
 pub fn run_on<C: Cpu>(
     board: &mut Board,
     cpu: &mut C,
     plan: &Plan,
     wave: Option<Wave>,
     host: &mut dyn Host<C>,
-) -> std::io::Result<Ended> {
+) -> Ended {
     run_along((cpu, board), plan, wave, (&mut (), None), host)
 }
 
@@ -130,16 +121,13 @@ pub trait Along: Probe {
 impl Along for () {}
 
 /// [`run_on`] with a probe along, and with each instruction shown to `look`.
-///
-/// # Errors
-/// As [`run`].
 pub fn run_along<C: Cpu, A: Along>(
     (cpu, board): (&mut C, &mut Board),
     plan: &Plan,
     wave: Option<Wave>,
     (along, look): (&mut A, Option<&mut Look<'_>>),
     host: &mut dyn Host<C>,
-) -> std::io::Result<Ended> {
+) -> Ended {
     if plan.looks_closer() || look.is_some() {
         return run_closer((cpu, board), plan, wave, (along, look), host);
     }
@@ -153,11 +141,11 @@ fn run_closer<C: Cpu>(
     wave: Option<Wave>,
     (along, look): (&mut dyn Beside, Option<&mut Look<'_>>),
     host: &mut dyn Host<C>,
-) -> std::io::Result<Ended> {
+) -> Ended {
     let (close, lints) = plan.close(cpu);
     let mut closer = Closer { close, lints, look, along };
-    let ended = run_with((cpu, board), plan, wave, &mut closer, host)?;
-    Ok(Ended { lints: closer.lints.map_or_else(Vec::new, Lints::found), ..ended })
+    let ended = run_with((cpu, board), plan, wave, &mut closer, host);
+    Ended { lints: closer.lints.map_or_else(Vec::new, Lints::found), ..ended }
 }
 
 /// What looks at a run, as its loop knows it.
@@ -270,7 +258,7 @@ fn run_with<C: Cpu, L: Looks>(
     wave: Option<Wave>,
     close: &mut L,
     host: &mut dyn Host<C>,
-) -> std::io::Result<Ended> {
+) -> Ended {
     let (texts, meanings) = plan.texts();
     let (mut pins, mut pin_conditions) = (Vec::new(), Vec::new());
     for (i, until) in plan.until.iter().enumerate() {
@@ -297,8 +285,10 @@ fn run_with<C: Cpu, L: Looks>(
     };
     let seen = |tools: &Tools<&mut L>| {
         let text = tools.text.and_then(|i| meanings.get(i).copied());
+        // What cannot be written any more is no reason to run on.
+        let full = tools.wave.as_ref().is_some_and(Wave::has_failed).then_some(Reason::Host);
         let pin = || tools.pin.and_then(|i| pin_conditions.get(i)).map(|&i| Reason::Until(i, None));
-        tools.close.saw(plan).or(text).or_else(pin)
+        tools.close.saw(plan).or(text).or_else(pin).or(full)
     };
     let reason = loop {
         if let Some(reason) = seen(&tools) {
@@ -342,8 +332,6 @@ fn run_with<C: Cpu, L: Looks>(
         _ => reason,
     };
     host.over(cpu, &tools.uart.sent);
-    if let Some(wave) = tools.wave.take() {
-        wave.finish(cpu.cycle())?;
-    }
-    Ok(Ended { reason, uart: tools.uart.sent, contention: tools.contention, lints: Vec::new() })
+    let unwritten = tools.wave.take().and_then(|wave| wave.finish(cpu.cycle()).err());
+    Ended { reason, uart: tools.uart.sent, contention: tools.contention, lints: Vec::new(), unwritten }
 }

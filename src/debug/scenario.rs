@@ -110,7 +110,7 @@ fn of_image<C: Cpu>(file: &File, (mut cpu, mut board): (C, Board), around: &Arou
     let mut stage = Stage::new(chip, clock, cast, around.driven.clone(), &mut patience).map_err(Failure::Usage)?;
     stage.drives = Some(Vec::new());
     stage.start(&mut cpu);
-    let ended = run_on(&mut board, &mut cpu, &plan, None, &mut stage).map_err(|error| Failure::writing("-", &error))?;
+    let ended = run_on(&mut board, &mut cpu, &plan, None, &mut stage);
     if let Some(verdict) = stage.end(&mut cpu, &ended.uart, "the run ended") {
         let cycle = verdict.tick / u64::from(clock.clocks_per_cycle.max(1));
         tell(file, &verdict, (cycle, &format!("{} s", clock.seconds(cycle))));

@@ -1,6 +1,6 @@
 //! What of a program a run has executed, and where its cycles went: `--coverage` and `--profile`.
 
-use std::io::{self, Write};
+use std::io::Write;
 
 use clap::Args;
 use emu_core::cpu::{Cpu, Probe};
@@ -55,6 +55,8 @@ pub struct Cover<'a> {
     args: &'a CoverArgs,
     image: &'a Image,
     rungs: Option<Rungs>,
+    /// Files that are read or written otherwise.
+    taken: &'a [String],
     /// Each file with its name.
     coverage: Option<(&'a str, Option<Pending>)>,
     folded: Option<(&'a str, Option<Pending>)>,
@@ -146,15 +148,19 @@ impl<'a> Cover<'a> {
         args: &'a CoverArgs,
         map: Option<&str>,
         (source, image): (&Source<'_>, &'a Image),
-        terminal: &Terminal,
+        (taken, terminal): (&'a [String], &Terminal),
     ) -> Result<Cover<'a>, Failure> {
         let map = map.filter(|_| args.coverage.is_some() || args.profile.is_some());
         let ladder = args.ladder.as_deref();
         let rungs = map.map(|map| Rungs::read(map, ladder, source, terminal)).transpose()?;
-        if let (Some("-"), true) = (args.coverage.as_deref(), !has_lines(source, rungs.as_ref())) {
-            let why =
-                "nothing is known of source lines, so --coverage writes a listing beside its file; give it a file";
-            return Err(Failure::Usage(why.to_owned()));
+        match args.coverage.as_deref().filter(|_| !has_lines(source, rungs.as_ref())) {
+            Some("-") => {
+                let why =
+                    "nothing is known of source lines, so --coverage writes a listing beside its file; give it a file";
+                return Err(Failure::Usage(why.to_owned()));
+            }
+            Some(file) => spared(&format!("{file}.lst"), taken)?,
+            None => {}
         }
         let begin = |file: &'a str| -> Result<(&'a str, Option<Pending>), Failure> {
             Ok((file, if output::is_stdout(file) { None } else { Some(Pending::new(file)?) }))
@@ -163,6 +169,7 @@ impl<'a> Cover<'a> {
         Ok(Cover {
             args,
             image,
+            taken,
             coverage: args.coverage.as_deref().map(begin).transpose()?,
             folded: folded.map(begin).transpose()?,
             rungs,
@@ -176,7 +183,7 @@ impl<'a> Cover<'a> {
         plan: &Plan,
         (wave, look): (Option<Wave>, Option<&mut Look<'_>>),
         host: &mut dyn Host<C>,
-    ) -> io::Result<(Ended, Seen)> {
+    ) -> (Ended, Seen) {
         let covered = self.args.coverage.is_some().then(|| Covered {
             coverage: Coverage::default(),
             elements: self.rungs.as_ref().and_then(Rungs::elements),
@@ -188,26 +195,26 @@ impl<'a> Cover<'a> {
         // Each has a loop of its own, which asks for nothing else.
         match (covered, profile) {
             (None, None) => {
-                let ended = run_along((cpu, board), plan, wave, (&mut (), look), host)?;
-                Ok((ended, Seen::default()))
+                let ended = run_along((cpu, board), plan, wave, (&mut (), look), host);
+                (ended, Seen::default())
             }
             (Some(mut covered), None) => {
-                let ended = run_along((cpu, board), plan, wave, (&mut covered, look), host)?;
-                Ok((ended, Seen { covered: Some(covered), profile: None }))
+                let ended = run_along((cpu, board), plan, wave, (&mut covered, look), host);
+                (ended, Seen { covered: Some(covered), profile: None })
             }
             (covered, profile) => {
                 let mut seen = Seen { covered, profile };
-                let ended = run_along((cpu, board), plan, wave, (&mut seen, look), host)?;
+                let ended = run_along((cpu, board), plan, wave, (&mut seen, look), host);
                 if let Some(profile) = &mut seen.profile {
                     profile.finish(cpu.cycle());
                 }
-                Ok((ended, seen))
+                (ended, seen)
             }
         }
     }
 
     /// Writes the files, and gives what is told of it to people and as members of the document.
-    pub fn told(self, seen: &Seen, source: &Source<'_>, image: &str) -> Result<Told, Failure> {
+    pub fn told(self, seen: &Seen, source: &Source<'_>) -> Result<Told, Failure> {
         let (mut text, mut members) = (String::new(), Vec::new());
         if let (Some(Covered { coverage, elements }), Some((file, pending))) = (&seen.covered, self.coverage) {
             let reached = coverage.reached(source.names.chip, self.image);
@@ -216,7 +223,7 @@ impl<'a> Cover<'a> {
             totals.elements = elements.as_ref().map(Elements::part);
             let beside = format!("{file}.lst");
             let listing = listing.map(|listing| -> Result<_, Failure> {
-                output::spares(image, &[("the listing of --coverage", &beside)])?;
+                spared(&beside, self.taken)?;
                 let place = Pending::new(&beside)?;
                 fill(&place, &beside, &listing)?;
                 Ok(place)
@@ -236,6 +243,19 @@ impl<'a> Cover<'a> {
             members.push(("profile", spent.document()));
         }
         Ok((text, members))
+    }
+}
+
+/// Refuses a listing in the place of a file that is read or written otherwise.
+fn spared(listing: &str, taken: &[String]) -> Result<(), Failure> {
+    match taken.iter().find(|file| *file != "-" && output::same_place(file, listing)) {
+        Some(_) => {
+            let why = format!(
+                "--coverage writes the listing {listing} beside its file, which would replace a file of this run; give it another name"
+            );
+            Err(Failure::Usage(why))
+        }
+        None => Ok(()),
     }
 }
 

@@ -72,18 +72,17 @@ impl Job for Headless<'_> {
         self.snapshots.resume(&mut cpu, &mut job)?;
         there(&job, &cpu)?;
         let mut board = self.bench.board(cpu.chip(), clock, &job.drives)?;
-        let out = self.whole((&mut cpu, &mut board), job);
+        let mut begun = false;
+        let out = self.whole((&mut cpu, &mut board), job, &mut begun);
         report(self.terminal, self.image.lines.warnings().get(told..).unwrap_or_default(), Texts::NONE);
-        // However the run has ended: but a command line that makes no sense has run nothing.
-        let wrong = matches!(out, Err(Failure::Usage(_)));
-        if let Some(store) = store.filter(|_| !wrong) {
-            store.keep(&store::cells(&cpu))?;
+        if !begun {
+            return out;
         }
-        if !wrong {
-            self.bench.keep(&board)?;
-            self.snapshots.keep(&cpu)?;
-        }
-        out
+        // However the run has ended, and whatever becomes of the others.
+        let stored = store.map_or(Ok(()), |store| store.keep(&store::cells(&cpu)));
+        let held = self.bench.keep(&board);
+        let saved = self.snapshots.keep(&cpu);
+        out.and_then(|code| stored.and(held).and(saved).map(|()| code))
     }
 }
 
@@ -93,8 +92,13 @@ impl Headless<'_> {
         Source { names: Names { chip, symbols: &self.image.symbols }, lines: &self.image.lines }
     }
 
-    /// The run, and what is told of it.
-    fn whole<C: Cpu>(&self, (cpu, board): (&mut C, &mut Board), mut job: Planned) -> Result<u8, Failure> {
+    /// The run, and what is told of it. `begun` becomes true when the machine is about to run.
+    fn whole<C: Cpu>(
+        &self,
+        (cpu, board): (&mut C, &mut Board),
+        mut job: Planned,
+        begun: &mut bool,
+    ) -> Result<u8, Failure> {
         let (args, image, chip) = (self.args, self.image, cpu.chip());
         let source = self.source(chip);
         let filled = image.segments.iter().filter(|s| s.space == chip.ram);
@@ -112,6 +116,7 @@ impl Headless<'_> {
         if let Some(script) = &self.script {
             let limits = Limits { cycle: job.plan.limit, hz: self.hz };
             let name = args.cod.as_deref().unwrap_or_default();
+            *begun = true;
             return cod::judge(cpu, script, (name, source), (limits, &job.drives), args.json);
         }
         let scenario = args.scenes.scenario.as_deref().map(scenarios::read).transpose()?;
@@ -126,8 +131,10 @@ impl Headless<'_> {
         }
         board.connect(cpu);
         let asked = args.trace.asked(cpu, &source)?;
-        let cover = Cover::new(&args.cover, args.trace.map.as_deref(), (&source, image), self.terminal)?;
-        let Recorded { ended, verdict, seen } = recorded(args, (cpu, board), (&job, asked, source), (cast, &cover))?;
+        let cover =
+            Cover::new(&args.cover, args.trace.map.as_deref(), (&source, image), (&self.shelf.taken, self.terminal))?;
+        let job_of = (&job, asked, source);
+        let Recorded { ended, verdict, seen, kept } = recorded(args, (cpu, board), job_of, (cast, &cover), begun)?;
         let held = if ended.reason == Reason::Halted { held(cpu, &job.drives) } else { None };
         let Planned { clock, plan, peek, .. } = &job;
         let story = Story { cpu, source, clock: *clock, plan, ended: &ended, peek, held };
@@ -136,7 +143,9 @@ impl Headless<'_> {
         }
         summary::complain(&story);
         avr::complain(cpu, &self.avr);
-        let (covered, members) = cover.told(&seen, &source, &args.image)?;
+        let told = cover.told(&seen, &source);
+        kept?;
+        let (covered, members) = told?;
         let played = scenario.as_ref().zip(verdict.as_ref());
         if args.json {
             let mut document = summary::document(&story);
@@ -171,6 +180,7 @@ fn recorded<C: Cpu>(
     (cpu, board): (&mut C, &mut Board),
     (job, asked, source): (&Planned, Asked, Source<'_>),
     (cast, cover): (Option<Cast>, &Cover<'_>),
+    begun: &mut bool,
 ) -> Result<Recorded, Failure> {
     let chip = cpu.chip();
     let record = args.scenes.record.as_deref().filter(|f| !output::is_stdout(f)).map(Pending::new).transpose()?;
@@ -220,48 +230,44 @@ fn recorded<C: Cpu>(
     let trace_file = args.trace.pending()?;
     let mut look = args.trace.look(asked, trace_file.as_ref(), (source, job.clock.hz))?;
 
-    let mut go = |cpu: &mut C, host: &mut dyn Host<C>| {
-        cover.run((cpu, board), &job.plan, (wave.take(), look.as_mut()), host).map_err(vcd_error)
-    };
+    *begun = true;
+    let mut go =
+        |cpu: &mut C, host: &mut dyn Host<C>| cover.run((cpu, board), &job.plan, (wave.take(), look.as_mut()), host);
     let ((mut ended, seen), verdict, recording) = match stage {
         Some(mut stage) => {
-            let ended = go(cpu, &mut stage)?;
+            let ended = go(cpu, &mut stage);
             let verdict = stage.end(cpu, &ended.0.uart, "the run ended");
             (ended, verdict, stage.recording(cpu))
         }
-        None => (go(cpu, &mut Patience(&mut patience))?, None, None),
+        None => (go(cpu, &mut Patience(&mut patience)), None, None),
     };
     if ended.reason == Reason::Host && interrupted.load(Ordering::Relaxed) {
         ended.reason = Reason::Interrupted;
     }
-    if let Some(failure) = broken {
-        return Err(failure);
-    }
-    if let Some(file) = uart_file {
-        let mut out = file.writer()?;
-        let name = args.uart.as_deref().unwrap_or_default();
-        out.write_all(&ended.uart).and_then(|()| out.flush()).map_err(|error| Failure::writing(name, &error))?;
-        drop(out);
-        file.complete()?;
-    }
-    vcd_file.map_or(Ok(()), Pending::complete)?;
-    if let Some(look) = look {
-        args.trace.keep(look, trace_file, cpu.cycle(), &ended)?;
-    }
-    if let (Some(name), Some(text)) = (args.scenes.record.as_deref(), recording) {
-        match record {
-            Some(file) => {
-                let mut out = file.writer()?;
-                out.write_all(text.as_bytes())
-                    .and_then(|()| out.flush())
-                    .map_err(|error| Failure::writing(name, &error))?;
-                drop(out);
-                file.complete()?;
-            }
-            None => output::print(text)?,
-        }
-    }
-    Ok(Recorded { ended, verdict, seen })
+    // Each is kept, whatever becomes of the others.
+    let sent = uart_file.map_or(Ok(()), |file| filled(file, args.uart.as_deref(), &ended.uart));
+    let drawn = match (ended.unwritten.take(), vcd_file) {
+        (Some(error), _) => Err(vcd_error(error)),
+        (None, file) => file.map_or(Ok(()), Pending::complete),
+    };
+    let traced = look.map_or(Ok(()), |look| args.trace.keep(look, trace_file, cpu.cycle(), &ended));
+    let text = recording.unwrap_or_default();
+    let record = match (args.scenes.record.as_deref(), record) {
+        (Some(_), Some(file)) => filled(file, args.scenes.record.as_deref(), text.as_bytes()),
+        (Some(_), None) => output::print(text),
+        (None, _) => Ok(()),
+    };
+    let kept = broken.map_or(Ok(()), Err).and(sent).and(drawn).and(traced).and(record);
+    Ok(Recorded { ended, verdict, seen, kept })
+}
+
+/// Writes a file that was begun, and puts it into its place.
+fn filled(file: Pending, name: Option<&str>, bytes: &[u8]) -> Result<(), Failure> {
+    let mut out = file.writer()?;
+    let written = out.write_all(bytes).and_then(|()| out.flush());
+    written.map_err(|error| Failure::writing(name.unwrap_or_default(), &error))?;
+    drop(out);
+    file.complete()
 }
 
 /// Set by the first signal that asks for the end, so that the run ends well; a second one does what it always does. Where the system
@@ -276,9 +282,10 @@ fn interrupts() -> Arc<AtomicBool> {
     interrupted
 }
 
-/// How a run ended, and a scenario in it.
+/// How a run ended, a scenario in it, and whether what it wrote is in its place.
 struct Recorded {
     ended: Ended,
     verdict: Option<Verdict>,
     seen: Seen,
+    kept: Result<(), Failure>,
 }

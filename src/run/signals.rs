@@ -25,9 +25,7 @@ pub fn signal<C: Cpu>(text: &str, cpu: &C, source: &Source<'_>, map: Option<&Map
             Place::Word { space, addr, bytes } => {
                 let space = known(cpu, space)?;
                 let len = u32::from(*bytes).clamp(1, MOST);
-                let width = chip.width(space);
-                let addr = addr.saturating_mul(width);
-                (SignalSource::Bytes(space, addr, len), len * 8)
+                (SignalSource::Bytes(space, *addr, len), len * 8)
             }
         };
         return there(Signal { name, bits, source }, cpu);
