@@ -121,7 +121,8 @@ fn the_connection_is_reset() {
     let mut told = String::new();
     let mut errors = BufReader::new(child.stderr.take().expect("standard error"));
     errors.read_line(&mut told).expect("a line");
-    let mut to = TcpStream::connect(told.trim().strip_prefix("listening on ").expect("an address")).expect("a connection");
+    let mut to =
+        TcpStream::connect(told.trim().strip_prefix("listening on ").expect("an address")).expect("a connection");
     send(&mut to, 1, "initialize", json!({}));
     to.peek(&mut [0]).expect("an answer");
     drop(to);

@@ -302,7 +302,8 @@ mod tests {
         let rungs = ["SHIFT_REGISTER reg 3", "MOVE reg3 1", "MOVE reg01 1", "MOVE reg1x 1"];
         let rungs: String = rungs.iter().map(|rung| format!("RUNG\n  {rung}\nEND\n")).collect();
         let text = format!("LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nIO LIST\nEND\nPROGRAM\n{rungs}");
-        let program = ladder::parse_bytes("f.ld", text.as_bytes(), ladder::Options::default()).expect("a program").program;
+        let program =
+            ladder::parse_bytes("f.ld", text.as_bytes(), ladder::Options::default()).expect("a program").program;
         let start = Evaluator::new(&program).expect("an evaluator");
         let written: Vec<(u32, &str)> = all_writes(&program, &start)
             .into_iter()

@@ -97,12 +97,14 @@ pub fn read(file: &str, only: &[String]) -> Result<Waves, Failure> {
     if file == "-" {
         return Reading::new(file, only).all(BufReader::new(io::stdin()));
     }
-    let open = File::open(file).map_err(|error| {
-        let cause = format!("cannot be read: {}", reason(&error));
-        let hint = "check the path; - is standard input";
-        Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Texts::default())
-    })?;
+    let open = File::open(file).map_err(|error| unreadable(file, &error))?;
     Reading::new(file, only).all(BufReader::new(open))
+}
+
+fn unreadable(file: &str, error: &io::Error) -> Failure {
+    let cause = format!("cannot be read: {}", reason(error));
+    let hint = "check the path; - is standard input";
+    Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Texts::default())
 }
 
 /// A file that is read.
@@ -137,7 +139,9 @@ impl<'a> Reading<'a> {
     }
 
     fn all(mut self, mut input: impl BufRead) -> Result<Waves, Failure> {
-        if input.fill_buf().is_ok_and(|bytes| bytes.starts_with(BOM)) {
+        // A directory can be opened, and then not read.
+        let begin = input.fill_buf().map_err(|error| unreadable(self.file, &error))?;
+        if begin.starts_with(BOM) {
             return Err(self.refuse(MALFORMED_WAVE, 1, "the file begins with a byte order mark".to_owned()));
         }
         let mut parser = Parser::new(input);
@@ -419,7 +423,10 @@ mod tests {
         for (length, wanted) in [(1, 1), (200, 200), (201, 200), (70_000, 200)] {
             let signal = bit(&("é".repeat(length - 1) + "z"));
             let drawn = signal.drawn_name();
-            assert_eq!((drawn.chars().count(), drawn.starts_with('…'), drawn.ends_with('z')), (wanted, length > 200, true));
+            assert_eq!(
+                (drawn.chars().count(), drawn.starts_with('…'), drawn.ends_with('z')),
+                (wanted, length > 200, true)
+            );
         }
     }
 }

@@ -90,7 +90,11 @@ pub fn draw(drawing: &Drawing<'_>, width: u32) -> String {
     for (row, signal) in drawing.signals.iter().enumerate() {
         let top = AXIS + ROW * row as f64 + (ROW - HEIGHT) / 2.0;
         let (x, y) = (left - 10.0, top + HEIGHT - 5.0);
-        _ = writeln!(out, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{}</text>", escaped(&signal.drawn_name()));
+        _ = writeln!(
+            out,
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{}</text>",
+            escaped(&signal.drawn_name())
+        );
         line(&mut out, signal, &plot, top);
     }
     out.push_str("</svg>\n");
