@@ -15,7 +15,7 @@ use crate::report::{Terminal, Texts};
 const EXAMPLES: &str = "\
 An editor starts it, and says in its `launch` request what is debugged; docs/dap.md shows how for VS Code, Neovim and Emacs.
 
-Exit codes: 0 the editor has disconnected, or its input has ended; 2 the address makes no sense; 3 what came in is not the
+Exit codes: 0 the editor has disconnected, or its input or connection has ended; 2 the address makes no sense; 3 what came in is not the
 protocol.";
 
 /// Flags of `emu dap`.
@@ -78,7 +78,7 @@ fn opened(arguments: &LaunchArguments, terminal: &Terminal) -> Result<Opened, St
         text.lines().take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
     })?;
     let found = open::open(&launch.subject, terminal).map_err(|failure| told(&failure))?;
-    Ok(Opened { session: found.session, view: found.view, notes: Vec::new() })
+    Ok(Opened { session: found.session, view: found.view })
 }
 
 /// The flags of `emu debug` that say the same.

@@ -14,7 +14,7 @@ use crate::output;
 use crate::report::Terminal;
 
 /// Sizes of a picture.
-const SIZES: std::ops::RangeInclusive<u16> = 1..=500;
+const SIZES: std::ops::RangeInclusive<u16> = 1..=screen::LARGEST;
 
 /// The usual size.
 const USUAL: (u16, u16) = (80, 24);

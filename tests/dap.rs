@@ -114,6 +114,24 @@ fn the_input_ends() {
     assert_eq!(child.wait().expect("an end").code(), Some(0));
 }
 
+/// What was not read when a connection is closed is told to the other side as a reset.
+#[test]
+fn the_connection_is_reset() {
+    let mut child = emu(&["--listen", ":0"]);
+    let mut told = String::new();
+    let mut errors = BufReader::new(child.stderr.take().expect("standard error"));
+    errors.read_line(&mut told).expect("a line");
+    let mut to =
+        TcpStream::connect(told.trim().strip_prefix("listening on ").expect("an address")).expect("a connection");
+    send(&mut to, 1, "initialize", json!({}));
+    to.peek(&mut [0]).expect("an answer");
+    drop(to);
+    assert_eq!(child.wait().expect("an end").code(), Some(0));
+    let mut told = String::new();
+    errors.read_to_string(&mut told).expect("a text");
+    assert_eq!(told, "");
+}
+
 #[test]
 fn no_protocol() {
     for (input, why) in

@@ -1,19 +1,18 @@
-//! `emu debug` at a terminal: keys typed at a pseudo terminal, which Python has in its library.
+//! `emu debug` and full screens at a terminal: keys typed at a pseudo terminal, which Python has in its library.
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// Types what a script does, at `emu debug` of a program with more flags.
-fn typed(script: &str, program: &str, flags: &[&str]) {
+/// Types what a script does, at `emu` with some arguments.
+fn typed(script: &str, arguments: &[&str]) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let state = Path::new(env!("CARGO_TARGET_TMPDIR")).join(script);
     _ = fs::remove_dir_all(&state);
     let out = Command::new("python3")
         .arg(root.join("tests/peers").join(script))
         .arg(env!("CARGO_BIN_EXE_emu"))
-        .args(["debug", program, "--mcu", "atmega328p"])
-        .args(flags)
+        .args(arguments)
         .current_dir(root.join("tests/cli/in"))
         .env("EMU_TEST_STATE", &state)
         .output()
@@ -25,11 +24,18 @@ fn typed(script: &str, program: &str, flags: &[&str]) {
 #[test]
 #[ignore = "needs python3"]
 fn keys_typed_at_a_terminal() {
-    typed("debug_pty.py", "blink.hex", &[]);
+    typed("debug_pty.py", &["debug", "blink.hex", "--mcu", "atmega328p"]);
 }
 
 #[test]
 #[ignore = "needs python3"]
 fn keys_typed_at_the_screen_while_a_command_runs() {
-    typed("tui_pty.py", "spin.hex", &["--tui"]);
+    typed("tui_pty.py", &["debug", "spin.hex", "--mcu", "atmega328p", "--tui"]);
+}
+
+#[test]
+#[ignore = "needs python3"]
+fn screens_of_terminals_that_are_closed_or_vast() {
+    typed("screen_pty.py", &["debug", "spin.hex", "--mcu", "atmega328p", "--tui"]);
+    typed("screen_pty.py", &["sim", "traffic.ld", "--watch"]);
 }

@@ -20,8 +20,6 @@ pub struct Opened {
     pub session: Session,
     /// The ladder program in it.
     pub view: Option<ladder_view::View>,
-    /// What the user should know, one line or more each.
-    pub notes: Vec<String>,
 }
 
 /// Makes a machine of what `launch` asks for; the error is for people.
@@ -248,6 +246,9 @@ impl<'a> Adapter<'a> {
     }
 
     fn dispatch(&mut self, request: &Request) -> Result<Value, Wrong> {
+        if let Some(thread) = request.arguments.get("threadId").and_then(Value::as_i64).filter(|id| *id != THREAD) {
+            return Err(Wrong::nothing(format!("there is no thread {thread}")));
+        }
         match request.command.as_str() {
             "initialize" => self.initialize(request),
             "launch" => self.launch(request),
@@ -348,9 +349,6 @@ impl<'a> Adapter<'a> {
             );
         }
         let opened = (self.open)(&arguments).map_err(|why| Wrong::new(wire::LAUNCH, why).shown())?;
-        for note in &opened.notes {
-            self.output("console", &format!("{}\n", note.trim_end()));
-        }
         let path = std::path::Path::new(&arguments.program);
         let name = path.file_name().map_or(arguments.program.clone(), |name| name.to_string_lossy().into_owned());
         let folder = path.parent().map(std::path::Path::to_path_buf).unwrap_or_default();

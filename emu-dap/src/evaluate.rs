@@ -48,7 +48,7 @@ impl Adapter<'_> {
         let (result, memory) = match expr.place(target) {
             Some(place) => {
                 let memory = match place {
-                    Place::Memory { space, addr, .. } => Some(Machine::memory_reference(space, addr)),
+                    Place::Memory { space, addr, .. } => Some(machine.memory_reference(space, addr)),
                     _ => None,
                 };
                 (machine.shown(place, format.hex), memory)

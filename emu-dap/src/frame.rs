@@ -20,7 +20,7 @@ pub enum Incoming {
     Message(Value),
     /// A frame whose content is no JSON: what is wrong with it. The next frame may be better.
     Garbled(String),
-    /// The end of the input, between two frames.
+    /// The end of the input, between two frames, or of the connection.
     End,
 }
 
@@ -31,7 +31,11 @@ pub enum Incoming {
 pub fn read(input: &mut impl BufRead) -> Result<Incoming, String> {
     let Some(length) = head(input)? else { return Ok(Incoming::End) };
     let mut body = Vec::new();
-    let got = input.take(length).read_to_end(&mut body).map_err(|e| format!("the input cannot be read: {e}"))?;
+    let got = match input.take(length).read_to_end(&mut body) {
+        Ok(got) => got,
+        Err(why) if is_gone(&why) => return Ok(Incoming::End),
+        Err(why) => return Err(unreadable(&why)),
+    };
     if (got as u64) < length {
         return Err(format!("the input ends after {got} of the {length} bytes of a message"));
     }
@@ -46,10 +50,10 @@ fn head(input: &mut impl BufRead) -> Result<Option<u64>, String> {
     let mut length = None;
     for number in 0.. {
         let mut line = Vec::new();
-        let read = input.take(LONGEST_LINE).read_until(b'\n', &mut line);
-        read.map_err(|e| format!("the input cannot be read: {e}"))?;
-        if line.is_empty() && number == 0 {
-            return Ok(None);
+        match input.take(LONGEST_LINE).read_until(b'\n', &mut line) {
+            Ok(0) if number == 0 => return Ok(None),
+            Err(why) if is_gone(&why) => return Ok(None),
+            read => _ = read.map_err(|why| unreadable(&why))?,
         }
         if !line.ends_with(b"\n") || number >= MOST_LINES {
             return Err(
@@ -74,6 +78,16 @@ fn head(input: &mut impl BufRead) -> Result<Option<u64>, String> {
         }
     }
     length.map(Some).ok_or_else(|| "the head of a message has no Content-Length".to_owned())
+}
+
+fn unreadable(why: &io::Error) -> String {
+    format!("the input cannot be read: {why}")
+}
+
+/// The other side has closed the connection, or is gone without that.
+pub fn is_gone(why: &io::Error) -> bool {
+    use io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset};
+    matches!(why.kind(), BrokenPipe | ConnectionAborted | ConnectionReset)
 }
 
 /// The beginning of a text, for messages.

@@ -6,9 +6,9 @@
 //!   serve.rs    the transport, one client          points.rs    breakpoints of all kinds
 //!   adapter.rs  requests to answers                frames.rs    the stack
 //!   ladder.rs   rungs and elements by word         steps.rs     requests for them
-//!   ladder.rs   rungs and elements by word         variables.rs scopes and variables
-//!   files.rs    sources and their lines            memory.rs    memory and disassembly
-//!   listing.rs  the program as a source            evaluate.rs  expressions and the console
+//!   files.rs    sources and their lines            variables.rs scopes and variables
+//!   listing.rs  the program as a source            memory.rs    memory and disassembly
+//!                                                  evaluate.rs  expressions and the console
 //! ```
 //!
 //! [`Adapter::handle`] takes a request and gives responses and events at once, without input or output; a run that was asked for goes

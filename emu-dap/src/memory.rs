@@ -31,6 +31,11 @@ impl Machine {
     fn reference(&self, text: &str) -> Result<(&'static str, i64), String> {
         let scope = &self.session.scope;
         let chip = scope.chip();
+        // Places count bytes, also in a memory of words.
+        let own = scope.ladder.iter().find(|(name, _)| name == text.trim()).map(|(_, place)| *place);
+        if let Some(Place::Memory { space, addr, .. } | Place::Bit { space, addr, .. }) = own {
+            return Ok((space, addr.into()));
+        }
         let plain = emu_debug::place::number(text.trim());
         let text = plain.map_or_else(|| text.to_owned(), |number| format!("{}:0x{number:x}", chip.code));
         let range = scope.range(&text)?;
@@ -50,9 +55,9 @@ impl Machine {
         names.program_word(&format!("0x{address:x}"))
     }
 
-    /// Bytes of a memory as the protocol writes where they are.
-    pub fn memory_reference(space: &str, address: u32) -> String {
-        format!("{space}:0x{address:x}")
+    /// Where a byte of a memory is, as the protocol writes it: by the address that users count.
+    pub fn memory_reference(&self, space: &str, byte: u32) -> String {
+        format!("{space}:0x{:x}", byte / self.session.scope.chip().width(space))
     }
 }
 

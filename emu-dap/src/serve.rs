@@ -46,7 +46,7 @@ impl Inbox {
     }
 }
 
-/// Serves one client until it disconnects or its input ends.
+/// Serves one client until it disconnects, its input ends or its connection is gone.
 ///
 /// # Errors
 /// The input is not framed as the protocol wants it, or the output takes no more: one sentence.
@@ -64,17 +64,22 @@ pub fn serve(input: impl Read + Send + 'static, output: &mut dyn Write, open: &O
     });
     let mut inbox = Inbox { from, waiting: VecDeque::new() };
     let mut adapter = Adapter::new(open);
-    let mut send = |messages: Vec<Value>| {
-        let mut messages = messages.iter();
-        messages.try_for_each(|message| frame::write(output, message)).map_err(|e| format!("the client is gone: {e}"))
+    // False where the client has gone.
+    let mut send = |messages: Vec<Value>| match messages.iter().try_for_each(|message| frame::write(output, message)) {
+        Ok(()) => Ok(true),
+        Err(why) if frame::is_gone(&why) => Ok(false),
+        Err(why) => Err(format!("the output takes no more: {why}")),
     };
     while !adapter.is_over() {
-        match inbox.next(!adapter.is_running()) {
+        let there = match inbox.next(!adapter.is_running()) {
             Some(Ok(Incoming::Message(message))) => send(adapter.handle(&message))?,
             Some(Ok(Incoming::Garbled(why))) => send(adapter.garbled(&why))?,
-            Some(Ok(Incoming::End)) => return Ok(()),
+            Some(Ok(Incoming::End)) => false,
             Some(Err(why)) => return Err(why),
             None => send(adapter.proceed(&mut || inbox.is_empty()))?,
+        };
+        if !there {
+            break;
         }
     }
     Ok(())

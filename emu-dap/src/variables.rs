@@ -253,7 +253,7 @@ impl Machine {
         let symbols = self.session.scope.ladder.iter();
         let variable = |(name, place): &(String, Place)| {
             let (kind, memory) = match *place {
-                Place::Memory { space, addr, .. } => ("integer", Some(Machine::memory_reference(space, addr))),
+                Place::Memory { space, addr, .. } => ("integer", Some(self.memory_reference(space, addr))),
                 _ => ("bit", None),
             };
             Variable { name: name.clone(), value: self.shown(*place, hex), text: name.clone(), kind, memory }
@@ -273,7 +273,7 @@ impl Machine {
             }
         };
         let text = if size <= 4 { symbol.name.clone() } else { String::new() };
-        let memory = Some(Machine::memory_reference(space, addr));
+        let memory = Some(self.memory_reference(space, addr));
         Variable { name: symbol.name.clone(), value, text, kind: "object", memory }
     }
 
@@ -304,7 +304,7 @@ impl Machine {
                 value: format!("0x{value:02x}"),
                 text: format!("${}", reg.name),
                 kind: "register",
-                memory: Some(Machine::memory_reference(chip.reg_space, reg.addr.into())),
+                memory: Some(self.memory_reference(chip.reg_space, reg.addr.into())),
             })
         });
         found.collect()
@@ -317,7 +317,7 @@ impl Machine {
             json!({
                 "name": space, "value": format!("{size} {unit}"), "variablesReference": number, "namedVariables": 0,
                 "indexedVariables": size.saturating_mul(*width).div_ceil(ROW),
-                "memoryReference": Machine::memory_reference(space, 0),
+                "memoryReference": self.memory_reference(space, 0),
             })
         };
         spaces.map(told).collect()
@@ -337,7 +337,7 @@ impl Machine {
                 value: bytes.join(" "),
                 text: String::new(),
                 kind: "bytes",
-                memory: Some(Machine::memory_reference(space, row * ROW / width.max(1))),
+                memory: Some(self.memory_reference(space, row * ROW)),
             }
         };
         Some((from..end).map(row).collect())

@@ -7,6 +7,7 @@ use std::fmt::Write;
 
 use emu_core::chip::{Chip, Family};
 use emu_debug::debug::Target;
+use emu_debug::trace::register_bits;
 
 /// Where the memories of a family lie.
 const MEMORIES: &[(Family, &[(&str, u32)])] = &[
@@ -28,16 +29,6 @@ const MEMORIES: &[(Family, &[(&str, u32)])] = &[
             ("value", 0x85_0000),
         ],
     ),
-];
-
-/// Registers of the core that are not 8 bits wide.
-const WIDE: &[(Family, &str, u32)] = &[
-    (Family::Avr, "SP", 16),
-    (Family::Mcs51, "DPTR", 16),
-    (Family::Ap101, "RIC", 16),
-    (Family::Ap101, "RX", 16),
-    (Family::Ap101, "PROG", 16),
-    (Family::Ap101, "OVR", 32),
 ];
 
 /// Places of the stack of a PIC16, which lies in no memory.
@@ -81,13 +72,9 @@ impl Layout {
     /// The chip of a machine.
     pub fn new(target: &dyn Target) -> Layout {
         let chip = target.chip();
-        let bits = |name: &str| {
-            let wide = WIDE.iter().find(|(family, wide, _)| *family == chip.family && *wide == name);
-            wide.map_or(8, |wide| wide.2)
-        };
         let core = chip.cpu_regs.iter().map(|name| match *name {
             "PC" | "NA" => (Kind::Pc(name), 4),
-            name => (Kind::Core(name), bits(name) as usize / 8),
+            name => (Kind::Core(name), register_bits(chip, name).div_ceil(8) as usize),
         });
         let places = if target.return_stack().is_empty() { 0 } else { STACK };
         let registers = core.chain((0..places).map(|place| (Kind::Stack(place), 4))).collect();

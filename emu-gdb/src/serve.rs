@@ -12,7 +12,7 @@ use gdbstub::stub::{DisconnectReason, GdbStubBuilder, GdbStubError, SingleThread
 
 use crate::Monitor;
 use crate::stub::Stub;
-use crate::wire::{Input, Item, Output, PACKET};
+use crate::wire::{Input, Item, Output, PACKET, frame};
 
 /// What the server does besides serving.
 #[derive(Default)]
@@ -122,6 +122,14 @@ fn talk<'s>(mut machine: Talk<'_, 's>, stub: &mut Stub<'s>) -> Result<Ended, Fai
                     _ = idle.borrow_conn().refuse(quiet, "E16");
                     idle.into()
                 }
+                Some(Item::Packet(packet)) if reaches_beyond(&packet) => {
+                    _ = idle.borrow_conn().refuse(quiet, "E0e");
+                    idle.into()
+                }
+                Some(Item::Packet(packet)) if packet.starts_with(b"$qSupported#") => {
+                    // gdbstub wants a feature with the question; this one changes nothing.
+                    feed(idle.into(), stub, &frame(b"qSupported:swbreak+"))?
+                }
                 Some(Item::Packet(packet)) => {
                     quiet |= packet.starts_with(b"$QStartNoAckMode#");
                     feed(idle.into(), stub, &packet)?
@@ -198,6 +206,18 @@ fn lies(packet: &[u8]) -> bool {
         }
     };
     len.is_none() || len != there
+}
+
+/// An address or a length of more than 32 bits, for which gdbstub would give up.
+fn reaches_beyond(packet: &[u8]) -> bool {
+    let body = packet.get(1..packet.len().saturating_sub(3)).unwrap_or_default();
+    let heads = ["m", "M", "X", "Z", "z", "vFlashErase:", "vFlashWrite:", "vCont;r"];
+    let Some(rest) = heads.iter().find_map(|head| body.strip_prefix(head.as_bytes())) else { return false };
+    let numbers = rest.split(|byte| matches!(byte, b':' | b';')).next().unwrap_or_default();
+    let is_wide = |number: &[u8]| {
+        number.iter().all(u8::is_ascii_hexdigit) && number.iter().skip_while(|digit| **digit == b'0').count() > 8
+    };
+    numbers.split(|byte| *byte == b',').any(is_wide)
 }
 
 fn left(stub: &Stub<'_>) -> Ended {

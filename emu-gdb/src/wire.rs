@@ -192,8 +192,8 @@ impl Output {
         self.flush()
     }
 
-    /// Answers a packet that gdbstub is not shown: one that is too long or asks for too much (`E5a`, EMSGSIZE), or that makes no sense
-    /// (`E16`, EINVAL); `quiet`: nothing is acknowledged.
+    /// Answers a packet that gdbstub is not shown: one that is too long or asks for too much (`E5a`, EMSGSIZE), that makes no sense
+    /// (`E16`, EINVAL), or whose address no memory has (`E0e`, EFAULT); `quiet`: nothing is acknowledged.
     ///
     /// # Errors
     /// Of the system.

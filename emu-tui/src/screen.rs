@@ -1,16 +1,17 @@
 //! A view on a real terminal, which gets back what it was on every way out: leaving, an error, a panic, a signal.
 
 use std::collections::VecDeque;
-use std::io::{self, Stdout};
-use std::panic;
+use std::io::{self, IsTerminal, Stdout};
+use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use std::{panic, thread};
 
 use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use crossterm::{cursor, execute, terminal};
 use ratatui_core::layout::Rect;
-use ratatui_core::terminal::Terminal;
+use ratatui_core::terminal::{Terminal, TerminalOptions, Viewport};
 use ratatui_crossterm::CrosstermBackend;
 
 use crate::{App, Key, Look, Wish};
@@ -20,6 +21,12 @@ const PICTURE: Duration = Duration::from_millis(33);
 
 /// How long a signal may have to wait for its answer.
 const PATIENCE: Duration = Duration::from_millis(100);
+
+/// How long the view may take to end by itself, once the process is to end.
+const GRACE: Duration = Duration::from_millis(500);
+
+/// Most columns and most lines of a picture. A terminal may say that it has 65535 of both.
+pub const LARGEST: u16 = 500;
 
 /// True while the terminal is ours.
 static OURS: AtomicBool = AtomicBool::new(false);
@@ -41,9 +48,14 @@ pub fn obey(signal: i32) {
 /// Shows a view until it is left.
 ///
 /// # Errors
-/// The terminal cannot be read or written, or is gone.
+/// The terminal cannot be read or written.
 pub fn show(app: &mut dyn App, look: Look) -> io::Result<End> {
     let signals = Signals::new()?;
+    // What fails because the terminal is gone ends as that does.
+    run(app, look, &signals).or_else(|error| signals.0.look().map(End::Signal).ok_or(error))
+}
+
+fn run(app: &mut dyn App, look: Look, signals: &Signals) -> io::Result<End> {
     let mut screen = Screen::open()?;
     let mut last = Instant::now();
     loop {
@@ -52,7 +64,7 @@ pub fn show(app: &mut dyn App, look: Look) -> io::Result<End> {
         let until = Instant::now() + wait;
         // All keys that are there before the next picture.
         loop {
-            if let Some(signal) = signals.seen() {
+            if let Some(signal) = signals.0.seen() {
                 return Ok(End::Signal(signal));
             }
             let waiting = ahead().pop_front();
@@ -117,7 +129,7 @@ pub fn interruptible<T>(interrupt: &AtomicBool, work: impl FnOnce() -> T) -> T {
         let begin = Instant::now();
         while !over.load(Ordering::SeqCst) {
             if begin.elapsed() < UNASKED {
-                std::thread::sleep(Duration::from_millis(1));
+                thread::sleep(Duration::from_millis(1));
                 continue;
             }
             match event::poll(Duration::from_millis(5))
@@ -140,7 +152,7 @@ pub fn interruptible<T>(interrupt: &AtomicBool, work: impl FnOnce() -> T) -> T {
             }
         }
     };
-    std::thread::scope(|scope| {
+    thread::scope(|scope| {
         let _over = Over(&over);
         scope.spawn(look);
         work()
@@ -149,7 +161,10 @@ pub fn interruptible<T>(interrupt: &AtomicBool, work: impl FnOnce() -> T) -> T {
 
 /// The terminal while it is ours.
 struct Screen {
-    terminal: Terminal<CrosstermBackend<Stdout>>,
+    /// Its end would say on standard error that the cursor cannot be shown, and fail where that is a terminal that is gone.
+    terminal: ManuallyDrop<Terminal<CrosstermBackend<Stdout>>>,
+    /// What of it is drawn on.
+    area: Rect,
 }
 
 impl Screen {
@@ -164,8 +179,9 @@ impl Screen {
             }));
         }
         take()?;
-        match Terminal::new(CrosstermBackend::new(io::stdout())) {
-            Ok(terminal) => Ok(Screen { terminal }),
+        let options = TerminalOptions { viewport: Viewport::Fixed(Rect::ZERO) };
+        match Terminal::with_options(CrosstermBackend::new(io::stdout()), options) {
+            Ok(terminal) => Ok(Screen { terminal: ManuallyDrop::new(terminal), area: Rect::ZERO }),
             Err(error) => {
                 give_back();
                 Err(error)
@@ -175,10 +191,15 @@ impl Screen {
 
     fn area(&self) -> io::Result<Rect> {
         let size = self.terminal.size()?;
-        Ok(Rect::new(0, 0, size.width, size.height))
+        Ok(Rect::new(0, 0, size.width.min(LARGEST), size.height.min(LARGEST)))
     }
 
     fn draw(&mut self, app: &dyn App, look: Look) -> io::Result<()> {
+        let area = self.area()?;
+        if self.area != area {
+            self.terminal.resize(area)?;
+            self.area = area;
+        }
         self.terminal.draw(|frame| *frame.buffer_mut() = app.view(frame.area(), look)).map(|_| ())
     }
 
@@ -213,21 +234,78 @@ fn give_back() {
     }
 }
 
-/// The signals that end a process, as they come in.
-struct Signals(Arc<AtomicUsize>);
+/// The signals that end it.
+#[cfg(unix)]
+const ENDS: [i32; 4] = {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
+    [SIGTERM, SIGHUP, SIGINT, SIGQUIT]
+};
+
+/// What ends the process: a signal, and SIGHUP where the terminal is gone, told or not.
+struct Ending {
+    seen: Arc<AtomicUsize>,
+    /// Keys come from standard input.
+    reads: bool,
+    over: AtomicBool,
+}
+
+impl Ending {
+    fn seen(&self) -> Option<i32> {
+        i32::try_from(self.seen.load(Ordering::SeqCst)).ok().filter(|signal| *signal != 0)
+    }
+
+    /// What has been seen, with a look at the terminal: one that is gone is none any more.
+    fn look(&self) -> Option<i32> {
+        #[cfg(unix)]
+        if !io::stdout().is_terminal() || self.reads && !io::stdin().is_terminal() {
+            let hangup = usize::try_from(signal_hook::consts::SIGHUP).unwrap_or(0);
+            _ = self.seen.compare_exchange(0, hangup, Ordering::SeqCst, Ordering::SeqCst);
+        }
+        self.seen()
+    }
+
+    /// Ends the process where the view does not come to it: a command may take long, and the reader of keys does not return from a
+    /// terminal that is gone.
+    fn guard(&self) {
+        let mut since = None;
+        while !self.over.load(Ordering::SeqCst) {
+            if let Some(signal) = self.look()
+                && since.get_or_insert_with(Instant::now).elapsed() >= GRACE
+            {
+                // What is to be written may wait for a terminal that takes nothing.
+                let back = thread::spawn(give_back);
+                let begin = Instant::now();
+                while !back.is_finished() && begin.elapsed() < GRACE {
+                    thread::sleep(Duration::from_millis(1));
+                }
+                obey(signal);
+            }
+            thread::sleep(PATIENCE);
+        }
+    }
+}
+
+/// Listens for what ends the process, as long as there is a view.
+struct Signals(Arc<Ending>);
 
 impl Signals {
     fn new() -> io::Result<Signals> {
-        let seen = Arc::new(AtomicUsize::new(0));
+        let reads = io::stdin().is_terminal();
+        let ending = Arc::new(Ending { seen: Arc::default(), reads, over: AtomicBool::new(false) });
         #[cfg(unix)]
-        for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGHUP, signal_hook::consts::SIGINT] {
-            signal_hook::flag::register_usize(signal, Arc::clone(&seen), usize::try_from(signal).unwrap_or(0))?;
+        for signal in ENDS {
+            let number = usize::try_from(signal).unwrap_or(0);
+            signal_hook::flag::register_usize(signal, Arc::clone(&ending.seen), number)?;
         }
-        Ok(Signals(seen))
+        let guard = Arc::clone(&ending);
+        thread::Builder::new().spawn(move || guard.guard())?;
+        Ok(Signals(ending))
     }
+}
 
-    fn seen(&self) -> Option<i32> {
-        i32::try_from(self.0.load(Ordering::SeqCst)).ok().filter(|signal| *signal != 0)
+impl Drop for Signals {
+    fn drop(&mut self) {
+        self.0.over.store(true, Ordering::SeqCst);
     }
 }
 

@@ -144,7 +144,7 @@ impl View {
                 Written::Always(written) => written == name,
                 Written::Powered(written) => powered && written == name,
                 Written::Passing(written) => passing && written == name,
-                Written::Stages(stem) => powered && is_stage(name, stem),
+                Written::Stages(stem, stages) => powered && is_stage(name, stem, stages),
                 Written::Nothing => false,
             }
         };
@@ -220,7 +220,7 @@ pub(crate) fn all_writes(program: &Program, start: &Evaluator) -> Vec<(ElementId
     for (id, element, _) in program.elements() {
         let is_written = |name: &str| match writes(element) {
             Written::Always(written) | Written::Powered(written) | Written::Passing(written) => written == name,
-            Written::Stages(stem) => is_stage(name, stem),
+            Written::Stages(stem, stages) => is_stage(name, stem, stages),
             Written::Nothing => false,
         };
         let symbols = (0..).zip(start.symbols()).filter(|(_, symbol)| is_written(&symbol.name));
@@ -238,9 +238,10 @@ pub(crate) fn received(program: &Program, start: &Evaluator, writes: &[(ElementI
     names.filter(|symbol| writes.iter().filter(|write| write.1 as usize == *symbol).count() == 1).collect()
 }
 
-/// It is a variable of a shift register.
-fn is_stage(name: &str, stem: &str) -> bool {
-    name.strip_prefix(stem).is_some_and(|n| n.parse::<u32>().is_ok())
+/// A shift register of so many stages writes it: all but the first, which is its input.
+fn is_stage(name: &str, stem: &str, stages: u32) -> bool {
+    let number = name.strip_prefix(stem);
+    number.is_some_and(|n| n.parse().is_ok_and(|stage: u32| (1..stages).contains(&stage) && stage.to_string() == n))
 }
 
 /// What an element writes.
@@ -252,8 +253,8 @@ enum Written<'a> {
     Powered(&'a str),
     /// Only where it gives power on.
     Passing(&'a str),
-    /// Variables of this stem and a number, with power.
-    Stages(&'a str),
+    /// The stages of a shift register, with power: its stem and their number.
+    Stages(&'a str, u32),
 }
 
 fn writes(element: &Element) -> Written<'_> {
@@ -269,7 +270,7 @@ fn writes(element: &Element) -> Written<'_> {
         | Element::Math { dest, .. }
         | Element::LookUpTable { dest, .. }
         | Element::PiecewiseLinear { dest, .. } => Written::Powered(dest),
-        Element::ShiftRegister { name, .. } => Written::Stages(name),
+        Element::ShiftRegister { name, stages } => Written::Stages(name, *stages),
         _ => Written::Nothing,
     }
 }
@@ -289,5 +290,25 @@ fn reads(element: &Element) -> Vec<&str> {
                 .collect()
         }
         _ => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shift_register_writes_its_own_stages_but_the_first() {
+        let rungs = ["SHIFT_REGISTER reg 3", "MOVE reg3 1", "MOVE reg01 1", "MOVE reg1x 1"];
+        let rungs: String = rungs.iter().map(|rung| format!("RUNG\n  {rung}\nEND\n")).collect();
+        let text = format!("LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nIO LIST\nEND\nPROGRAM\n{rungs}");
+        let program =
+            ladder::parse_bytes("f.ld", text.as_bytes(), ladder::Options::default()).expect("a program").program;
+        let start = Evaluator::new(&program).expect("an evaluator");
+        let written: Vec<(u32, &str)> = all_writes(&program, &start)
+            .into_iter()
+            .map(|(id, symbol)| (id.rung, start.symbols()[symbol as usize].name.as_str()))
+            .collect();
+        assert_eq!(written, [(0, "reg1"), (0, "reg2"), (1, "reg3"), (2, "reg01"), (3, "reg1x")]);
     }
 }

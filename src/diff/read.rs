@@ -53,10 +53,12 @@ impl Reader {
                 Texts::default(),
             )
         };
-        let input: Box<dyn BufRead> = match file {
+        let mut input: Box<dyn BufRead> = match file {
             "-" => Box::new(BufReader::new(io::stdin())),
             _ => Box::new(BufReader::new(File::open(file).map_err(|error| fail(&error))?)),
         };
+        // A directory can be opened, and then not read.
+        input.fill_buf().map_err(|error| fail(&error))?;
         let mut reader = Reader { file: file.to_owned(), input, line: 0, mcu: String::new(), hz: String::new() };
         let head = match reader.text()? {
             Some(line) => head(&line),

@@ -1,5 +1,6 @@
 //! A VCD file (IEEE 1364-2005, section 18) in memory: the signals that are drawn, and their changes.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
@@ -15,8 +16,14 @@ use crate::report::Texts;
 /// Most changes that are kept.
 const MOST: usize = 4_000_000;
 
+/// What some editors put before a text; the format is of plain ASCII.
+const BOM: &[u8] = b"\xEF\xBB\xBF";
+
 /// Most signals that a file declares.
 const MOST_SIGNALS: usize = 100_000;
+
+/// Most characters of a name that are drawn.
+const LONGEST_NAME: usize = 200;
 
 /// A value of a signal.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -62,19 +69,27 @@ pub struct Waves {
 }
 
 impl Signal {
+    /// Its name as it is drawn: of a long one the end.
+    pub fn drawn_name(&self) -> Cow<'_, str> {
+        let name = self.name.as_str();
+        match name.char_indices().rev().nth(LONGEST_NAME - 1) {
+            None | Some((0, _)) => name.into(),
+            Some((at, cut)) => format!("…{}", name.get(at + cut.len_utf8()..).unwrap_or_default()).into(),
+        }
+    }
+
     /// A pattern, in which * stands for any text, is its name with or without scopes.
     pub fn is_named(&self, pattern: &str) -> bool {
-        let tails = self.name.match_indices('.').map(|(at, _)| self.name.get(at + 1..).unwrap_or_default());
-        std::iter::once(self.name.as_str()).chain(tails).any(|name| matches(name, pattern))
+        let (name, mut parts) = (self.name.as_str(), pattern.split('*'));
+        let (front, last) = (parts.next().unwrap_or_default(), parts.next_back());
+        let Some(last) = last else {
+            return name.strip_suffix(front).is_some_and(|scopes| scopes.is_empty() || scopes.ends_with('.'));
+        };
+        // Where each part is found first, most is left for those behind it.
+        let rest = name.strip_prefix(front).or_else(|| Some(name.split_once(&format!(".{front}"))?.1));
+        let rest = parts.try_fold(rest, |rest, part| rest.map(|rest| Some(rest.split_once(part)?.1)));
+        rest.flatten().is_some_and(|rest| rest.ends_with(last))
     }
-}
-
-/// A name is what a pattern says.
-fn matches(name: &str, pattern: &str) -> bool {
-    let Some((front, rest)) = pattern.split_once('*') else { return name == pattern };
-    let Some(name) = name.strip_prefix(front) else { return false };
-    let starts = name.char_indices().map(|(at, _)| at).chain([name.len()]);
-    starts.into_iter().any(|at| matches(name.get(at..).unwrap_or_default(), rest))
 }
 
 /// Reads a file. Of signals that none of the patterns names, if there are any, nothing is kept.
@@ -82,12 +97,14 @@ pub fn read(file: &str, only: &[String]) -> Result<Waves, Failure> {
     if file == "-" {
         return Reading::new(file, only).all(BufReader::new(io::stdin()));
     }
-    let open = File::open(file).map_err(|error| {
-        let cause = format!("cannot be read: {}", reason(&error));
-        let hint = "check the path; - is standard input";
-        Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Texts::default())
-    })?;
+    let open = File::open(file).map_err(|error| unreadable(file, &error))?;
     Reading::new(file, only).all(BufReader::new(open))
+}
+
+fn unreadable(file: &str, error: &io::Error) -> Failure {
+    let cause = format!("cannot be read: {}", reason(error));
+    let hint = "check the path; - is standard input";
+    Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Texts::default())
 }
 
 /// A file that is read.
@@ -121,7 +138,12 @@ impl<'a> Reading<'a> {
         }
     }
 
-    fn all(mut self, input: impl BufRead) -> Result<Waves, Failure> {
+    fn all(mut self, mut input: impl BufRead) -> Result<Waves, Failure> {
+        // A directory can be opened, and then not read.
+        let begin = input.fill_buf().map_err(|error| unreadable(self.file, &error))?;
+        if begin.starts_with(BOM) {
+            return Err(self.refuse(MALFORMED_WAVE, 1, "the file begins with a byte order mark".to_owned()));
+        }
         let mut parser = Parser::new(input);
         loop {
             match parser.next() {
@@ -146,6 +168,10 @@ impl<'a> Reading<'a> {
         if self.signals.is_empty() {
             return Err(self.refuse(WRONG_WAVE, parser.line(), "the file declares no signal".to_owned()));
         }
+        if self.start == Some(u64::MAX) {
+            let cause = format!("the only time is {}, and nothing lies behind that", u64::MAX);
+            return Err(self.refuse(TOO_LARGE_WAVE, parser.line(), cause));
+        }
         Ok(self.done())
     }
 
@@ -159,7 +185,7 @@ impl<'a> Reading<'a> {
                 signal.name.drain(..prefix.len());
             }
         }
-        let scale = self.scale.unwrap_or(Scale::new(1, TimescaleUnit::S));
+        let scale = self.scale.unwrap_or(Scale::new(1, TimescaleUnit::NS));
         Waves { scale, signals: self.signals, start: self.start.unwrap_or(0), end: self.now }
     }
 
@@ -345,6 +371,12 @@ mod tests {
         ("#99999999999999999999\n", "WAV001 2"),
         ("$upscope $end\n", "WAV002 2"),
         ("$var wire 1 % c $end\n", "WAV002 2"),
+        ("#5\nU!\n", "WAV001 3"),
+        ("#5\nbU1 \"\n", "WAV001 3"),
+        ("#5\nb10 !\n", "WAV002 3"),
+        ("#5\nbxxxxxxxxx \"\n", "WAV002 3"),
+        ("$timescale 0 ns $end\n", "WAV002 2"),
+        ("#18446744073709551615\n1!\n", "WAV003 4"),
     ];
 
     #[test]
@@ -353,6 +385,8 @@ mod tests {
             let why = read(&format!("{HEAD}{body}")).map(|_| ()).expect_err(body);
             assert!(why.starts_with(wanted), "{body}: {why}");
         }
+        let marked = read(&format!("\u{feff}{HEAD}#5\n1!\n")).map(|_| ()).expect_err("a mark");
+        assert_eq!(marked, "WAV001 1 the file begins with a byte order mark");
         for text in ["", "hello\n", "$timescale 1 ns $end\n", "\u{7f}ELF", "$enddefinitions $end\n"] {
             assert!(read(text).is_err(), "{text}");
         }
@@ -369,9 +403,30 @@ mod tests {
             ("x", "*", true),
             ("PB5", "*B*5*", true),
             ("PB5", "*C*", false),
+            ("a.bc.bd", "b*d", true),
+            ("a.bc.bd", "c*d", false),
+            ("ab", "ab*b", false),
+            ("a.b", "", false),
         ] {
-            let signal = Signal { name: name.to_owned(), bits: 1, event: false, changes: Vec::new() };
-            assert_eq!(signal.is_named(pattern), wanted, "{name} {pattern}");
+            assert_eq!(bit(name).is_named(pattern), wanted, "{name} {pattern}");
+        }
+        // Not to be tried in every way that there is.
+        assert!(!bit(&"a".repeat(2000)).is_named(&("*a".repeat(40) + "b")));
+    }
+
+    fn bit(name: &str) -> Signal {
+        Signal { name: name.to_owned(), bits: 1, event: false, changes: Vec::new() }
+    }
+
+    #[test]
+    fn long_names_are_cut_in_front() {
+        for (length, wanted) in [(1, 1), (200, 200), (201, 200), (70_000, 200)] {
+            let signal = bit(&("é".repeat(length - 1) + "z"));
+            let drawn = signal.drawn_name();
+            assert_eq!(
+                (drawn.chars().count(), drawn.starts_with('…'), drawn.ends_with('z')),
+                (wanted, length > 200, true)
+            );
         }
     }
 }

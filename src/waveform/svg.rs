@@ -52,7 +52,7 @@ text { fill: #e6e8eb; }
 
 /// Draws the picture, so many pixels wide.
 pub fn draw(drawing: &Drawing<'_>, width: u32) -> String {
-    let longest = drawing.signals.iter().map(|signal| signal.name.chars().count()).max().unwrap_or(0);
+    let longest = drawing.signals.iter().map(|signal| signal.drawn_name().chars().count()).max().unwrap_or(0);
     let left = longest.max(4) as f64 * CHARACTER + 20.0;
     let (width, right) = (f64::from(width).max(left + 100.0), 16.0);
     let plot = Plot { left, width: width - left - right, from: drawing.from, span: drawing.to - drawing.from };
@@ -90,7 +90,11 @@ pub fn draw(drawing: &Drawing<'_>, width: u32) -> String {
     for (row, signal) in drawing.signals.iter().enumerate() {
         let top = AXIS + ROW * row as f64 + (ROW - HEIGHT) / 2.0;
         let (x, y) = (left - 10.0, top + HEIGHT - 5.0);
-        _ = writeln!(out, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{}</text>", escaped(&signal.name));
+        _ = writeln!(
+            out,
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{}</text>",
+            escaped(&signal.drawn_name())
+        );
         line(&mut out, signal, &plot, top);
     }
     out.push_str("</svg>\n");

@@ -10,7 +10,7 @@ const APART: u32 = 12;
 /// A line for each signal: bits are high, low, in the middle where they float, or hatched where they change within a column;
 /// values of several bits stand where they begin.
 pub fn draw(drawing: &Drawing<'_>, columns: u32) -> String {
-    let name = |signal: &&Signal| signal.name.chars().count();
+    let name = |signal: &&Signal| signal.drawn_name().chars().count();
     let width = drawing.signals.iter().map(name).max().unwrap_or(0).max(4);
     let span = drawing.to - drawing.from;
     let column = |at: u64| (u128::from(at - drawing.from) * u128::from(columns) / u128::from(span)) as usize;
@@ -26,7 +26,7 @@ pub fn draw(drawing: &Drawing<'_>, columns: u32) -> String {
     let mut out = format!("{:>width$}  {}\n", "time", axis.trim_end());
     for signal in &drawing.signals {
         let line = line(signal, drawing, columns as usize, &column);
-        out.push_str(&format!("{:>width$}  {}\n", signal.name, line.trim_end()));
+        out.push_str(&format!("{:>width$}  {}\n", signal.drawn_name(), line.trim_end()));
     }
     out
 }

@@ -90,5 +90,5 @@ pub fn open(arguments: &LaunchArguments) -> Result<Opened, String> {
     scope.ladder = view.as_ref().map(View::symbols).unwrap_or_default();
     let follow = view.as_ref().map(View::follower);
     let session = Session::new(target, scope, Options { clock, history: 4 << 20, follow });
-    Ok(Opened { session, view, notes: Vec::new() })
+    Ok(Opened { session, view })
 }

@@ -38,7 +38,7 @@ struct State {
     evaluator: Evaluator,
     /// Levels at the analog inputs, in the order of their symbols.
     levels: Vec<u16>,
-    /// Inputs that go back after the next scan.
+    /// Inputs that go back after the next scan; of a moment, after its own.
     pulsed: Vec<usize>,
     /// Bytes that are still to arrive, and from which scan on the line is free for one.
     coming: VecDeque<u8>,
@@ -49,7 +49,17 @@ struct State {
     scans: u64,
 }
 
-/// What a scan left.
+impl State {
+    /// Lets inputs go back that were pulsed for the scan that has run.
+    fn release(&mut self) {
+        for symbol in self.pulsed.drain(..) {
+            let value = self.evaluator.get(symbol);
+            self.evaluator.set(symbol, i32::from(value == 0));
+        }
+    }
+}
+
+/// What a scan left, with the inputs as it found them.
 #[derive(Debug)]
 pub struct Moment {
     state: State,
@@ -141,12 +151,9 @@ impl Machine {
             }
             now.sent.push_back(byte);
         }
-        let after = now.clone();
-        for symbol in now.pulsed.drain(..) {
-            let value = now.evaluator.get(symbol);
-            now.evaluator.set(symbol, i32::from(value == 0));
-        }
-        self.keep(Moment { state: State { pulsed: Vec::new(), ..after }, flow });
+        let state = now.clone();
+        now.release();
+        self.keep(Moment { state, flow });
     }
 
     fn keep(&mut self, moment: Moment) {
@@ -162,6 +169,9 @@ impl Machine {
         self.past.truncate(self.past.len() - scans);
         if let (true, Some(last)) = (scans > 0, self.past.back()) {
             self.now = last.state.clone();
+            if last.ran() {
+                self.now.release();
+            }
         }
         scans
     }

@@ -61,6 +61,20 @@ fn a_pulse_lasts_for_one_scan() {
 }
 
 #[test]
+fn back_behind_a_pulse_it_is_over() {
+    let mut panel = panel();
+    after(&mut panel, "! space*3 b*2");
+    assert_eq!((scans(&panel), value(&panel, "Xa"), value(&panel, "Ya")), (1, 0, 1));
+    after(&mut panel, "space");
+    assert_eq!((value(&panel, "Xa"), value(&panel, "Ya"), value(&panel, "Cparts")), (0, 0, 1));
+    // One that no scan has taken yet is there again.
+    after(&mut panel, "! R space b");
+    assert_eq!((value(&panel, "Xa"), scans(&panel)), (1, 0));
+    after(&mut panel, "space");
+    assert_eq!((value(&panel, "Xa"), value(&panel, "Ya")), (0, 1));
+}
+
+#[test]
 fn back_and_forth_is_the_same() {
     let mut panel = panel();
     after(&mut panel, "1 space*3 1 space*4 1 space*2");
