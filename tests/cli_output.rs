@@ -109,9 +109,9 @@ fn the_other_results_are_kept() {
 #[test]
 fn a_full_disk_ends_the_run() {
     let folder = folder("full");
-    let input = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/in/blinker.hex");
+    let input = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/in/blink.hex");
     fs::copy(input, folder.join("hello.hex")).expect("a copy");
-    let (code, _, err) = run(&folder, "--vcd /dev/full --vcd-add PC --timeout 600s");
+    let (code, _, err) = run(&folder, "--vcd /dev/full --vcd-add SREG");
     assert_eq!(code, Some(3), "{err}");
     assert!(err.contains("/dev/full: cannot be written"), "{err}");
 }
@@ -125,7 +125,7 @@ fn a_run_that_has_not_begun_writes_nothing() {
     assert_eq!(code, Some(3), "{err}");
     assert!(!folder.join("state").exists() && !folder.join("cells").exists(), "{err}");
     fs::write(folder.join("lines.lst"), "mine").expect("a file");
-    for flags in ["--coverage lines --vcd lines.lst", "--coverage lines --scenario lines.lst"] {
+    for flags in ["--coverage lines --vcd lines.lst", "--coverage lines --record lines.lst"] {
         let (code, _, err) = run(&folder, flags);
         assert_eq!(code, Some(2), "{flags}: {err}");
         assert!(err.contains("the listing lines.lst"), "{flags}: {err}");
