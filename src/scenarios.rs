@@ -118,10 +118,12 @@ impl File {
         })
     }
 
-    /// Tells the verdict beside that of a run, `of_run`, which counts where it is a fault of the program or not 0.
+    /// Tells the verdict beside that of a run, `of_run`, which counts where it is a fault of the program, where the
+    /// scenario has passed, and where the run has failed before the scenario was over.
     pub fn judged(&self, verdict: &Verdict, (of_run, printed): (u8, bool), terminal: &Terminal) -> Result<u8, Failure> {
         let code = self.tell(&Played { steps: self.steps(), verdict }, printed, terminal)?;
-        Ok(if of_run == exit::FAULT || code == exit::OK { of_run } else { code })
+        let failed = of_run == exit::FAULT || of_run == exit::FAILED && code == exit::LIMIT;
+        Ok(if failed || code == exit::OK { of_run } else { code })
     }
 
     /// Tells the verdict: as the result, or where something else is the result, to the user. Gives the exit code.

@@ -262,6 +262,8 @@ impl World for Table<'_> {
         self.hand.power = true;
         self.hand.writes.clear();
         self.hand.queue.clear();
+        // What the program was sending is lost with it.
+        self.hand.air.clear();
         Ok(())
     }
 

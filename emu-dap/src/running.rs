@@ -253,7 +253,7 @@ impl Run {
             }
             Run::Cycle(cycle) => session.goto_cycle(*cycle, go_on),
             Run::BackOn => session.back_run(go_on),
-            Run::BackSteps(n) => session.back_stepi(*n),
+            Run::BackSteps(n) => session.back_stepi(*n, &mut || true),
             Run::BackLine(line) => line.slice(session, go_on),
             Run::BackTo(words, left) => {
                 let own = session.points.add(What::Code(words.iter().copied().collect()), "", false);

@@ -61,7 +61,7 @@ fn main() {
                 session.goto_cycle(session.target().cycle() - CYCLES / (STEPS as u64 + 2), &mut || true);
             }
             let start = Instant::now();
-            session.back_stepi(1);
+            session.back_stepi(1, &mut || true);
             times.push(start.elapsed());
         }
         times.sort();

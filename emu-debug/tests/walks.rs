@@ -105,7 +105,7 @@ fn walks(family: Family, name: &str, count: u64) {
                     let (before, at) = (print(&session), session.target().cycle());
                     let mut back = 0;
                     for _ in 0..n {
-                        if session.back_stepi(1).why == Why::Beginning {
+                        if session.back_stepi(1, &mut || true).why == Why::Beginning {
                             break;
                         }
                         back += 1;
@@ -118,13 +118,13 @@ fn walks(family: Family, name: &str, count: u64) {
                     assert_eq!(session.target().cycle(), at, "{what}: {back} back and forward");
                     same(&print(&session), &before, &format!("{what}: {back} back and forward at {at}"));
                     compared += 1;
-                    session.back_stepi(n);
+                    session.back_stepi(n, &mut || true);
                     if back > 0 && rng.below(2) == 0 {
                         session.stepi(back, u64::MAX, &mut on);
                         assert_eq!(session.target().cycle(), at, "{what}: {back} at once, back and forward");
                         let what = format!("{what}: {back} at once, back and forward at {at}");
                         same(&print(&session), &before, &what);
-                        session.back_stepi(n);
+                        session.back_stepi(n, &mut || true);
                     }
                 }
                 5 => {
@@ -163,6 +163,16 @@ fn walks(family: Family, name: &str, count: u64) {
                 same(&print, &before, &format!("{what}: the machine at cycle {at} is another than it was"));
                 compared += 1;
             }
+        }
+        // Far back is as far as that many times a little.
+        if walk % 8 == 0 && session.settled() {
+            let at = session.target().cycle();
+            session.back_stepi(5_000, &mut on);
+            let far = session.target().cycle();
+            session.stepi(u64::MAX, at, &mut on);
+            assert_eq!(session.target().cycle(), at, "{what}: forth to {at}");
+            (0..5).for_each(|_| _ = session.back_stepi(1_000, &mut on));
+            assert_eq!(session.target().cycle(), far, "{what}: 5,000 back from {at}");
         }
         // Some of the way again, from the beginning and back.
         let cycles: Vec<u64> = known.keys().copied().collect();

@@ -100,7 +100,7 @@ impl Stub<'_> {
         let Some(n) = (if rest.is_empty() { Some(1) } else { rest.parse().ok() }) else {
             return format!("`{rest}` is no number of steps");
         };
-        let halt = self.session.back_stepi(n);
+        let halt = self.session.back_stepi(n, &mut || true);
         self.moved(&halt.why)
     }
 

@@ -47,7 +47,7 @@ impl Stub<'_> {
             Go::Step => session.stepi(1, END_OF_TIME, go_on),
             Go::Through(words) => through(session, &words, go_on),
             Go::Back => back(session, go_on),
-            Go::BackStep => session.back_stepi(1),
+            Go::BackStep => session.back_stepi(1, &mut || true),
         };
         let (reason, text) = self.told(&halt.why);
         self.why = text.clone().unwrap_or_else(|| self.plain(&halt.why));
@@ -147,7 +147,7 @@ fn back(session: &mut Session, go_on: &mut dyn FnMut() -> bool) -> Halt {
     if session.points.enabled().any(|point| !matches!(point.what, What::Code(_))) {
         // The instruction that has just been executed may be such a one.
         let now = session.target().cycle();
-        if session.back_stepi(1).why == Why::Done
+        if session.back_stepi(1, &mut || true).why == Why::Done
             && let Why::Points(hits) = session.stepi(1, now, &mut || true).why
         {
             return undo(session, hits);
@@ -161,7 +161,7 @@ fn back(session: &mut Session, go_on: &mut dyn FnMut() -> bool) -> Halt {
 
 /// Goes back before the instruction that a watchpoint has seen; a breakpoint may be on it.
 fn undo(session: &mut Session, mut hits: Vec<Hit>) -> Halt {
-    session.back_stepi(1);
+    session.back_stepi(1, &mut || true);
     hits.extend(here(session));
     Halt { why: Why::Points(hits) }
 }

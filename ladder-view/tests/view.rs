@@ -53,7 +53,7 @@ fn done(command: &str, open_now: &mut Option<(Session, View)>, out: &mut String)
             run_to(session, view.rung_words().into_iter().filter(|row| u64::from(row.0) == number).map(|row| row.1))
         }
         ["element", ..] => (0..number).for_each(|_| run_to(session, view.element_words().into_iter().map(|row| row.1))),
-        ["back", ..] => _ = session.back_stepi(number),
+        ["back", ..] => _ = session.back_stepi(number, &mut || true),
         ["where"] => {
             let pc = session.target().pc();
             let element = view.element_at(pc).map_or("no element".to_owned(), |id| id.to_string());

@@ -134,7 +134,7 @@ fn walk(setup: Setup, seed: u64) -> u32 {
                     session.stepi(1, u64::MAX, &mut go_on);
                 }
                 let before = told(&session, &view);
-                if session.back_stepi(steps).why == Why::Done {
+                if session.back_stepi(steps, &mut || true).why == Why::Done {
                     if let Some(known) = known.get(&session.target().cycle()).filter(|_| session.settled()) {
                         assert_eq!(*known, told(&session, &view), "{context}: {steps} back");
                     }

@@ -186,6 +186,10 @@ impl Binder<'_> {
         let bit = self.names.get(&name.text).copied();
         let level = match value {
             Value::Number(level @ (0 | 1)) => bit.map(|bit| (bit, *level == 1)),
+            Value::Text(text) => {
+                let level = ["0", "1"].iter().position(|level| text.trim() == *level);
+                bit.zip(level).map(|(bit, level)| (bit, level == 1))
+            }
             _ => None,
         };
         Some(Put { input, level })

@@ -27,7 +27,8 @@ pub(crate) type Item<'a> = Spanned<DeValue<'a>>;
 /// # Errors
 /// Everything that is wrong in the file.
 pub fn parse(file: &str, text: &str) -> Result<Scenario, Vec<Diagnostic>> {
-    let mut reader = Reader { file, text, faults: Vec::new() };
+    let starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
+    let mut reader = Reader { file, text, starts, faults: Vec::new() };
     let table = match DeTable::parse(text) {
         Ok(table) => table,
         Err(error) => {
@@ -48,14 +49,17 @@ pub fn parse(file: &str, text: &str) -> Result<Scenario, Vec<Diagnostic>> {
 struct Reader<'t> {
     file: &'t str,
     text: &'t str,
+    /// Where its lines begin.
+    starts: Vec<usize>,
     faults: Vec<Diagnostic>,
 }
 
 impl Reader<'_> {
     fn pos(&self, span: Range<usize>) -> Pos {
-        let before = self.text.get(..span.start).unwrap_or(self.text);
-        let line = before.matches('\n').count() as u32 + 1;
-        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() as u32 + 1;
+        let line = self.starts.partition_point(|start| *start <= span.start);
+        let start = self.starts.get(line.saturating_sub(1)).copied().unwrap_or_default();
+        let column = self.text.get(start..span.start).unwrap_or_default().chars().count() as u32 + 1;
+        let line = line as u32;
         let marked = self.text.get(span).unwrap_or_default().lines().next().unwrap_or_default();
         Pos::new(line, column, marked.chars().count().clamp(1, 200) as u32)
     }

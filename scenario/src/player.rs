@@ -12,6 +12,9 @@ use crate::world::World;
 /// Ops in one moment at most: steps that are repeated without any time between them would never end.
 const BUSY: u32 = 2_000_000;
 
+/// Pulses, ramps, repeated acts and things watched over that go on at a time, at most.
+const MOST: usize = 4_096;
+
 /// What is to be done next.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Next {
@@ -27,6 +30,8 @@ struct Task {
     next: u64,
     step: usize,
     what: Again,
+    /// It comes from something that goes on for ever: nobody waits for its end.
+    endless: bool,
 }
 
 #[derive(Debug, Clone)]
@@ -52,6 +57,8 @@ struct Guard {
     from: u64,
     to: Option<u64>,
     step: usize,
+    /// It was looked at: a time shorter than the machine's steps is at its first behind the beginning.
+    seen: bool,
 }
 
 /// A round of a repetition.
@@ -215,12 +222,11 @@ impl Player {
             let bound = if guard.from > now { guard.from } else { guard.to.unwrap_or(u64::MAX) };
             next = next.min(bound);
         }
-        let bounded = |task: &Task| match task.what {
-            Again::Series { .. } => true,
-            Again::Every { left, until, .. } => left.is_some() || until.is_some(),
-        };
         let script_over = self.line >= self.bound.lines.len();
-        if script_over && !self.tasks.iter().any(bounded) && self.guards.iter().all(|guard| guard.to.is_none()) {
+        if script_over
+            && self.tasks.iter().all(|task| task.endless)
+            && self.guards.iter().all(|guard| guard.to.is_none())
+        {
             if now >= self.last.max(self.time) {
                 return Ok(None);
             }
@@ -276,7 +282,7 @@ impl Player {
             Op::Every { until, times, .. } => {
                 let until = until.map(|until| self.frames.last().map_or(0, |frame| frame.base).saturating_add(until));
                 let what = Again::Every { line: self.line, left: *times, until };
-                self.tasks.push(Task { next: due, step, what });
+                self.begin(Task { next: due, step, what, endless: times.is_none() && until.is_none() })?;
             }
             Op::Wait(checks, within) => {
                 let missing = checks.iter().find(|check| !check.holds(world.read(check.output)));
@@ -307,7 +313,10 @@ impl Player {
                 if to.is_some_and(|to| to < now) {
                     return Err((Outcome::Failed, step, "its time had passed when it was its turn,".to_owned()));
                 }
-                self.guards.push(Guard { checks: checks.clone(), wanted: *wanted, from, to, step });
+                if self.guards.len() >= MOST {
+                    return Err((Outcome::Failed, step, too_many()));
+                }
+                self.guards.push(Guard { checks: checks.clone(), wanted: *wanted, from, to, step, seen: false });
                 self.watch(world, now)?;
             }
             Op::Repeat(rounds) => {
@@ -345,7 +354,8 @@ impl Player {
     /// Does the next of a task, and removes it behind its last.
     fn run_task(&mut self, n: usize, world: &mut dyn World) -> Result<(), Ended> {
         let bound = self.bound.clone();
-        let Some(Task { next: due, step, what }) = self.tasks.get(n).cloned() else { return Ok(()) };
+        let Some(Task { next: due, step, what, endless }) = self.tasks.get(n).cloned() else { return Ok(()) };
+        let (last, tasks) = (self.last, self.tasks.len());
         let following = match what {
             Again::Series { values, start, done } => {
                 if let Some((_, puts)) = values.get(done) {
@@ -365,8 +375,12 @@ impl Player {
                 more.then_some((next, Again::Every { line, left, until }))
             }
         };
+        if endless {
+            self.last = last;
+            self.tasks.iter_mut().skip(tasks).for_each(|task| task.endless = true);
+        }
         match (following, self.tasks.get_mut(n)) {
-            (Some((next, what)), Some(task)) => *task = Task { next, step, what },
+            (Some((next, what)), Some(task)) => *task = Task { next, step, what, endless },
             _ => _ = self.tasks.remove(n),
         }
         Ok(())
@@ -388,7 +402,7 @@ impl Player {
             }
             Act::Series(values) => {
                 let what = Again::Series { values: values.clone(), start: due, done: 0 };
-                self.tasks.push(Task { next: due, step, what });
+                self.begin(Task { next: due, step, what, endless: false })?;
             }
             Act::Send(bytes) => world.send(bytes, due).map_err(refused)?,
             Act::Check(checks) => {
@@ -404,11 +418,22 @@ impl Player {
                         Piece::Value(output) => world.read(*output).to_string(),
                     })
                     .collect();
-                world.log(&text);
+                // It goes to a terminal as it is.
+                let plain = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
+                world.log(&text.chars().map(plain).collect::<String>());
             }
             Act::Snapshot(file) => world.snapshot(file).map_err(refused)?,
             Act::Power => world.power_cycle().map_err(refused)?,
         }
+        Ok(())
+    }
+
+    /// Something goes on beside the steps.
+    fn begin(&mut self, task: Task) -> Result<(), Ended> {
+        if self.tasks.len() >= MOST {
+            return Err((Outcome::Failed, task.step, too_many()));
+        }
+        self.tasks.push(task);
         Ok(())
     }
 
@@ -427,7 +452,9 @@ impl Player {
 
     /// What always or never holds.
     fn watch(&mut self, world: &dyn World, now: u64) -> Result<(), Ended> {
-        for guard in self.guards.iter().filter(|guard| guard.from <= now && guard.to.is_none_or(|to| now <= to)) {
+        for guard in
+            self.guards.iter().filter(|guard| guard.from <= now && (!guard.seen || guard.to.is_none_or(|to| now <= to)))
+        {
             let missing = guard.checks.iter().find(|check| !check.holds(world.read(check.output)));
             match (missing, guard.wanted) {
                 (Some(check), true) => {
@@ -448,9 +475,14 @@ impl Player {
                 _ => {}
             }
         }
-        self.guards.retain(|guard| guard.to.is_none_or(|to| now < to));
+        self.guards.iter_mut().filter(|guard| guard.from <= now).for_each(|guard| guard.seen = true);
+        self.guards.retain(|guard| !guard.seen || guard.to.is_none_or(|to| now < to));
         Ok(())
     }
+}
+
+fn too_many() -> String {
+    format!("more than {MOST} things go on at once: steps are repeated without enough time between them")
 }
 
 /// `Yarc = 1, found 0`.

@@ -8,7 +8,7 @@ use super::shell::{Done, Shell};
 
 pub(super) fn stepi(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     let count = shell.count(args)?;
-    shell.go(out, |session, _| session.back_stepi(count));
+    shell.go(out, |session, go_on| session.back_stepi(count, go_on));
     Ok(())
 }
 
@@ -74,6 +74,9 @@ pub(super) fn next(shell: &mut Shell, args: &str, out: &mut String) -> Done {
 }
 
 pub(super) fn finish(shell: &mut Shell, _: &str, out: &mut String) -> Done {
+    if shell.frames().is_empty() {
+        return Err("there is nothing to go back out of: the stack tells of no call".to_owned());
+    }
     back_to(shell, "", Calls::Out, |_, _| true, out)
 }
 
@@ -89,7 +92,7 @@ pub(super) fn last_write(shell: &mut Shell, args: &str, out: &mut String) -> Don
     // It stands there already: the one before is meant.
     if moves && found.is_some_and(|(cycle, _)| cycle == shell.session.target().cycle()) {
         let here = shell.session.target().cycle();
-        shell.session.back_stepi(1);
+        shell.session.back_stepi(1, &mut || true);
         found = last(shell, text)?;
         if found.is_none() {
             shell.session.goto_cycle(here, &mut || true);

@@ -163,7 +163,7 @@ pub(super) fn go_on(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     if count > 1 {
         let pc = shell.session.target().pc();
         let here = |what: &What| matches!(what, What::Code(words) if words.contains(&pc));
-        let id = shell.session.points.all().iter().find(|point| here(&point.what)).map(|point| point.id);
+        let id = shell.session.points.enabled().find(|point| here(&point.what)).map(|point| point.id);
         let point = id.and_then(|id| shell.session.points.get_mut(id));
         point.ok_or("a count is for a breakpoint that has stopped it here; there is none")?.ignore = count - 1;
     }

@@ -77,6 +77,8 @@ pub struct Shell {
     block: Option<(u32, Vec<String>)>,
     queue: VecDeque<String>,
     queued: usize,
+    /// Where the machine stood when they were counted from 0.
+    queued_at: u64,
     pub(super) leave: Option<u8>,
     /// How deep scripts are nested.
     pub(super) nesting: u32,
@@ -110,6 +112,7 @@ impl Shell {
             block: None,
             queue: VecDeque::new(),
             queued: 0,
+            queued_at: 0,
             leave: None,
             nesting: 0,
             placed: false,
@@ -140,7 +143,7 @@ impl Shell {
     /// Carries out a line; [`Flow::More`] where a point has commands that are to be carried out after it.
     pub fn begin(&mut self, line: &str, out: &mut String) -> Flow {
         self.queue.clear();
-        self.queued = 0;
+        (self.queued, self.queued_at) = (0, self.session.target().cycle());
         if let Some((id, mut lines)) = self.block.take() {
             if line.trim() != "end" {
                 lines.push(line.trim().to_owned());
@@ -174,6 +177,11 @@ impl Shell {
     /// Carries out the next of the commands that points want done.
     pub fn proceed(&mut self, out: &mut String) -> Flow {
         let Some(line) = self.queue.pop_front() else { return Flow::Next };
+        // What moves the machine has an end; a breakpoint that only tells may tell as often as it likes.
+        let now = self.session.target().cycle();
+        if now > self.queued_at {
+            (self.queued, self.queued_at) = (0, now);
+        }
         self.queued += 1;
         if self.interrupted() {
             self.queue.clear();

@@ -275,8 +275,9 @@ impl<C: Cpu> World for Floor<'_, '_, C> {
                 apply(self.cpu, Drive { at: time, put }, &mut self.stage.supply)?;
                 self.stage.note(Drive { at: time, put });
                 if let Put::Level(pin, _) | Put::Volts(pin, _) | Put::Counts(pin, _) = put {
-                    self.stage.driven.push(pin);
-                    self.stage.driven.dedup();
+                    if !self.stage.driven.contains(&pin) {
+                        self.stage.driven.push(pin);
+                    }
                 }
             }
             Given::Poke(space, addr, bytes) => {

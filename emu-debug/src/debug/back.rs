@@ -15,6 +15,9 @@ use super::target::{Look, Target};
 /// Machine cycles that an instruction takes at most, in most cases.
 const CYCLES: u64 = 8;
 
+/// Steps back of which each position is noted.
+const NEAR: u64 = 1 << 12;
+
 /// A position that a search backwards comes by. In the stretches between two copies it goes forwards.
 pub struct Passed<'a> {
     /// The machine.
@@ -30,11 +33,12 @@ pub struct Passed<'a> {
 impl Session {
     /// Goes `n` steps back, or to the beginning of the history. From within a step the first leads to where that begins; as many
     /// steps forward right afterwards end there again.
-    pub fn back_stepi(&mut self, n: u64) -> Halt {
+    /// Far back it goes a stretch between two copies at a time, and asks `go_on` in between; interrupted it stays.
+    pub fn back_stepi(&mut self, n: u64, go_on: GoOn<'_>) -> Halt {
         let now = self.line.cycle();
         let left = self.left.filter(|left| left.stands == now).map(|left| left.at);
         let at = if self.line.settled { left } else { Some(now) };
-        let halt = self.back(n);
+        let halt = if n > NEAR { self.back_far(n, go_on) } else { self.back(n) };
         self.left = at.map(|at| Left { at, stands: self.line.cycle() });
         halt
     }
@@ -63,6 +67,48 @@ impl Session {
             }
             reach = reach.saturating_mul(8);
         }
+    }
+
+    /// As [`Session::back`], for many: positions are counted, not noted.
+    fn back_far(&mut self, n: u64, go_on: GoOn<'_>) -> Halt {
+        let (now, first) = (self.line.cycle(), self.history.first_cycle());
+        let starts: Vec<u64> = self.history.before(now).map(Line::cycle).collect();
+        let (mut end, mut rest) = (now, n);
+        for start in starts {
+            let Some(base) = self.replayed(start) else { break };
+            let begins = base.cycle() <= first;
+            let mut positions = u64::from(begins && base.cycle() < now);
+            self.steps(&mut base.fork(), end, &mut |line| positions += u64::from(line.cycle() < now));
+            if positions >= rest {
+                // So many positions of this stretch are passed over.
+                let mut before = positions - rest;
+                let mut found = if begins && before == 0 { Some(base.cycle()) } else { None };
+                if begins {
+                    before = before.saturating_sub(1);
+                }
+                let noted = found.is_some();
+                self.steps(&mut base.fork(), end, &mut |line| {
+                    if !noted && found.is_none() {
+                        if before == 0 {
+                            found = Some(line.cycle());
+                        }
+                        before = before.saturating_sub(1);
+                    }
+                });
+                self.line = base;
+                self.step_to(found.unwrap_or(start));
+                return Halt { why: Why::Done };
+            }
+            rest -= positions;
+            end = start;
+            if !go_on() {
+                return Halt { why: Why::Interrupted };
+            }
+        }
+        if let Some(line) = self.replayed(first) {
+            self.arrive(line);
+        }
+        Halt { why: Why::Beginning }
     }
 
     /// Goes to the last position at or before a cycle, in the past or in the future; points are passed over.

@@ -243,11 +243,13 @@ impl<'a> Parser<'a> {
 
     fn atom(&mut self) -> Result<Expr, String> {
         if let Some(rest) = self.rest.strip_prefix('\'') {
-            let end = rest
-                .char_indices()
-                .skip(1)
-                .find(|(at, c)| *c == '\'' && !rest[..*at].ends_with('\\'))
-                .map(|(at, _)| at);
+            // Behind a backslash a ' ends nothing, and neither does a backslash begin anything.
+            let mut escaped = false;
+            let end = rest.char_indices().find_map(|(at, c)| {
+                let ends = c == '\'' && !escaped && at > 0;
+                escaped = c == '\\' && !escaped;
+                ends.then_some(at)
+            });
             let end = end.ok_or_else(|| format!("a ' is missing in `{}`", self.text))?;
             let bytes = unescape(&rest[..end])?;
             self.rest = rest[end + 1..].trim_start();

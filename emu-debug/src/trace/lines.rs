@@ -141,8 +141,10 @@ impl<'a> Lines<'a> {
                         *place = Some(code);
                     }
                 }
-                if let Some(Some(code)) = self.code.get(index) {
-                    out.extend_from_slice(code.text.as_bytes());
+                match self.code.get(index) {
+                    Some(Some(code)) => out.extend_from_slice(code.text.as_bytes()),
+                    // Behind the end of program memory.
+                    _ => out.extend_from_slice(self.code(cpu, pc).text.as_bytes()),
                 }
             }
             What::Interrupt(vector) => {
