@@ -1,6 +1,6 @@
 //! Commands that go back in time.
 
-use emu_debug::debug::{Access, Expr, Halt, Hit, Passed, Place, Scope, What, Why};
+use emu_debug::debug::{Access, Action, Expr, Halt, Hit, Passed, Place, Scope, What, Why};
 
 use super::frames::{Calls, Frames};
 use super::numbers::brief;
@@ -98,6 +98,16 @@ pub(super) fn last_write(shell: &mut Shell, args: &str, out: &mut String) -> Don
             shell.session.goto_cycle(here, &mut || true);
         }
     }
+    let place = shell.session.scope.expr(text)?.place(shell.session.target());
+    if let Some((cycle, value)) = place.and_then(|place| by_hand(shell, place, moves))
+        && found.is_none_or(|(last, _)| cycle >= last)
+    {
+        out.push_str(&format!("{text} {}, set by hand at cycle {cycle}\n", brief(value)));
+        if moves {
+            shell.go(out, |session, go_on| session.goto_cycle(cycle, go_on));
+        }
+        return Ok(());
+    }
     let Some((cycle, hit)) = found else {
         out.push_str(&format!("{text} was not written in this history\n"));
         return Ok(());
@@ -117,6 +127,33 @@ pub(super) fn last_write(shell: &mut Shell, args: &str, out: &mut String) -> Don
 
 pub(super) fn reverse_last(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     last_write(shell, &format!("{args} go"), out)
+}
+
+/// The last `set` of a place, or of a part of it, up to now; `before`: not one of this cycle.
+fn by_hand(shell: &Shell, place: Place, before: bool) -> Option<(u64, i64)> {
+    let bytes = |place: Place| match place {
+        Place::Memory { space, addr, bytes, .. } => Some((space, addr..addr + u32::from(bytes))),
+        Place::Bit { space, addr, .. } => Some((space, addr..addr + 1)),
+        _ => None,
+    };
+    let touches = |other: Place| match (place, other, bytes(place), bytes(other)) {
+        (Place::Bit { bit, .. }, Place::Bit { bit: set, .. }, one, two) => one == two && bit == set,
+        (.., Some((space, own)), Some((of, set))) => space == of && own.start < set.end && set.start < own.end,
+        _ => place == other,
+    };
+    // Of a bit that was set with its byte only itself is told.
+    let part = |set: Place, value: i64| match (place, set) {
+        (Place::Bit { addr, bit, .. }, Place::Memory { addr: first, .. }) => {
+            value >> (8 * (addr - first) + u32::from(bit)).min(63) & 1
+        }
+        _ => value,
+    };
+    let now = shell.session.target().cycle();
+    let sets = shell.session.deeds().filter_map(|(cycle, action)| match action {
+        Action::Set(set, value) if touches(*set) => Some((cycle, part(*set, *value))),
+        _ => None,
+    });
+    sets.filter(|(cycle, _)| *cycle < now || *cycle == now && !before).last()
 }
 
 /// The last change of a place, and where there is none the last write to its bytes.

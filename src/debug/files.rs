@@ -27,6 +27,8 @@ impl Shell {
             return Err(format!("{name}: scripts are nested too deeply"));
         }
         self.nesting += 1;
+        // What a point still wants done goes on behind the script.
+        let queue = std::mem::take(&mut self.queue);
         let done = (1..).zip(text.lines()).try_for_each(|(number, line)| {
             if self.leave.is_some() || line.trim().is_empty() {
                 return Ok(());
@@ -43,6 +45,7 @@ impl Shell {
         });
         let done = done.and_then(|()| self.ended().map_err(|why| format!("{name}: {why}")));
         self.nesting -= 1;
+        self.queue = queue;
         self.placed &= self.nesting > 0;
         done
     }

@@ -75,7 +75,7 @@ pub struct Shell {
     last: String,
     /// The point whose commands are being typed.
     block: Option<(u32, Vec<String>)>,
-    queue: VecDeque<String>,
+    pub(super) queue: VecDeque<String>,
     queued: usize,
     /// Where the machine stood when they were counted from 0.
     queued_at: u64,

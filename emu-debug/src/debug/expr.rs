@@ -1,7 +1,5 @@
 //! Expressions as C and gdb write them, over places of the machine.
 
-use emu_core::chip::Chip;
-
 use super::place::Place;
 use super::scope::Scope;
 use super::target::Target;
@@ -71,17 +69,18 @@ impl Expr {
     }
 
     /// Nothing but the program's writes can change its value: all places in it are bytes of RAM.
-    pub(super) fn is_of_ram(&self, chip: &Chip) -> bool {
-        let ram = u32::from(chip.ram_start)..u32::from(chip.ram_start) + u32::from(chip.ram_len);
+    pub(super) fn is_of_ram(&self, target: &dyn Target) -> bool {
+        let kept = |space: &str, addr: u32, bytes: u32| {
+            space == target.chip().ram && (addr..addr + bytes).all(|addr| target.ram_at(addr).is_some())
+        };
         match self {
             Expr::Number(_) => true,
-            Expr::Place(Place::Memory { space, addr, .. } | Place::Bit { space, addr, .. }) => {
-                *space == chip.ram && ram.contains(addr)
-            }
+            Expr::Place(Place::Memory { space, addr, bytes, .. }) => kept(space, *addr, (*bytes).into()),
+            Expr::Place(Place::Bit { space, addr, .. }) => kept(space, *addr, 1),
             // Where it points may be anything.
             Expr::Place(_) | Expr::At(..) => false,
-            Expr::Bit(of, _) | Expr::Unary(_, of) => of.is_of_ram(chip),
-            Expr::Binary(_, a, b) => a.is_of_ram(chip) && b.is_of_ram(chip),
+            Expr::Bit(of, _) | Expr::Unary(_, of) => of.is_of_ram(target),
+            Expr::Binary(_, a, b) => a.is_of_ram(target) && b.is_of_ram(target),
         }
     }
 

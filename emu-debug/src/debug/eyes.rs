@@ -73,7 +73,7 @@ impl Eyes {
                 What::Access(range, access) => eyes.accesses.push((point.id, *range, *access)),
                 What::Pin(pin, level) => eyes.pins.push((point.id, *pin, *level, target.level(*pin))),
                 What::Change(expr) => {
-                    eyes.ram_only &= expr.is_of_ram(target.chip());
+                    eyes.ram_only &= expr.is_of_ram(target);
                     expr.bytes(&mut |addr| _ = eyes.ram.insert(target.ram_at(addr).unwrap_or(addr)));
                     eyes.changes.push((point.id, expr.clone(), expr.value(target)));
                 }

@@ -57,7 +57,8 @@ impl Scope {
         match self.ladder.iter().find(|(name, _)| name == text.trim()).map(|found| found.1) {
             Some(Place::Bit { space, addr, .. }) => Ok(Range { space, start: addr, end: addr + 1 }),
             Some(Place::Memory { space, addr, bytes, .. }) => {
-                Ok(Range { space, start: addr, end: addr + u32::from(bytes) })
+                let width = self.chip.width(space).max(1);
+                Ok(Range { space, start: addr / width, end: (addr + u32::from(bytes)).div_ceil(width) })
             }
             _ => self.source().names.range(text),
         }
@@ -155,6 +156,14 @@ impl Scope {
             Ok(of) => of,
             Err(why) => return Some(Err(why)),
         };
+        let most = match &of {
+            Expr::Place(Place::Memory { bytes, .. }) => 8 * bytes,
+            Expr::Place(Place::Bit { .. } | Place::Pin(_)) => 1,
+            _ => 64,
+        };
+        if bit >= most {
+            return Some(Err(format!("`{byte}` has no bit {bit}: its bits are 0 to {}", most - 1)));
+        }
         Some(if bit < 64 { Ok(Expr::Bit(Box::new(of), bit)) } else { Err(format!("`{name}` names no bit")) })
     }
 }

@@ -1,0 +1,3 @@
+echo from the script
+
+print $cycle
