@@ -274,10 +274,10 @@ impl<C: Cpu> World for Floor<'_, '_, C> {
             Given::Put(put) => {
                 apply(self.cpu, Drive { at: time, put }, &mut self.stage.supply)?;
                 self.stage.note(Drive { at: time, put });
-                if let Put::Level(pin, _) | Put::Volts(pin, _) | Put::Counts(pin, _) = put {
-                    if !self.stage.driven.contains(&pin) {
-                        self.stage.driven.push(pin);
-                    }
+                if let Put::Level(pin, _) | Put::Volts(pin, _) | Put::Counts(pin, _) = put
+                    && !self.stage.driven.contains(&pin)
+                {
+                    self.stage.driven.push(pin);
                 }
             }
             Given::Poke(space, addr, bytes) => {
