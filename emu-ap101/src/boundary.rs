@@ -73,7 +73,7 @@ impl Ap101 {
             self.hot.time.force();
             let now = self.hot.time.now();
             let between = self.fetched.is_none();
-            let mut round = None;
+            let mut next = None;
             if between {
                 if self.soc.fire(CLOCKS * now, self.phase != Phase::Off) {
                     self.stir();
@@ -84,7 +84,7 @@ impl Ap101 {
                 if let Some(which) = self.next_program(now) {
                     self.hot.na = self.code.programs.get(which).map_or(0, |ops| ops.program.start.into());
                     // However the machine comes to stop here, it has been looked at.
-                    round = self.settled(now);
+                    next = Some((which, self.settled(now)));
                 }
             }
             self.tell(probe);
@@ -95,7 +95,7 @@ impl Ap101 {
                 return Some(Stop::Limit);
             }
             if between {
-                if let Some(which) = self.next_program(now) {
+                if let Some((which, round)) = next {
                     if let Some(round) = round.filter(|_| HALTS) {
                         let due = self.soc.next();
                         if due == NEVER && self.rests(round) {
