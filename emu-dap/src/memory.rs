@@ -31,11 +31,6 @@ impl Machine {
     fn reference(&self, text: &str) -> Result<(&'static str, i64), String> {
         let scope = &self.session.scope;
         let chip = scope.chip();
-        // Places count bytes, also in a memory of words.
-        let own = scope.ladder.iter().find(|(name, _)| name == text.trim()).map(|(_, place)| *place);
-        if let Some(Place::Memory { space, addr, .. } | Place::Bit { space, addr, .. }) = own {
-            return Ok((space, addr.into()));
-        }
         let plain = emu_debug::place::number(text.trim());
         let text = plain.map_or_else(|| text.to_owned(), |number| format!("{}:0x{number:x}", chip.code));
         let range = scope.range(&text)?;

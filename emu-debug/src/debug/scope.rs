@@ -164,6 +164,6 @@ impl Scope {
         if bit >= most {
             return Some(Err(format!("`{byte}` has no bit {bit}: its bits are 0 to {}", most - 1)));
         }
-        Some(if bit < 64 { Ok(Expr::Bit(Box::new(of), bit)) } else { Err(format!("`{name}` names no bit")) })
+        Some(Ok(Expr::Bit(Box::new(of), bit)))
     }
 }
