@@ -39,6 +39,9 @@ impl Session {
         let left = self.left.filter(|left| left.stands == now).map(|left| left.at);
         let at = if self.line.settled { left } else { Some(now) };
         let halt = if n > NEAR { self.back_far(n, go_on) } else { self.back(n) };
+        if halt.why == Why::Interrupted {
+            return halt;
+        }
         self.left = at.map(|at| Left { at, stands: self.line.cycle() });
         halt
     }
@@ -81,20 +84,17 @@ impl Session {
             self.steps(&mut base.fork(), end, &mut |line| positions += u64::from(line.cycle() < now));
             if positions >= rest {
                 // So many positions of this stretch are passed over.
-                let mut before = positions - rest;
-                let mut found = if begins && before == 0 { Some(base.cycle()) } else { None };
-                if begins {
-                    before = before.saturating_sub(1);
-                }
-                let noted = found.is_some();
-                self.steps(&mut base.fork(), end, &mut |line| {
-                    if !noted && found.is_none() {
-                        if before == 0 {
-                            found = Some(line.cycle());
-                        }
-                        before = before.saturating_sub(1);
+                let (mut before, mut found) = (positions - rest, None);
+                let mut tell = |line: &Line| {
+                    if before == 0 {
+                        found.get_or_insert(line.cycle());
                     }
-                });
+                    before = before.saturating_sub(1);
+                };
+                if begins {
+                    tell(&base);
+                }
+                self.steps(&mut base.fork(), end, &mut tell);
                 self.line = base;
                 self.step_to(found.unwrap_or(start));
                 return Halt { why: Why::Done };
