@@ -88,10 +88,10 @@ pub(super) fn last_write(shell: &mut Shell, args: &str, out: &mut String) -> Don
     if text.is_empty() {
         return Err("whose last write? last-write buf, last-write PORTB.5, last-write data:0x100".to_owned());
     }
+    let here = shell.session.target().cycle();
     let mut found = last(shell, text)?;
     // It stands there already: the one before is meant.
-    if moves && found.is_some_and(|(cycle, _)| cycle == shell.session.target().cycle()) {
-        let here = shell.session.target().cycle();
+    if moves && found.is_some_and(|(cycle, _)| cycle == here) {
         shell.session.back_stepi(1, &mut || true);
         found = last(shell, text)?;
         if found.is_none() {
@@ -99,7 +99,8 @@ pub(super) fn last_write(shell: &mut Shell, args: &str, out: &mut String) -> Don
         }
     }
     let place = shell.session.scope.expr(text)?.place(shell.session.target());
-    if let Some((cycle, value)) = place.and_then(|place| by_hand(shell, place, moves))
+    if let Some((cycle, value)) =
+        place.and_then(|place| by_hand(shell, place, if moves { here } else { here.saturating_add(1) }))
         && found.is_none_or(|(last, _)| cycle >= last)
     {
         out.push_str(&format!("{text} {}, set by hand at cycle {cycle}\n", brief(value)));
@@ -129,8 +130,8 @@ pub(super) fn reverse_last(shell: &mut Shell, args: &str, out: &mut String) -> D
     last_write(shell, &format!("{args} go"), out)
 }
 
-/// The last `set` of a place, or of a part of it, up to now; `before`: not one of this cycle.
-fn by_hand(shell: &Shell, place: Place, before: bool) -> Option<(u64, i64)> {
+/// The last `set` of a place, or of a part of it, before a cycle.
+fn by_hand(shell: &Shell, place: Place, end: u64) -> Option<(u64, i64)> {
     let bytes = |place: Place| match place {
         Place::Memory { space, addr, bytes, .. } => Some((space, addr..addr + u32::from(bytes))),
         Place::Bit { space, addr, .. } => Some((space, addr..addr + 1)),
@@ -148,12 +149,11 @@ fn by_hand(shell: &Shell, place: Place, before: bool) -> Option<(u64, i64)> {
         }
         _ => value,
     };
-    let now = shell.session.target().cycle();
     let sets = shell.session.deeds().filter_map(|(cycle, action)| match action {
         Action::Set(set, value) if touches(*set) => Some((cycle, part(*set, *value))),
         _ => None,
     });
-    sets.filter(|(cycle, _)| *cycle < now || *cycle == now && !before).last()
+    sets.filter(|(cycle, _)| *cycle < end).last()
 }
 
 /// The last change of a place, and where there is none the last write to its bytes.

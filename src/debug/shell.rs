@@ -16,7 +16,7 @@ use crate::fail::exit;
 use crate::snapshots::Shelf;
 use crate::sources::Sources;
 
-/// Commands in a row that blocks of `commands` may call up before one is taken for endless.
+/// Commands in a row that blocks of `commands` may call up, the machine standing still, before one is taken for endless.
 const QUEUE: usize = 10_000;
 
 /// What comes after a line.
