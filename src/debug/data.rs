@@ -75,13 +75,11 @@ impl Shell {
         let bytes = match place {
             Some(Place::Memory { bytes, .. }) => bytes.into(),
             Some(Place::Bit { .. } | Place::Reg(_)) => 1,
-            _ if (0..0x1_0000).contains(&value) => 2,
+            // What is computed, or counted, has a sign of its own.
+            _ if format.letter != Some('d') && (0..0x1_0000).contains(&value) => 2,
             _ => 8,
         };
         let bytes = if value > 0xFF && bytes == 1 { 2 } else { bytes };
-        // What is computed, or counted, has a sign of its own.
-        let sized = matches!(place, Some(Place::Memory { .. } | Place::Bit { .. } | Place::Reg(_)));
-        let bytes = if format.letter == Some('d') && !sized { 8 } else { bytes };
         match format.letter {
             Some('a') => match u32::try_from(value).ok().and_then(|address| self.word_of(address)) {
                 Some(word) => self.session.scope.source().place(word),

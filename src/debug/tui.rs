@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use emu_core::pins::{Event, Level};
 use emu_debug::debug::{Goal, Target, What, Why};
+use emu_debug::trace::register_bits;
 use emu_tui::debugger::{Answer, Code, Debugger, Machine, Memory, Sight, Trace, Value, Wants};
 use emu_tui::flow::{self, Seen};
 use emu_tui::screen;
@@ -208,9 +209,8 @@ impl Face {
         let target = self.shell.session.target();
         let value = |name: &&'static str| {
             let (now, old) = (target.reg(name)?, self.before.reg(name));
-            let wide = matches!(*name, "PC" | "NA" | "DPTR")
-                || *name == "SP" && old.is_some_and(|_| target.chip().ram_len > 256);
-            let text = if wide { format!("{now:04x}") } else { format!("{now:02x}") };
+            let digits = if register_bits(target.chip(), name) > 8 { 4 } else { 2 };
+            let text = format!("{now:0digits$x}");
             Some(Value { name: (*name).to_owned(), text, changed: old != Some(now) })
         };
         // The program counter is where the code is marked.
