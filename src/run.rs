@@ -82,7 +82,8 @@ pub struct RunArgs {
     /// Write what the chip sends over its first serial port, raw, to a file; with - it alone is standard output.
     #[arg(long, value_name = "FILE")]
     uart: Option<String>,
-    /// End well when this was sent; \n \r \t \0 \\ \" \xNN are known. Exit code 1 or 5 when it never comes.
+    /// End well when this was sent; \n \r \t \0 \\ \" \xNN are known. Exit code 1 or 5 when it never comes. With --scenario the run goes
+    /// on to the end of that.
     #[arg(long, value_name = "TEXT", value_parser = |t: &str| unescape(t).map(Text))]
     expect_uart: Option<Text>,
     /// End with exit code 1 when this was sent; escapes as in --expect-uart.

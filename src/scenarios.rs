@@ -25,8 +25,7 @@ pub struct Played<'a> {
 /// Reads a scenario.
 pub fn read(file: &str) -> Result<File, Failure> {
     let bytes = input::bytes(file)?;
-    let text = String::from_utf8_lossy(&bytes).into_owned();
-    match scenario::parse(file, &text) {
+    match scenario::parse_bytes(file, &bytes) {
         Ok(scenario) => Ok(File { scenario, text: bytes }),
         Err(faults) => Err(Failure::Refused(faults, Texts::one(file, bytes))),
     }
@@ -56,8 +55,12 @@ impl Wave {
 
     /// The stimuli of the wires that are `wanted`, and warnings.
     pub fn scenario(&self, wanted: &mut dyn FnMut(&str) -> bool) -> Result<(Scenario, Vec<Diagnostic>), Failure> {
-        let refused = |faults| Failure::Refused(faults, Texts::one(&self.file, self.text.clone()));
-        self.waveform.scenario(wanted).map_err(refused)
+        self.waveform.scenario(wanted).map_err(|faults| self.refused(faults))
+    }
+
+    /// The failure that the waveform does not fit the machine.
+    pub fn refused(&self, faults: Vec<Diagnostic>) -> Failure {
+        Failure::Refused(faults, Texts::one(&self.file, self.text.clone()))
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Bus, Cpu, Probe, RamInit, Reset, Stop};
+use emu_core::cpu::{Bus, Cpu, Probe, RamInit, Reset, Stop, rewrite_bit};
 use emu_core::engine::{self, Looks};
 use emu_core::image::Image;
 use emu_core::pins::{Level, PinId, Time};
@@ -284,6 +284,16 @@ impl Cpu for Mcs51 {
             "xdata" if self.part.bus && index < SPAN => self.write_external(word, value),
             _ => return false,
         }
+        self.hot.time.force();
+        true
+    }
+
+    fn poke_bit(&mut self, space: &str, addr: u32, bit: u8, value: bool) -> bool {
+        if space != "sfr" || !(0x80..0x100).contains(&addr) {
+            return rewrite_bit(self, space, addr, bit, value);
+        }
+        let mask = 1 << (bit & 7);
+        self.poke_direct(addr as u8, mask, if value { mask } else { 0 });
         self.hot.time.force();
         true
     }

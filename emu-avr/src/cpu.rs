@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Bus, Cpu, Probe, RamInit, Reset, Stop};
+use emu_core::cpu::{Bus, Cpu, Probe, RamInit, Reset, Stop, rewrite_bit};
 use emu_core::engine::{self, Looks};
 use emu_core::image::Image;
 use emu_core::pins::{Level, PinId, Time};
@@ -244,6 +244,17 @@ impl Cpu for Avr {
             "eeprom" if self.soc.set_eeprom(index, value) => {}
             _ => return false,
         }
+        self.hot.time.force();
+        true
+    }
+
+    fn poke_bit(&mut self, space: &str, addr: u32, bit: u8, value: bool) -> bool {
+        let io = (0x20..self.part.chip.ram_start.into()).contains(&addr) && !(SPL.into()..=SREG.into()).contains(&addr);
+        if space != "data" || !io || self.part.whole_registers {
+            return rewrite_bit(self, space, addr, bit, value);
+        }
+        let (now, mask) = (self.cycle(), 1 << (bit & 7));
+        self.soc.write_bits(addr as u16, mask, if value { mask } else { 0 }, now);
         self.hot.time.force();
         true
     }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use diag::Diagnostic;
 use ladder::{Program, Symbol, SymbolKind};
 use ladder_eval::Evaluator;
-use scenario::{Bound, Input, Next, Player, Reading, Scale, Site, Value, Verdict, World};
+use scenario::{Bound, Input, Next, Output, Player, Reading, Scale, Site, Value, Verdict, World};
 
 use crate::hints::Hints;
 use crate::peripherals::serial;
@@ -73,6 +73,14 @@ impl LadderSite {
         })
     }
 
+    /// The least and the most that it holds.
+    fn range(symbol: &Symbol) -> (i64, i64) {
+        match symbol.bytes {
+            0 => (0, 1),
+            bytes => (-1_i64 << (8 * bytes - 1), (1_i64 << (8 * bytes - 1)) - 1),
+        }
+    }
+
     /// What this identifier of an input stands for comes in from outside: it is no symbol that is written.
     #[must_use]
     pub fn is_outside(&self, input: usize) -> bool {
@@ -101,11 +109,7 @@ impl Site for LadderSite {
     fn input(&mut self, name: &str, value: &Value) -> Result<Input, (String, bool)> {
         let (index, symbol) = self.symbol(name).map_err(|why| (why, true))?;
         let analog = self.hints.analog.iter().position(|adc| *adc == index);
-        let (low, high) = match (analog, symbol.bytes) {
-            (Some(_), _) => (0, 1023),
-            (None, 0) => (0, 1),
-            (None, bytes) => (-1_i64 << (8 * bytes - 1), (1_i64 << (8 * bytes - 1)) - 1),
-        };
+        let (low, high) = if analog.is_some() { (0, 1023) } else { LadderSite::range(symbol) };
         let number = match value {
             Value::Number(number) => Some(*number),
             Value::Text(text) => text.trim().parse().ok(),
@@ -127,8 +131,9 @@ impl Site for LadderSite {
         Ok(Input { id, ahead: false })
     }
 
-    fn output(&mut self, name: &str) -> Result<usize, String> {
-        self.symbol(name).map(|found| found.0)
+    fn output(&mut self, name: &str) -> Result<Output, String> {
+        let (id, symbol) = self.symbol(name)?;
+        Ok(Output { id, range: LadderSite::range(symbol), floats: false })
     }
 
     fn names(&self) -> Vec<String> {

@@ -130,6 +130,12 @@ pub trait Cpu: Clone {
     /// Writes one byte of a memory space at once; false outside of it. A register of the chip does what it does when a program
     /// writes it (a one in a flag register clears the flag, PINx toggles).
     fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool;
+    /// Writes the bit `bit` (0 to 7) of a byte as [`Cpu::poke`] does, and does with the others what an instruction on single bits does:
+    /// on an 8051 ports keep their latches, on an AVR flags stay that a one clears, a PIC16 reads all and writes them back. False
+    /// outside of the memory.
+    fn poke_bit(&mut self, space: &str, addr: u32, bit: u8, value: bool) -> bool {
+        rewrite_bit(self, space, addr, bit, value)
+    }
     /// Sets or clears a breakpoint at the program word `pc`. It changes nothing that a program could see; a clone has the
     /// traps that were set when it was made.
     fn trap(&mut self, pc: u32, on: bool);
@@ -246,6 +252,13 @@ pub trait Bus: Clone {
     fn can_wake(&self, interrupts_enabled: bool) -> bool;
     /// True when something is still on its way: a byte being sent, a drive queued.
     fn busy(&self) -> bool;
+}
+
+/// Reads a byte and writes it back with another value of one bit: [`Cpu::poke_bit`] where nothing else is a part of it.
+pub fn rewrite_bit<C: Cpu>(cpu: &mut C, space: &str, addr: u32, bit: u8, value: bool) -> bool {
+    let mask = 1 << (bit & 7);
+    let old = cpu.peek(space, addr);
+    old.is_some_and(|old| cpu.poke(space, addr, if value { old | mask } else { old & !mask }))
 }
 
 /// Looks at a run. The constants switch the hooks on at compile time; `()` looks at nothing and costs nothing.

@@ -37,6 +37,10 @@ pub trait Host<C> {
         let _ = cpu;
         false
     }
+    /// It is not over with the text that a run waits for: the run goes on behind that.
+    fn waits(&self) -> bool {
+        false
+    }
     /// The run has ended.
     fn over(&mut self, cpu: &mut C, sent: &[u8]);
 }

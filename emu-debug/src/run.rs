@@ -24,7 +24,7 @@ pub struct Plan {
     pub limit: u64,
     /// Conditions; any of them ends it.
     pub until: Vec<Until>,
-    /// A text in the serial output that ends it well.
+    /// A text in the serial output that ends it well, unless the host still waits ([`Host::waits`]).
     pub expect: Option<Vec<u8>>,
     /// A text in the serial output that ends it badly.
     pub fail: Option<Vec<u8>>,
@@ -291,8 +291,10 @@ fn run_with<C: Cpu, L: Looks>(
         tools.close.saw(plan).or(text).or_else(pin).or(full)
     };
     let reason = loop {
-        if let Some(reason) = seen(&tools) {
-            break reason;
+        match seen(&tools) {
+            Some(Reason::Expected) if host.waits() => tools.text = None,
+            Some(reason) => break reason,
+            None => {}
         }
         tools.watched.moved = false;
         let until = match host.going(cpu, &tools.uart.sent, &mut tools.watched) {
@@ -301,7 +303,7 @@ fn run_with<C: Cpu, L: Looks>(
             Going::Over => break Reason::Over,
         };
         let stop = board.run_by(cpu, until, &mut tools, L::go);
-        if let Some(reason) = seen(&tools) {
+        if let Some(reason) = seen(&tools).filter(|reason| *reason != Reason::Expected) {
             break reason;
         }
         match stop {

@@ -4,7 +4,7 @@ use diag::{Diagnostic, Severity};
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::pins::{Level, PinId, Time};
-use scenario::{Input, Reading, Scale, Scenario, Site, Timed, Value, bind};
+use scenario::{Input, Output, Reading, Scale, Scenario, Site, Timed, Value, bind};
 
 use crate::sender::Sender;
 use crate::stimulus::{Drive, Put, pin, put, supply_name};
@@ -143,19 +143,19 @@ impl Site for ChipSite<'_> {
         Ok(Input { id, ahead })
     }
 
-    fn output(&mut self, name: &str) -> Result<usize, String> {
+    fn output(&mut self, name: &str) -> Result<Output, String> {
         let own = self.own(name);
-        let seen = match pin(self.chip(), &own) {
-            Ok(pin) if (self.has_pin)(pin) => Seen::Pin(pin),
+        let (seen, range) = match pin(self.chip(), &own) {
+            Ok(pin) if (self.has_pin)(pin) => (Seen::Pin(pin), (0, 1)),
             Ok(_) => return Err(format!("{own} is no channel of this machine: its configuration has fewer")),
             Err(_) if self.is_supply(&own) => return Err(format!("{own} can be set, not looked at")),
             Err(_) => {
                 let (space, addr, bytes) = self.memory(name).map_err(|why| self.unknown(name, &why))?;
-                Seen::Memory(space, addr, bytes)
+                (Seen::Memory(space, addr, bytes), (0, (1 << (8 * bytes)) - 1))
             }
         };
         self.table.seen.push(seen);
-        Ok(self.table.seen.len() - 1)
+        Ok(Output { id: self.table.seen.len() - 1, range, floats: matches!(seen, Seen::Pin(_)) })
     }
 
     fn names(&self) -> Vec<String> {
@@ -170,6 +170,10 @@ impl Site for ChipSite<'_> {
             (None, Some(_)) => Ok(()),
             (None, None) => Err(format!("{} has no serial port", self.chip().name)),
         }
+    }
+
+    fn rate(&self, baud: u64) -> Result<(), String> {
+        Sender::possible(baud)
     }
 
     fn receives(&mut self) -> Result<(), String> {

@@ -18,6 +18,8 @@ pub struct Sender {
     pub pin: PinId,
     /// Bits per second.
     baud: u64,
+    /// When the line is free, in clocks times the rate: the end of a bit is a whole number of these.
+    free: u128,
 }
 
 impl Sender {
@@ -26,46 +28,68 @@ impl Sender {
     /// # Errors
     /// Zero, or more than [`MAX_BAUD`].
     pub fn new(pin: PinId, baud: u64) -> Result<Sender, String> {
+        Sender::possible(baud).map(|()| Sender { pin, baud, free: 0 })
+    }
+
+    /// A rate is one that a line may have.
+    ///
+    /// # Errors
+    /// It is not: those are 1 to [`MAX_BAUD`].
+    pub fn possible(baud: u64) -> Result<(), String> {
         match baud {
-            1..=MAX_BAUD => Ok(Sender { pin, baud }),
+            1..=MAX_BAUD => Ok(()),
             _ => Err(format!("a rate is of 1 to {MAX_BAUD} bits a second")),
         }
     }
 
-    /// The edges of `texts`, each from its time on or behind the one before it, whatever is later. The line is high before and
-    /// between them. Each edge is rounded down to a clock for itself, so that no error adds up.
+    /// The line before the first byte: high.
+    #[must_use]
+    pub fn rest(&self) -> Drive {
+        Drive { at: Time::default(), put: Put::Level(self.pin, Level::High) }
+    }
+
+    /// The edges of bytes from a time on, or behind those before, whatever is later. The line is high before and behind them. Each edge
+    /// is rounded down to a clock for itself, so that no error adds up.
     ///
     /// # Errors
     /// Edges later than 2^62 cycles.
-    pub fn edges(self, clock: Clock, texts: &[(Time, Vec<u8>)]) -> Result<Vec<Drive>, String> {
+    pub fn send(&mut self, clock: Clock, at: Time, bytes: &[u8]) -> Result<Vec<Drive>, String> {
         let per_cycle = u128::from(clock.clocks_per_cycle.max(1));
         let (hz, baud) = (u128::from(clock.hz), u128::from(self.baud));
-        let mut drives = vec![Drive { at: Time::default(), put: Put::Level(self.pin, Level::High) }];
+        let asked = u128::from(at.cycle) * per_cycle + u128::from(at.phase);
+        let mut start = self.free.max(asked * baud);
+        let mut drives = Vec::new();
+        for &byte in bytes {
+            let levels = u16::from(byte) << 1 | 1 << 9;
+            let mut before = true;
+            for bit in 0..FRAME {
+                let level = levels >> bit & 1 == 1;
+                if level != before {
+                    let clocks = (start + bit * hz) / baud;
+                    let cycle = u64::try_from(clocks / per_cycle).ok().filter(|&cycle| cycle <= MAX_CYCLES);
+                    let cycle = cycle.ok_or_else(|| "the text goes on for longer than 2^62 cycles".to_owned())?;
+                    let at = Time { cycle, phase: (clocks % per_cycle) as u8 };
+                    let put = Put::Level(self.pin, if level { Level::High } else { Level::Low });
+                    drives.push(Drive { at, put });
+                }
+                before = level;
+            }
+            start += FRAME * hz;
+        }
+        self.free = start;
+        Ok(drives)
+    }
+
+    /// The line at rest and the edges of `texts`, in the order of their times.
+    ///
+    /// # Errors
+    /// Those of [`Sender::send`].
+    pub fn edges(mut self, clock: Clock, texts: &[(Time, Vec<u8>)]) -> Result<Vec<Drive>, String> {
+        let mut drives = vec![self.rest()];
         let mut sorted: Vec<&(Time, Vec<u8>)> = texts.iter().collect();
         sorted.sort_by_key(|(at, _)| *at);
-        // Clocks, times the rate: the end of a bit is a whole number of these.
-        let mut free = 0u128;
         for (at, bytes) in sorted {
-            let asked = u128::from(at.cycle) * per_cycle + u128::from(at.phase);
-            let mut start = free.max(asked * baud);
-            for &byte in bytes {
-                let levels = u16::from(byte) << 1 | 1 << 9;
-                let mut before = true;
-                for bit in 0..FRAME {
-                    let level = levels >> bit & 1 == 1;
-                    if level != before {
-                        let clocks = (start + bit * hz) / baud;
-                        let cycle = u64::try_from(clocks / per_cycle).ok().filter(|&cycle| cycle <= MAX_CYCLES);
-                        let cycle = cycle.ok_or_else(|| "the text goes on for longer than 2^62 cycles".to_owned())?;
-                        let at = Time { cycle, phase: (clocks % per_cycle) as u8 };
-                        let put = Put::Level(self.pin, if level { Level::High } else { Level::Low });
-                        drives.push(Drive { at, put });
-                    }
-                    before = level;
-                }
-                start += FRAME * hz;
-            }
-            free = start;
+            drives.extend(self.send(clock, *at, bytes)?);
         }
         Ok(drives)
     }

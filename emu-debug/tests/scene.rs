@@ -24,6 +24,8 @@ const ROWS: &str = r#"
     set = { RB0 = 1 }; set = { "data:0x20" = 1, RB0 = 0 }                     => 4:1 SCN012
     ramp = { "data:0x20" = [0, 9] }, over = "4us"                             => 2:1 SCN012
     set = { RB9 = 1 }                                                         => 2:9 SCN006
+    ramp = { RA1 = ["0V", "2V"] }, over = "1s", grain = "99us"                => 4:9 SCN005
+    uart-send = "U"; uart-send = [0xFF]                                       => 0.0 RC7=High; 0.0 RC7=Low; 104.0 RC7=High; 208.1 RC7=Low; 312.2 RC7=High; 416.2 RC7=Low; 520.3 RC7=High; 625.0 RC7=Low; 729.0 RC7=High; 833.1 RC7=Low; 937.2 RC7=High; 1041.2 RC7=Low; 1145.3 RC7=High
 "#;
 
 fn name(chip: &Chip, pin: PinId) -> &'static str {

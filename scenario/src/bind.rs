@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use diag::{Diagnostic, Pos, Severity, nearest};
 
-use crate::codes::{NO_LEVEL, NO_NAME, NO_STEP, NO_TIME, NOT_HERE, OTHER};
-use crate::model::{Assign, Cond, Every, Named, Scenario, Step, Value, Verb, When};
+use crate::codes::{NO_LEVEL, NO_NAME, NO_STEP, NO_TIME, NO_VALUE, NOT_HERE, OTHER};
+use crate::model::{Assign, Compare, Cond, Every, Named, Scenario, Step, Value, Verb, When};
 use crate::ops::{Act, Check, Checks, Info, Line, Op, Piece, Put};
 use crate::time::{Span, shown};
-use crate::world::{Input, Site};
+use crate::world::{Input, Output, Site};
 
 /// Steps of a ramp, unless its `grain` says otherwise, and at most.
 const RAMP_STEPS: u64 = 100;
@@ -82,6 +82,11 @@ pub fn bind(
     };
     binder.meant("program", scenario.program.as_ref(), program);
     binder.meant("mcu", scenario.mcu.as_ref(), mcu);
+    if let Some((baud, pos)) = scenario.baud
+        && let Err(cause) = binder.site.rate(baud)
+    {
+        binder.fault(NO_VALUE, pos, cause, "as in baud = 9600");
+    }
     // Before any step is read, so that what is set anywhere is known to what toggles.
     binder.toggled(&scenario.steps);
     let usual = Span::read(LIMIT, Pos::default()).ok();
@@ -171,7 +176,7 @@ impl Binder<'_> {
 
     fn no_name(&mut self, name: &Named, cause: String) {
         let names = self.site.names();
-        let near = nearest(&name.text, names.iter().map(String::as_str));
+        let near = nearest(&name.text, names.iter().map(String::as_str)).filter(|near| *near != name.text);
         let hint = near.map_or_else(|| "mend the name".to_owned(), |near| format!("did you mean `{near}`?"));
         self.fault(NO_NAME, name.pos, cause, &hint);
     }
@@ -199,12 +204,21 @@ impl Binder<'_> {
         let mut checks = Vec::new();
         for test in cond {
             match self.site.output(&test.name.text) {
-                Ok(output) => checks.push(Check {
-                    output,
-                    compare: test.compare,
-                    name: test.name.text.clone(),
-                    wanted: test.text.clone(),
-                }),
+                Ok(output) => {
+                    if !can_be(output, test.compare) {
+                        let (low, high) = output.range;
+                        let or = if output.floats { ", or z" } else { "" };
+                        let what = condition(&shown(&test.name.text), &shown(&test.text));
+                        let cause = format!("`{what}` never holds: its values are {low} to {high}{or}");
+                        self.fault(NO_LEVEL, test.pos, cause, "mend the value");
+                    }
+                    checks.push(Check {
+                        output: output.id,
+                        compare: test.compare,
+                        name: test.name.text.clone(),
+                        wanted: test.text.clone(),
+                    });
+                }
                 Err(cause) => self.no_name(&test.name, cause),
             }
         }
@@ -315,8 +329,19 @@ impl Binder<'_> {
         grain: Option<&Span>,
     ) -> Arc<[(u64, Vec<Put>)]> {
         let whole = self.ticks(over);
-        let least = whole.div_ceil(MAX_RAMP_STEPS).max(1);
-        let grain = grain.map_or(whole.div_ceil(RAMP_STEPS), |span| self.ticks(span)).max(least);
+        let grain = match grain {
+            None => whole.div_ceil(RAMP_STEPS).max(1),
+            Some(span) => {
+                let ticks = self.ticks(span).max(1);
+                if whole.div_ceil(ticks) > MAX_RAMP_STEPS {
+                    let cause =
+                        format!("a ramp has at most {MAX_RAMP_STEPS} steps, one by `{}` has more", shown(&span.text));
+                    self.fault(NO_STEP, span.pos, cause, "give a longer `grain`, or a shorter `over`");
+                    return Arc::new([]);
+                }
+                ticks
+            }
+        };
         let mut at: Vec<u64> = (0..whole).step_by(usize::try_from(grain).unwrap_or(usize::MAX)).collect();
         at.push(whole);
         let mut series: Vec<(u64, Vec<Put>)> = at.into_iter().map(|at| (at, Vec::new())).collect();
@@ -354,13 +379,24 @@ impl Binder<'_> {
         {
             pieces.push(Piece::Text(before.to_owned()));
             match self.site.output(name) {
-                Ok(output) => pieces.push(Piece::Value(output)),
+                Ok(output) => pieces.push(Piece::Value(output.id)),
                 Err(cause) => self.no_name(&Named { text: name.to_owned(), pos: text.pos }, cause),
             }
             rest = after;
         }
         pieces.push(Piece::Text(rest.to_owned()));
         pieces
+    }
+}
+
+/// Something may be as a condition wants it.
+fn can_be(output: Output, compare: Compare) -> bool {
+    let (low, high) = output.range;
+    match compare {
+        Compare::Floating => output.floats,
+        Compare::Is(wanted) => (low..=high).contains(&wanted),
+        Compare::Not(_) => true,
+        Compare::Within(from, to) => from <= high && to >= low,
     }
 }
 

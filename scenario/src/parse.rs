@@ -22,6 +22,22 @@ const TIME_HINT: &str = "write a number and us, ms, s, cycles or scans, as in \"
 /// A value with its place.
 pub(crate) type Item<'a> = Spanned<DeValue<'a>>;
 
+/// Reads a scenario, which must be UTF-8.
+///
+/// # Errors
+/// Everything that is wrong in the file.
+pub fn parse_bytes(file: &str, bytes: &[u8]) -> Result<Scenario, Vec<Diagnostic>> {
+    let error = match std::str::from_utf8(bytes) {
+        Ok(text) => return parse(file, text),
+        Err(error) => error,
+    };
+    let before = String::from_utf8_lossy(bytes.get(..error.valid_up_to()).unwrap_or_default());
+    let line = before.matches('\n').count() as u32 + 1;
+    let column = before.rsplit('\n').next().unwrap_or_default().chars().count() as u32 + 1;
+    let (cause, hint) = ("this is no TOML: bytes that are no UTF-8", "save the file as UTF-8");
+    Err(vec![Diagnostic::new(Severity::Error, NO_TOML, file, Pos::new(line, column, 1), cause.to_owned(), hint)])
+}
+
 /// Reads a scenario.
 ///
 /// # Errors
@@ -177,6 +193,10 @@ impl Reader<'_> {
             (None, Some(after)) => self.span("after", after).map_or(When::Next, When::After),
             (None, None) => When::Next,
         };
+        if let (Some(_), Some(every)) = (get("between"), get("every")) {
+            let hint = "between looks all the time; remove `every`";
+            self.fault(NO_STEP, every.span(), "`every` and `between` exclude each other".to_owned(), hint);
+        }
         let every = self.every(&get);
         let pos =
             self.pos(verb.map_or_else(

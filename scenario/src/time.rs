@@ -133,7 +133,8 @@ impl Scale {
         let places = span.decimals + if let Unit::Second(places) = span.unit { places } else { 0 };
         let too_long = || (format!("`{}` is longer than 2^62 ticks, the most", span.text), "give a shorter time");
         let num = u128::from(span.mantissa) * u128::from(num);
-        let den = 10u128.checked_pow(places).and_then(|p| p.checked_mul(den.max(1).into())).ok_or_else(too_long)?;
+        // What does not fit in 128 bits is more than any numerator.
+        let den = 10u128.checked_pow(places).and_then(|p| p.checked_mul(den.max(1).into())).unwrap_or(u128::MAX);
         let ticks = if self.up || span.up { num.div_ceil(den) } else { num / den };
         u64::try_from(ticks).ok().filter(|ticks| *ticks <= MAX_TICKS).ok_or_else(too_long)
     }
@@ -149,6 +150,8 @@ mod tests {
         10.01ms     | 2   | 40040
         0s          | 0   | 0
         2.5us       | 1   | 10
+        0.0000000000000000000000000000000000000000001s | 1 | 0
+        0.0000000000000000000000000000000000000000000s | 0 | 0
         1 s         | 100 | 4000000
         3 cycles    | 1   | 12
         7 clocks    | 1   | 7

@@ -20,12 +20,30 @@ pub struct Waveform {
     pub wires: Vec<String>,
     /// The line on which each is declared.
     lines: Vec<u32>,
-    /// Time in units of the file, wire by position, value.
-    changes: Vec<(u64, usize, Value)>,
+    changes: Vec<Change>,
     /// A unit of the file: a number, and 10 to minus this many seconds.
     scale: (u64, u32),
     /// Something of it was passed over: x, a real number or a text.
     unclear: bool,
+}
+
+/// A wire gets a value.
+#[derive(Debug, Clone)]
+struct Change {
+    /// In units of the file.
+    time: u64,
+    /// By position.
+    wire: usize,
+    value: Value,
+    line: u32,
+}
+
+/// What changes under a code.
+#[derive(Default)]
+struct Coded {
+    bits: u32,
+    /// The wires of it, by position.
+    wires: Vec<usize>,
 }
 
 /// Reads a waveform.
@@ -34,14 +52,17 @@ pub struct Waveform {
 /// The first line that cannot be read.
 pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
     let mut wave = Waveform { file: file.to_owned(), scale: (1, 9), ..Waveform::default() };
-    let mut codes: HashMap<IdCode, Vec<usize>> = HashMap::new();
+    let mut codes: HashMap<IdCode, Coded> = HashMap::new();
     let mut parser = Parser::new(bytes);
-    let (mut now, mut defined) = (0, false);
+    let (mut now, mut defined, mut depth) = (0, false, 0u32);
     let fault = |line: u64, cause: String| {
         let pos = Pos::new(u32::try_from(line).unwrap_or(0), 0, 0);
         let hint = "give a value change dump, as --vcd writes one";
         Diagnostic::new(Severity::Error, NO_VCD, file, pos, cause, hint)
     };
+    if bytes.starts_with(b"\xEF\xBB\xBF") {
+        return Err(fault(1, "the file begins with the mark U+FEFF, which is no part of a waveform".to_owned()));
+    }
     loop {
         let command = match parser.next() {
             None => break,
@@ -53,15 +74,29 @@ pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
             }
         };
         let (code, value) = match command {
+            Command::Timescale(0, _) => return Err(fault(parser.line(), "the time scale is 0".to_owned())),
             Command::Timescale(number, unit) => {
                 wave.scale = (u64::from(number), places(unit));
                 continue;
             }
-            Command::VarDef(_, _, code, name, _) => {
+            Command::ScopeDef(..) => {
+                depth += 1;
+                continue;
+            }
+            Command::Upscope => {
+                let why = || fault(parser.line(), "$upscope leaves a scope that was not entered".to_owned());
+                depth = depth.checked_sub(1).ok_or_else(why)?;
+                continue;
+            }
+            Command::VarDef(..) if defined => {
+                return Err(fault(parser.line(), "a wire is declared behind $enddefinitions".to_owned()));
+            }
+            Command::VarDef(_, bits, code, name, _) => {
                 let same = codes.entry(code).or_default();
+                same.bits = same.bits.max(bits).max(1);
                 // One signal is seen from several scopes.
-                if !same.iter().any(|wire| wave.wires.get(*wire) == Some(&name)) {
-                    same.push(wave.wires.len());
+                if !same.wires.iter().any(|wire| wave.wires.get(*wire) == Some(&name)) {
+                    same.wires.push(wave.wires.len());
                     wave.wires.push(name);
                     wave.lines.push(u32::try_from(parser.line()).unwrap_or(0));
                 }
@@ -80,17 +115,33 @@ pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
             }
             Command::ChangeScalar(code, value) => (code, level(value)),
             Command::ChangeVector(code, vector) => {
-                let bits: Option<Vec<bool>> = vector.iter().map(bit).collect();
-                (code, bits.and_then(|bits| integer(&bits)))
+                let bits: Vec<vcd::Value> = vector.iter().collect();
+                let front = bits.len().saturating_sub(codes.get(&code).map_or(0, |coded| coded.bits as usize));
+                if bits.iter().take(front).any(|bit| *bit != vcd::Value::V0) {
+                    let cause = format!("a value of {} bits for a wire that has fewer", bits.len());
+                    return Err(fault(parser.line(), cause));
+                }
+                match bits.get(front..) {
+                    Some(&[bit]) => (code, level(bit)),
+                    bits => (code, bits.and_then(integer)),
+                }
             }
             Command::ChangeReal(code, _) | Command::ChangeString(code, _) => (code, None),
             _ => continue,
         };
-        let Some(wires) = codes.get(&code).filter(|_| defined) else {
+        let Some(Coded { wires, .. }) = codes.get(&code).filter(|_| defined) else {
             return Err(fault(parser.line(), "a wire changes that was not declared".to_owned()));
         };
         match value {
-            Some(value) => wave.changes.extend(wires.iter().map(|wire| (now, *wire, value.clone()))),
+            Some(value) => {
+                let line = u32::try_from(parser.line()).unwrap_or(0);
+                wave.changes.extend(wires.iter().map(|wire| Change {
+                    time: now,
+                    wire: *wire,
+                    value: value.clone(),
+                    line,
+                }));
+            }
             None => wave.unclear = true,
         }
         if wave.changes.len() > MAX_CHANGES {
@@ -132,17 +183,12 @@ impl Waveform {
         if self.unclear {
             tell("some changes to x, to real numbers or texts are passed over".to_owned(), "use 0, 1 and z");
         }
-        let steps = self.changes.iter().filter(|(_, wire, _)| takes.get(*wire) == Some(&true));
-        let steps = steps.map(|(time, wire, value)| {
-            let name = self.wires.get(*wire).cloned().unwrap_or_default();
-            let name = Named { text: name, pos: Pos::default() };
-            Step {
-                pos: Pos::default(),
-                name: None,
-                when: When::At(self.span(*time)),
-                every: None,
-                verb: Verb::Set(vec![Assign { name, value: value.clone(), pos: Pos::default() }]),
-            }
+        let steps = self.changes.iter().filter(|change| takes.get(change.wire) == Some(&true));
+        let steps = steps.map(|Change { time, wire, value, line }| {
+            let pos = Pos::new(*line, 0, 0);
+            let name = Named { text: self.wires.get(*wire).cloned().unwrap_or_default(), pos };
+            let verb = Verb::Set(vec![Assign { name, value: value.clone(), pos }]);
+            Step { pos, name: None, when: When::At(self.span(*time)), every: None, verb }
         });
         Ok((Scenario { file: self.file.clone(), steps: steps.collect(), ..Scenario::default() }, told))
     }
@@ -191,17 +237,12 @@ fn level(value: vcd::Value) -> Option<Value> {
     }
 }
 
-fn bit(value: vcd::Value) -> Option<bool> {
-    match value {
-        vcd::Value::V0 => Some(false),
-        vcd::Value::V1 => Some(true),
+/// Bits, the highest first, without a sign; nothing where one of them is neither 0 nor 1, or there are too many.
+fn integer(bits: &[vcd::Value]) -> Option<Value> {
+    let number = bits.iter().try_fold(0i64, |number, bit| match bit {
+        vcd::Value::V0 => number.checked_mul(2),
+        vcd::Value::V1 => number.checked_mul(2)?.checked_add(1),
         vcd::Value::X | vcd::Value::Z => None,
-    }
-}
-
-/// Bits, the highest first, without a sign.
-fn integer(bits: &[bool]) -> Option<Value> {
-    let significant = bits.iter().skip_while(|bit| !**bit).count();
-    let number = bits.iter().fold(0i64, |number, bit| number.wrapping_mul(2).wrapping_add((*bit).into()));
-    (significant < 63).then_some(Value::Number(number))
+    });
+    number.map(Value::Number)
 }

@@ -12,6 +12,17 @@ pub struct Input {
     pub ahead: bool,
 }
 
+/// Something that can be looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Output {
+    /// What the site calls it.
+    pub id: usize,
+    /// The least and the most that it can be.
+    pub range: (i64, i64),
+    /// Nothing may drive it.
+    pub floats: bool,
+}
+
 /// What something is at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reading {
@@ -43,7 +54,7 @@ pub trait Site {
     ///
     /// # Errors
     /// Why not, a sentence.
-    fn output(&mut self, name: &str) -> Result<usize, String>;
+    fn output(&mut self, name: &str) -> Result<Output, String>;
     /// All names that are worth proposing for one that is wrong.
     fn names(&self) -> Vec<String>;
     /// Bytes can be sent to the machine.
@@ -51,6 +62,14 @@ pub trait Site {
     /// # Errors
     /// Why not, a sentence.
     fn sends(&mut self) -> Result<(), String>;
+    /// Bytes can be sent at a rate that a scenario gives, in bits per second; of a ladder program that is not asked.
+    ///
+    /// # Errors
+    /// Why not, a sentence.
+    fn rate(&self, baud: u64) -> Result<(), String> {
+        let _ = baud;
+        Ok(())
+    }
     /// Bytes of the machine can be received.
     ///
     /// # Errors

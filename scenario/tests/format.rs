@@ -108,6 +108,7 @@ fn faults_have_their_places() {
         ("[[step]]\npower-cycle = false", "SCN003 2:15"),
         ("[[step]]\nat = \"1s\"\nafter = \"1s\"", "SCN005 3:9"),
         ("[[step]]\nexpect = { Xa = 1 }\nbetween = [\"1s\"]", "SCN003 3:11"),
+        ("[[step]]\nexpect = { Xa = 1 }\nbetween = [\"1s\", \"2s\"]\nevery = \"1s\"", "SCN005 4:9"),
         ("[[step]]\n\"öl\" = 1\nfoo = 2", "SCN002 2:1, SCN002 3:1"),
     ];
     for (text, wanted) in rows {

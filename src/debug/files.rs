@@ -20,6 +20,11 @@ pub(super) fn source(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     shell.script(args, &text, &mut |_| {}, out)
 }
 
+/// The lines of a script that are commands, each with its number: empty ones repeat nothing, they are for the reader.
+pub fn commands_of(text: &str) -> impl Iterator<Item = (u32, &str)> {
+    (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty())
+}
+
 impl Shell {
     /// Carries out the lines of a script, up to the first that fails; `tell` is given each before it.
     pub fn script(&mut self, name: &str, text: &str, tell: &mut dyn FnMut(&str), out: &mut String) -> Done {
@@ -29,8 +34,8 @@ impl Shell {
         self.nesting += 1;
         // What a point still wants done goes on behind the script.
         let queue = std::mem::take(&mut self.queue);
-        let done = (1..).zip(text.lines()).try_for_each(|(number, line)| {
-            if self.leave.is_some() || line.trim().is_empty() {
+        let done = commands_of(text).try_for_each(|(number, line)| {
+            if self.leave.is_some() {
                 return Ok(());
             }
             tell(line);

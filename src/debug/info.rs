@@ -174,6 +174,7 @@ fn cycle(shell: &mut Shell, _: &str, out: &mut String) -> Done {
     if let Some(scan) = session.scan() {
         out.push_str(&format!("scan          {scan}\n"));
     }
+    out.push_str(&format!("goes back to  cycle {}\n", session.first_cycle()));
     let deeds = session.deeds().count();
     if deeds > 0 {
         out.push_str(&format!("done to it    {deeds} times, from outside\n"));

@@ -4,6 +4,7 @@ use std::io::{self, BufRead};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::files::commands_of;
 use super::shell::{Flow, Shell};
 use super::terminal::Terminal;
 use crate::fail::{Failure, exit};
@@ -93,7 +94,7 @@ pub fn prepare(shell: &mut Shell, script: &Script<'_>, out: &mut String) -> Resu
     };
     for file in script.files {
         let text = crate::input::bytes(file)?;
-        for line in String::from_utf8_lossy(&text).lines() {
+        for (_, line) in commands_of(&String::from_utf8_lossy(&text)) {
             match carry_out(line)? {
                 Flow::Quit(code) => return Ok(Some(code)),
                 Flow::Failed(_) => break,
@@ -122,7 +123,7 @@ impl Talk<'_> {
     fn scripts(&mut self, script: &Script<'_>) -> Result<End, Failure> {
         for file in script.files {
             let text = crate::input::bytes(file)?;
-            for line in String::from_utf8_lossy(&text).lines() {
+            for (_, line) in commands_of(&String::from_utf8_lossy(&text)) {
                 match self.scripted(line)? {
                     (_, Some(end)) => return Ok(end),
                     // The rest of a script makes no sense when one of its commands has failed.

@@ -53,8 +53,8 @@ pub(super) fn staged<C: Cpu + 'static>(
     if let Some(view) = view {
         match Scans::new(file, view, around) {
             Ok(scans) => return scans.play(file, Box::new(Rig::new(cpu, board))),
-            // A recording of such a session speaks of pins and cycles.
-            Err(faults) => {
+            // A recording of such a session speaks of pins.
+            Err(faults) if faults.iter().any(|fault| fault.code == scenario::NO_NAME) => {
                 return of_image(file, (cpu, board), around).map_err(|other| match other {
                     Failure::Refused(all, _) if all.iter().any(|fault| fault.code == scenario::NO_NAME) => {
                         file.refused(faults)
@@ -62,6 +62,7 @@ pub(super) fn staged<C: Cpu + 'static>(
                     other => other,
                 });
             }
+            Err(faults) => return Err(file.refused(faults)),
         }
     }
     of_image(file, (cpu, board), around)
@@ -107,7 +108,7 @@ fn of_image<C: Cpu>(file: &File, (mut cpu, mut board): (C, Board), around: &Arou
         shelf: around.shelf.clone(),
     };
     let mut patience = |_: &[u8]| true;
-    let mut stage = Stage::new(chip, clock, cast, around.driven.clone(), &mut patience).map_err(Failure::Usage)?;
+    let mut stage = Stage::new(chip, clock, cast, around.driven.clone(), &mut patience)?;
     stage.drives = Some(Vec::new());
     stage.start(&mut cpu);
     let ended = run_on(&mut board, &mut cpu, &plan, None, &mut stage);

@@ -19,7 +19,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::RunArgs;
 use super::cover::{Cover, Seen};
-use super::plan::{Planned, code, planned, there};
+use super::plan::{Planned, code, missing, planned, there};
 use super::scenario::{Cast, Stage};
 use super::snapshot::Snapshots;
 use super::trace::Asked;
@@ -147,6 +147,10 @@ impl Headless<'_> {
         kept?;
         let (covered, members) = told?;
         let played = scenario.as_ref().zip(verdict.as_ref());
+        if let (Reason::Over, Some(text)) = (ended.reason, missing(plan, &ended)) {
+            let text = text.escape_ascii();
+            output::tell(&format!("error: the scenario is over, and --expect-uart \"{text}\" was not sent\n"));
+        }
         if args.json {
             let mut document = summary::document(&story);
             for (name, member) in members {
@@ -199,7 +203,7 @@ fn recorded<C: Cpu>(
     let mut stage = match cast {
         Some(cast) => {
             let driven = job.drives.iter().filter_map(|drive| drive.pin()).chain(board.driven()).collect();
-            Some(Stage::new(chip, job.clock, cast, driven, &mut patience).map_err(Failure::Usage)?)
+            Some(Stage::new(chip, job.clock, cast, driven, &mut patience)?)
         }
         None => None,
     };

@@ -55,10 +55,17 @@ pub fn there<C: Cpu>(job: &Planned, cpu: &C) -> Result<(), Failure> {
     machine::there(cpu, &job.drives, awaited)
 }
 
-/// The exit code: a condition of --until ends the run well unless --expect-uart still waits.
+/// The text of --expect-uart, where it has not come.
+pub fn missing<'p>(plan: &'p Plan, ended: &Ended) -> Option<&'p [u8]> {
+    let text = plan.expect.as_deref()?;
+    (!text.is_empty() && !ended.uart.windows(text.len()).any(|sent| sent == text)).then_some(text)
+}
+
+/// The exit code: a condition of --until, or the end of a scenario, ends the run well unless --expect-uart still waits.
 pub fn code(plan: &Plan, ended: &Ended, asked: bool) -> u8 {
-    let waits = plan.expect.is_some() || !plan.until.is_empty();
+    let waits = missing(plan, ended).is_some() || !plan.until.is_empty();
     match ended.reason {
+        Reason::Over if missing(plan, ended).is_some() => exit::FAILED,
         Reason::Expected | Reason::Over => exit::OK,
         Reason::Until(..) if plan.expect.is_none() => exit::OK,
         Reason::Until(..) | Reason::Failed => exit::FAILED,

@@ -7,7 +7,6 @@ mod stimuli;
 
 use std::sync::Arc;
 
-use diag::Diagnostic;
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, Reset};
 use emu_core::pins::{Level, PinId, Time};
@@ -18,15 +17,13 @@ use scenario::{Bound, Done, Next, Player, Reading, Recorder, Verdict, World};
 
 pub use stimuli::Asked;
 
+use crate::fail::Failure;
 use crate::family;
 use crate::output;
 use crate::snapshots::Shelf;
 
 /// Machine cycles by which drives are queued ahead of their time.
 const AHEAD: u64 = 1 << 10;
-
-/// What a byte on the line takes, in bits.
-const FRAME: u128 = 10;
 
 /// Scenarios on one machine.
 pub struct Stage<'a> {
@@ -36,7 +33,8 @@ pub struct Stage<'a> {
     /// The one that decides, and stimuli beside it.
     main: Option<Player>,
     beside: Vec<Player>,
-    line: Option<Line>,
+    /// What sends to the chip's receiver.
+    line: Option<Sender>,
     /// What the supply has been set to, in millivolts.
     supply: u32,
     /// Pins that somebody drives; no others may be used to make time pass.
@@ -53,18 +51,6 @@ pub struct Stage<'a> {
     pub patience: &'a mut dyn FnMut(&[u8]) -> bool,
 }
 
-/// The line to the chip's receiver.
-#[derive(Debug, Clone)]
-struct Line {
-    sender: Sender,
-    /// Texts whose edges may still move those of the next, with the edges that were queued for them.
-    texts: Vec<(Time, Vec<u8>)>,
-    queued: usize,
-    /// The clock at which the line is free for certain.
-    over: u128,
-    baud: u64,
-}
-
 /// What a stage is made of.
 pub struct Cast {
     pub table: Table,
@@ -79,24 +65,19 @@ impl<'a> Stage<'a> {
     /// Nothing has happened yet. `driven`: pins that are driven by others.
     ///
     /// # Errors
-    /// A rate that no line has.
+    /// `--baud` is a rate that no line has; that of a scenario was looked at as it was bound.
     pub fn new(
         chip: &'static Chip,
         clock: Clock,
         cast: Cast,
         driven: Vec<PinId>,
         patience: &'a mut dyn FnMut(&[u8]) -> bool,
-    ) -> Result<Stage<'a>, String> {
+    ) -> Result<Stage<'a>, Failure> {
         let Cast { table, main, beside, baud, recorder, shelf } = cast;
         let sends = main.iter().chain(&beside).any(|bound| bound.sends);
         let baud = main.iter().find_map(|bound| bound.baud).unwrap_or(baud);
-        let line = match family::receive_pin(chip).filter(|_| sends) {
-            Some(pin) => {
-                let sender = Sender::new(pin, baud)?;
-                Some(Line { sender, texts: Vec::new(), queued: 0, over: 0, baud })
-            }
-            None => None,
-        };
+        let line = family::receive_pin(chip).filter(|_| sends).map(|pin| Sender::new(pin, baud)).transpose();
+        let line = line.map_err(|why| Failure::value("--baud <RATE>", &baud.to_string(), &why))?;
         let player = |bound: Bound| Player::new(Arc::new(bound));
         Ok(Stage {
             chip,
@@ -122,8 +103,8 @@ impl<'a> Stage<'a> {
 
     /// What is done before the first cycle.
     pub fn start<C: Cpu>(&mut self, cpu: &mut C) {
-        if let Some(line) = &self.line {
-            let (at, pin) = (Time::at(cpu.cycle()), line.sender.pin);
+        if let Some(sender) = &self.line {
+            let (at, pin) = (Time::at(cpu.cycle()), sender.pin);
             cpu.drive(at, pin, Level::High);
             self.note(Drive { at, put: Put::Level(pin, Level::High) });
             self.driven.push(pin);
@@ -234,6 +215,10 @@ impl<C: Cpu> Host<C> for Stage<'_> {
         free.is_some()
     }
 
+    fn waits(&self) -> bool {
+        self.main.is_some() && self.verdict.is_none()
+    }
+
     fn over(&mut self, _: &mut C, sent: &[u8]) {
         (self.patience)(sent);
     }
@@ -296,21 +281,11 @@ impl<C: Cpu> World for Floor<'_, '_, C> {
 
     fn send(&mut self, bytes: &[u8], at: u64) -> Result<(), String> {
         let (time, clock) = (self.time(at), self.stage.clock);
-        let Some(line) = &mut self.stage.line else { return Ok(()) };
-        if u128::from(at) >= line.over {
-            line.texts.clear();
-            line.queued = 0;
+        let Some(sender) = &mut self.stage.line else { return Ok(()) };
+        for drive in sender.send(clock, time, bytes)? {
+            apply(self.cpu, drive, &mut self.stage.supply)?;
+            self.stage.note(drive);
         }
-        line.texts.push((time, bytes.to_vec()));
-        let edges = line.sender.edges(clock, &line.texts)?;
-        // The first says that the line is high before; it is.
-        for drive in edges.iter().skip(1 + line.queued) {
-            apply(self.cpu, *drive, &mut self.stage.supply)?;
-            self.stage.drives.iter_mut().for_each(|drives| drives.push(*drive));
-        }
-        line.queued = edges.len().saturating_sub(1);
-        let length = bytes.len() as u128 * FRAME * u128::from(clock.hz) / u128::from(line.baud.max(1)) + 2;
-        line.over = line.over.max(at.into()) + length;
         self.stage.record(at, || Done::Send(bytes.to_vec()));
         Ok(())
     }
@@ -340,9 +315,4 @@ impl<C: Cpu> World for Floor<'_, '_, C> {
         let cycle = tick / self.stage.clocks();
         format!("cycle {cycle} ({} s)", self.stage.clock.seconds(cycle))
     }
-}
-
-/// A refusal as failures are told.
-pub fn refused(faults: Vec<Diagnostic>) -> crate::fail::Failure {
-    crate::fail::Failure::Refused(faults, crate::report::Texts::default())
 }

@@ -31,8 +31,7 @@ pub fn play(args: &SimArgs, read: &Read, used: &[(&str, &str)], terminal: &Termi
         let wave = scenarios::waveform(name)?;
         let (stimuli, told) = wave.scenario(&mut |wire| driven.iter().any(|name| name == wire))?;
         report(terminal, &told, Texts::NONE);
-        let bound =
-            bind(&stimuli, play.site(), None, None).map_err(|faults| Failure::Refused(faults, Texts::default()))?;
+        let bound = bind(&stimuli, play.site(), None, None).map_err(|faults| wave.refused(faults))?;
         // It ends with its last change, unless a number of scans or a scenario says otherwise.
         let alone = file.is_none() && args.scans.is_none();
         play.accompany(bound.limited(Some(MAX_SCANS)), alone);

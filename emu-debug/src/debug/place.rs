@@ -116,11 +116,7 @@ impl Place {
                 }
                 Ok(())
             }
-            Place::Bit { space, addr, bit } => {
-                let old = target.peek(space, addr).ok_or_else(nothing)?;
-                let mask = 1u8 << (bit & 7);
-                done(target.poke(space, addr, if value == 0 { old & !mask } else { old | mask }))
-            }
+            Place::Bit { space, addr, bit } => done(target.poke_bit(space, addr, bit, value != 0)),
             Place::Pin(pin) => {
                 let at = Time::at(target.cycle());
                 target.put(Drive { at, put: Put::Level(pin, Level::of(value != 0)) })

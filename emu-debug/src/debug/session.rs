@@ -180,6 +180,12 @@ impl Session {
         self.history.size()
     }
 
+    /// The cycle at which the history begins: there is no way back behind it.
+    #[must_use]
+    pub fn first_cycle(&self) -> u64 {
+        self.history.first_cycle()
+    }
+
     /// What was done from outside, in order, each with the cycle at which the machine stood.
     pub fn deeds(&self) -> impl Iterator<Item = (u64, &Action)> {
         self.history.deeds.iter().map(|deed| (deed.cycle, &deed.action))

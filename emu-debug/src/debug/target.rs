@@ -32,6 +32,8 @@ pub trait Target {
     fn peek(&self, space: &str, addr: u32) -> Option<u8>;
     /// [`Cpu::poke`].
     fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool;
+    /// [`Cpu::poke_bit`].
+    fn poke_bit(&mut self, space: &str, addr: u32, bit: u8, value: bool) -> bool;
     /// [`Cpu::has_pin`].
     fn has_pin(&self, pin: PinId) -> bool;
     /// [`Cpu::level`].
@@ -132,6 +134,9 @@ impl<C: Cpu + 'static> Target for Rig<C> {
     }
     fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool {
         self.cpu.poke(space, addr, value)
+    }
+    fn poke_bit(&mut self, space: &str, addr: u32, bit: u8, value: bool) -> bool {
+        self.cpu.poke_bit(space, addr, bit, value)
     }
     fn has_pin(&self, pin: PinId) -> bool {
         self.cpu.has_pin(pin)

@@ -96,7 +96,7 @@ impl Asked {
             if self.drive.is_empty() {
                 report(terminal, &told, Texts::NONE);
             }
-            let bound = bind(&stimuli, &mut site, None, None).map_err(super::refused)?;
+            let bound = bind(&stimuli, &mut site, None, None).map_err(|faults| wave.refused(faults))?;
             beside.push(bound.limited(Some(u64::MAX)));
         }
         let recorder = self.record.as_ref().map(|_| {

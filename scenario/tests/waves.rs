@@ -1,0 +1,55 @@
+//! Waveforms as stimulus: what is read of one, and what is refused, with its line (IEEE 1364-2005, section 18).
+
+use scenario::{Value, Verb, read_vcd};
+
+const HEAD: &str = "$timescale 1 us $end $scope module top $end $var wire 1 ! a $end $var reg 8 # b $end $upscope $end \
+                    $enddefinitions $end\n";
+
+/// `text behind the head => changes of a and b, or the line of the fault`; a `;` ends a line.
+const CHANGES: &[(&str, &str)] = &[
+    ("#0;0!;b101 #;#5;z!", "0us a=0; 0us b=5; 5us a=z"),
+    ("#0;b1 !;bz !;b0 !", "0us a=1; 0us a=z; 0us a=0"),
+    ("#0;b001 !;b0000000011111111 #", "0us a=1; 0us b=255"),
+    ("#0;b10 !", "line 3"),
+    ("#0;bx0 !", "line 3"),
+    ("#0;b100000000 #", "line 3"),
+    ("#0;x!;bzzzzzzzz #;bx #", ""),
+    ("#3;0!;#2", "line 4"),
+    ("#0;0?", "line 3"),
+    ("$var wire 1 c c $end", "line 2"),
+    ("$upscope $end", "line 2"),
+    ("#0;2!", "line 3"),
+];
+
+fn found(text: &str) -> String {
+    let wave = match read_vcd("w.vcd", text.as_bytes()) {
+        Ok(wave) => wave,
+        Err(fault) => return format!("line {}", fault.pos.line),
+    };
+    let (scenario, _) = wave.scenario(&mut |_| true).expect("one signal of each name");
+    let step = |step: &scenario::Step| {
+        let (scenario::When::At(span), Verb::Set(assigns)) = (&step.when, &step.verb) else { panic!("{step:?}") };
+        let value = match &assigns[0].value {
+            Value::Number(number) => number.to_string(),
+            Value::Text(text) => text.clone(),
+        };
+        assert!(step.pos.line > 1, "{text}");
+        format!("{}us {}={value}", span.mantissa, assigns[0].name.text)
+    };
+    scenario.steps.iter().map(step).collect::<Vec<_>>().join("; ")
+}
+
+#[test]
+fn changes_are_stimuli() {
+    for (changes, wanted) in CHANGES {
+        assert_eq!(found(&format!("{HEAD}{}\n", changes.replace(';', "\n"))), *wanted, "{changes}");
+    }
+}
+
+#[test]
+fn heads_are_looked_at() {
+    assert_eq!(found(&format!("\u{feff}{HEAD}#0\n1!\n")), "line 1");
+    assert_eq!(found(&HEAD.replace("1 us", "0 us")), "line 1");
+    assert_eq!(found("$upscope $end\n"), "line 1");
+    assert_eq!(found("$var wire 1 ! a $end\n"), "line 2");
+}
