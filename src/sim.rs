@@ -133,7 +133,7 @@ pub fn sim(args: &SimArgs, terminal: &Terminal) -> Result<u8, Failure> {
         evaluator.scan();
         trace.note(&evaluator);
     }
-    results(args, &read.program, &trace)?;
+    results(args, &read.program, &trace, None)?;
     if used.is_empty() {
         output::print(trace.table())?;
     }
@@ -146,13 +146,20 @@ fn sends(program: &Program) -> bool {
     program.elements().any(|(_, element, _)| sends(element))
 }
 
-/// Writes what was asked for.
-fn results(args: &SimArgs, program: &Program, trace: &Trace<'_>) -> Result<(), Failure> {
+/// Writes what was asked for; `played`: the verdict of a scenario.
+fn results(
+    args: &SimArgs,
+    program: &Program,
+    trace: &Trace<'_>,
+    played: Option<serde_json::Value>,
+) -> Result<(), Failure> {
     let (file, cycle_us) = (&args.program.file, program.settings.cycle_us);
     write(args.csv.as_deref(), |mut out| out.write_all(trace.csv().as_bytes()).and_then(|()| out.flush()))?;
     write(args.vcd.as_deref(), |out| trace.vcd(file, cycle_us, out))?;
     if args.json {
-        output::json(&trace.json(file, cycle_us))?;
+        let mut document = trace.json(file, cycle_us);
+        played.into_iter().for_each(|played| document["scenario"] = played);
+        output::json(&document)?;
     } else if args.wave {
         let bits = trace.symbols.iter().enumerate().filter(|(_, s)| s.kind.is_bit());
         output::print(wave::draw(&bits.map(|(i, s)| (s.name.as_str(), i)).collect::<Vec<_>>(), &trace.rows))?;

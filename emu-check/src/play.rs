@@ -4,7 +4,7 @@
 //! scan behind it, what is read is what the scan before it has left. The same holds on the chip (`play_chip.rs`), which is why the
 //! verdicts must be the same.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 
 use diag::Diagnostic;
@@ -22,7 +22,7 @@ const BYTE: u64 = 10;
 const SENT: u64 = 12;
 
 /// Something that can be given to a program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Given {
     /// A level at an input, by its position among the inputs.
     Level(usize, bool),
@@ -38,6 +38,10 @@ pub struct LadderSite {
     symbols: Vec<Symbol>,
     hints: Arc<Hints>,
     inputs: Vec<Given>,
+    /// Their positions.
+    known: HashMap<Given, usize>,
+    /// Why bytes cannot be sent, besides what the program says.
+    pub deaf: Option<String>,
     scale: Scale,
     cycle_us: u64,
     serial: (bool, bool),
@@ -57,6 +61,8 @@ impl LadderSite {
             symbols: eval.symbols().to_vec(),
             hints: Arc::new(Hints::new(program, eval)),
             inputs: Vec::new(),
+            known: HashMap::new(),
+            deaf: None,
             scale: Scale::scans(cycle_us, settings.crystal_hz),
             cycle_us,
             serial: serial(program),
@@ -124,7 +130,7 @@ impl Site for LadderSite {
             },
             (None, _) => Given::Write(index, number as i32),
         };
-        let id = self.inputs.iter().position(|other| *other == given).unwrap_or(self.inputs.len());
+        let id = *self.known.entry(given).or_insert(self.inputs.len());
         if id == self.inputs.len() {
             self.inputs.push(given);
         }
@@ -141,7 +147,11 @@ impl Site for LadderSite {
     }
 
     fn sends(&mut self) -> Result<(), String> {
-        if self.serial.1 { Ok(()) } else { Err("the program has no UART_RECV that would take bytes".to_owned()) }
+        match &self.deaf {
+            Some(why) => Err(why.clone()),
+            None if self.serial.1 => Ok(()),
+            None => Err("the program has no UART_RECV that would take bytes".to_owned()),
+        }
     }
 
     fn receives(&mut self) -> Result<(), String> {

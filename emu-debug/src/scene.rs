@@ -1,5 +1,7 @@
 //! Scenarios on a chip with its image: their names are pins, the supply, places in memory. A tick is a clock of the oscillator.
 
+use std::collections::HashMap;
+
 use diag::{Diagnostic, Severity};
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
@@ -41,6 +43,8 @@ pub struct ChipSite<'a> {
     pub there: &'a dyn Fn(&str, u32) -> bool,
     /// The machine has a pin, as it is configured.
     pub has_pin: &'a dyn Fn(PinId) -> bool,
+    /// The machine can do it; the error is a sentence.
+    pub can: &'a dyn Fn(Put) -> Result<(), String>,
     /// Another name of a pin as that of the chip's row; other text as it is.
     pub own: &'a dyn Fn(&str) -> String,
     /// The chip has a serial port, and the pin at which that receives.
@@ -58,6 +62,8 @@ pub struct ChipSite<'a> {
 pub struct Table {
     /// Each with its name and value as they were written.
     pub given: Vec<(Given, String, Value)>,
+    /// Their positions, by name and value as they were written.
+    known: HashMap<(String, String), usize>,
     /// What is looked at.
     pub seen: Vec<Seen>,
 }
@@ -113,15 +119,28 @@ impl Site for ChipSite<'_> {
         Scale::clocks(self.clock.hz, self.clock.clocks_per_cycle)
     }
 
+    fn same(&self, name: &str) -> String {
+        let pin = pin(self.chip(), &self.own(name)).ok().and_then(|pin| self.chip().pins.get(usize::from(pin)));
+        pin.map_or(name, |pin| pin.name).to_owned()
+    }
+
     fn input(&mut self, name: &str, value: &Value) -> Result<Input, (String, bool)> {
+        let key = (name.to_owned(), format!("{value:?}"));
+        if let Some(&id) = self.table.known.get(&key) {
+            return Ok(Input { id, ahead: self.table.is_outside(id) });
+        }
         let own = self.own(name);
+        let outside = || {
+            let put = put(self.chip(), &format!("{own}={value}"))?;
+            (self.can)(put).map(|()| Given::Put(put))
+        };
         let given = if self.is_supply(&own) {
-            Given::Put(put(self.chip(), &format!("{own}={value}")).map_err(|why| (why, false))?)
+            outside().map_err(|why| (why, false))?
         } else if let Ok(pin) = pin(self.chip(), &own) {
             if !(self.has_pin)(pin) {
                 return Err((format!("{own} is no channel of this machine: its configuration has fewer"), true));
             }
-            Given::Put(put(self.chip(), &format!("{own}={value}")).map_err(|why| (why, false))?)
+            outside().map_err(|why| (why, false))?
         } else {
             let (space, addr, bytes) = self.memory(name).map_err(|why| (self.unknown(name, &why), true))?;
             let (low, high) = (-(1i64 << (8 * bytes - 1)), (1i64 << (8 * bytes)) - 1);
@@ -134,13 +153,10 @@ impl Site for ChipSite<'_> {
             let bytes = number.to_le_bytes().into_iter().take(bytes as usize).collect();
             Given::Poke(space, addr, bytes)
         };
-        let ahead = matches!(given, Given::Put(_));
-        let id = self.table.given.iter().position(|(other, text, _)| *other == given && text == name);
-        let id = id.unwrap_or(self.table.given.len());
-        if id == self.table.given.len() {
-            self.table.given.push((given, name.to_owned(), value.clone()));
-        }
-        Ok(Input { id, ahead })
+        let id = self.table.given.len();
+        self.table.given.push((given, name.to_owned(), value.clone()));
+        self.table.known.insert(key, id);
+        Ok(Input { id, ahead: self.table.is_outside(id) })
     }
 
     fn output(&mut self, name: &str) -> Result<Output, String> {

@@ -164,6 +164,17 @@ pub fn apply<C: Cpu>(cpu: &mut C, Drive { at, put }: Drive, supply: &mut u32) ->
     Err(format!("{what} cannot be set on {name}, which knows levels only: {pin}=0, {pin}=1 or {pin}=z"))
 }
 
+/// The machine can do it, whenever that is.
+///
+/// # Errors
+/// Why not, a sentence.
+pub fn can<C: Cpu>(cpu: &C, put: Put) -> Result<(), String> {
+    match put {
+        Put::Level(..) => Ok(()),
+        put => apply(&mut cpu.clone(), Drive { at: Time::at(cpu.cycle()), put }, &mut FIRST_SUPPLY.clone()),
+    }
+}
+
 /// The name of the pin at position `n` of those that the package has, for messages.
 #[must_use]
 pub fn example_pin(chip: &Chip, n: usize) -> &'static str {

@@ -139,10 +139,11 @@ impl Binder<'_> {
                 Verb::Toggle(names) => {
                     for name in names {
                         let both = [0, 1].map(|bit| self.input(name, &Value::Number(bit), name.pos));
+                        let same = self.site.same(&name.text);
                         if let [Some(zero), Some(one)] = both
-                            && !self.names.contains_key(&name.text)
+                            && !self.names.contains_key(&same)
                         {
-                            self.names.insert(name.text.clone(), self.bits.len());
+                            self.names.insert(same, self.bits.len());
                             self.bits.push([zero, one]);
                         }
                     }
@@ -181,6 +182,11 @@ impl Binder<'_> {
         self.fault(NO_NAME, name.pos, cause, &hint);
     }
 
+    /// The number of what is toggled somewhere.
+    fn bit(&self, name: &Named) -> Option<usize> {
+        self.names.get(&self.site.same(&name.text)).copied()
+    }
+
     fn puts(&mut self, assigns: &[Assign]) -> Vec<Put> {
         let puts = assigns.iter().filter_map(|assign| self.put(&assign.name, &assign.value, assign.pos));
         puts.collect()
@@ -188,7 +194,7 @@ impl Binder<'_> {
 
     fn put(&mut self, name: &Named, value: &Value, pos: Pos) -> Option<Put> {
         let input = self.input(name, value, pos)?;
-        let bit = self.names.get(&name.text).copied();
+        let bit = self.bit(name);
         let level = match value {
             Value::Number(level @ (0 | 1)) => bit.map(|bit| (bit, *level == 1)),
             Value::Text(text) => {
@@ -263,7 +269,7 @@ impl Binder<'_> {
                 let (there, back) = (self.puts(assigns), self.puts(&back.collect::<Vec<_>>()));
                 Act::Series(Arc::new([(0, there), (after, back)]))
             }
-            Verb::Toggle(names) => Act::Toggle(names.iter().filter_map(|n| self.names.get(&n.text).copied()).collect()),
+            Verb::Toggle(names) => Act::Toggle(names.iter().filter_map(|name| self.bit(name)).collect()),
             Verb::Ramp { what, over, grain } => Act::Series(self.ramp(what, over, grain.as_ref())),
             Verb::Send(bytes) => {
                 self.sends = true;

@@ -38,6 +38,6 @@ pub use player::{Next, Player};
 pub use record::{Done, Recorder};
 pub use time::{Scale, Span, Unit};
 pub use timed::Timed;
-pub use vcd::{Waveform, read_vcd};
+pub use vcd::{Waveform, WholeLines, read_vcd};
 pub use verdict::{Outcome, Verdict};
 pub use world::{Input, Output, Reading, Site, World};

@@ -38,6 +38,9 @@ pub fn parse_bytes(file: &str, bytes: &[u8]) -> Result<Scenario, Vec<Diagnostic>
     Err(vec![Diagnostic::new(Severity::Error, NO_TOML, file, Pos::new(line, column, 1), cause.to_owned(), hint)])
 }
 
+/// What to do about a name that TOML takes apart.
+const QUOTES: &str = "names with a colon or a point stand in quotes: \"P1.0\" = 1, \"data:0x20\" = 1";
+
 /// Reads a scenario.
 ///
 /// # Errors
@@ -50,7 +53,11 @@ pub fn parse(file: &str, text: &str) -> Result<Scenario, Vec<Diagnostic>> {
         Err(error) => {
             let span = error.span().unwrap_or(0..0);
             let cause = shown(error.message().lines().next().unwrap_or_default());
-            reader.fault(NO_TOML, span, format!("this is no TOML: {cause}"), "docs/scenario.md has examples");
+            let hint = match error.message().contains("unquoted key") {
+                true => QUOTES,
+                false => "docs/scenario.md has examples",
+            };
+            reader.fault(NO_TOML, span, format!("this is no TOML: {cause}"), hint);
             return Err(reader.faults);
         }
     };
@@ -437,7 +444,10 @@ impl Reader<'_> {
             DeValue::Boolean(bit) => Some(Value::Number((*bit).into())),
             DeValue::String(text) => Some(Value::Text(text.to_string())),
             _ => {
-                let hint = "a voltage is a text with its unit, as in \"1.25V\"";
+                let hint = match item.get_ref() {
+                    DeValue::Table(_) => QUOTES,
+                    _ => "a voltage is a text with its unit, as in \"1.25V\"",
+                };
                 self.no_value(item, name, "a whole number or a text", hint);
                 None
             }

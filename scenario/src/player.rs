@@ -1,5 +1,7 @@
 //! The engine: plays a scenario over a machine that is run by somebody else, who asks [`Player::look`] when to stop next.
 
+mod tasks;
+
 use std::sync::Arc;
 
 use diag::Pos;
@@ -8,6 +10,7 @@ use crate::bind::{Bound, condition, quoted};
 use crate::ops::{Act, Check, Checks, Op, Piece, Put};
 use crate::verdict::{Outcome, Verdict};
 use crate::world::World;
+use tasks::{Again, Task};
 
 /// Ops in one moment at most: steps that are repeated without any time between them would never end.
 const BUSY: u32 = 2_000_000;
@@ -22,31 +25,6 @@ pub enum Next {
     At(u64),
     /// It is over.
     Done(Verdict),
-}
-
-/// Something that goes on beside the steps.
-#[derive(Debug, Clone)]
-struct Task {
-    next: u64,
-    step: usize,
-    what: Again,
-    /// It comes from something that goes on for ever: nobody waits for its end.
-    endless: bool,
-}
-
-#[derive(Debug, Clone)]
-enum Again {
-    Series {
-        values: Arc<[(u64, Vec<Put>)]>,
-        start: u64,
-        done: usize,
-    },
-    /// The line of its op, and how often it is still done.
-    Every {
-        line: usize,
-        left: Option<u64>,
-        until: Option<u64>,
-    },
 }
 
 /// Something that always or never holds.
@@ -195,7 +173,7 @@ impl Player {
             if busy > BUSY {
                 return Err((Outcome::Failed, step, "steps are repeated without any time between them".to_owned()));
             }
-            let task = self.tasks.iter().enumerate().min_by_key(|(n, task)| (task.next, *n)).map(|(n, t)| (n, t.next));
+            let task = self.next_task(now);
             let script = if waits { None } else { self.due(step)? };
             match (task, script) {
                 (None, None) => break u64::MAX,
@@ -218,6 +196,8 @@ impl Player {
         if let Some(Op::Wait(_, Some(within)) | Op::Hear(_, Some(within))) = self.op() {
             next = next.min(self.time.saturating_add(*within));
         }
+        // What only looks and is due later has kept nothing else waiting.
+        next = self.tasks.iter().map(|task| task.next).filter(|due| *due > now && *due < next).fold(next, u64::min);
         for guard in &self.guards {
             let bound = if guard.from > now { guard.from } else { guard.to.unwrap_or(u64::MAX) };
             next = next.min(bound);
@@ -265,9 +245,11 @@ impl Player {
                 Some((due, true))
             }
             Some(Op::After(ticks)) => Some((self.time.saturating_add(*ticks), true)),
+            // What is told of a moment waits for it beside the steps.
+            Some(Op::Do(Act::Log(_))) => Some((self.time, self.tasks.len() < MOST / 2)),
             Some(Op::Do(act)) => Some((self.time, act.ahead(&self.bound.bits))),
-            Some(Op::Every { .. } | Op::Repeat(_) | Op::Again) => Some((self.time, true)),
-            Some(Op::Wait(..) | Op::Hear(..) | Op::Guard { .. }) => Some((self.time, false)),
+            Some(Op::Every { .. } | Op::Repeat(_) | Op::Again | Op::Guard { .. }) => Some((self.time, true)),
+            Some(Op::Wait(..) | Op::Hear(..)) => Some((self.time, false)),
         })
     }
 
@@ -278,6 +260,9 @@ impl Player {
         let now = world.now();
         match &line.op {
             Op::At(_) | Op::After(_) => self.time = due,
+            Op::Do(Act::Log(_)) if due > now => {
+                self.begin(Task { next: due, step, what: Again::Once(self.line), endless: false })?;
+            }
             Op::Do(act) => self.act(act, world, due, step)?,
             Op::Every { until, times, .. } => {
                 let until = until.map(|until| self.frames.last().map_or(0, |frame| frame.base).saturating_add(until));
@@ -310,7 +295,7 @@ impl Player {
                 let base = self.frames.last().map_or(0, |frame| frame.base);
                 let (from, to) =
                     window.map_or((due, None), |(from, to)| (base.saturating_add(from), Some(base.saturating_add(to))));
-                if to.is_some_and(|to| to < now) {
+                if to.is_some_and(|to| to < due) {
                     return Err((Outcome::Failed, step, "its time had passed when it was its turn,".to_owned()));
                 }
                 if self.guards.len() >= MOST {
@@ -336,54 +321,6 @@ impl Player {
         }
         self.line += 1;
         Ok(true)
-    }
-
-    fn task_ahead(&self, task: usize) -> bool {
-        match self.tasks.get(task).map(|task| &task.what) {
-            Some(Again::Series { values, done, .. }) => {
-                values.get(*done).is_none_or(|(_, puts)| puts.iter().all(|put| put.input.ahead))
-            }
-            Some(Again::Every { line, .. }) => match self.bound.lines.get(*line).map(|line| &line.op) {
-                Some(Op::Every { act, .. }) => act.ahead(&self.bound.bits),
-                _ => false,
-            },
-            None => false,
-        }
-    }
-
-    /// Does the next of a task, and removes it behind its last.
-    fn run_task(&mut self, n: usize, world: &mut dyn World) -> Result<(), Ended> {
-        let bound = self.bound.clone();
-        let Some(Task { next: due, step, what, endless }) = self.tasks.get(n).cloned() else { return Ok(()) };
-        let (last, tasks) = (self.last, self.tasks.len());
-        let following = match what {
-            Again::Series { values, start, done } => {
-                if let Some((_, puts)) = values.get(done) {
-                    self.puts(puts, world, due, step)?;
-                }
-                let next = values.get(done + 1).map(|(after, _)| start.saturating_add(*after));
-                next.map(|next| (next, Again::Series { values, start, done: done + 1 }))
-            }
-            Again::Every { line, left, until } => {
-                let op = bound.lines.get(line).map(|line| &line.op);
-                let Some(Op::Every { period, act, .. }) = op else { return Ok(()) };
-                if until.is_none_or(|until| due <= until) {
-                    self.act(act, world, due, step)?;
-                }
-                let (next, left) = (due.saturating_add(*period), left.map(|left| left.saturating_sub(1)));
-                let more = left != Some(0) && until.is_none_or(|until| next <= until);
-                more.then_some((next, Again::Every { line, left, until }))
-            }
-        };
-        if endless {
-            self.last = last;
-            self.tasks.iter_mut().skip(tasks).for_each(|task| task.endless = true);
-        }
-        match (following, self.tasks.get_mut(n)) {
-            (Some((next, what)), Some(task)) => *task = Task { next, step, what, endless },
-            _ => _ = self.tasks.remove(n),
-        }
-        Ok(())
     }
 
     fn act(&mut self, act: &Act, world: &mut dyn World, due: u64, step: usize) -> Result<(), Ended> {
@@ -425,15 +362,6 @@ impl Player {
             Act::Snapshot(file) => world.snapshot(file).map_err(refused)?,
             Act::Power => world.power_cycle().map_err(refused)?,
         }
-        Ok(())
-    }
-
-    /// Something goes on beside the steps.
-    fn begin(&mut self, task: Task) -> Result<(), Ended> {
-        if self.tasks.len() >= MOST {
-            return Err((Outcome::Failed, task.step, too_many()));
-        }
-        self.tasks.push(task);
         Ok(())
     }
 

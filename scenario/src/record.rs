@@ -24,6 +24,8 @@ pub struct Recorder {
     pub mcu: Option<String>,
     /// Bits per second of what is sent.
     pub baud: Option<u64>,
+    /// The pin of the chip's receiver, high from this tick on. Who sends sees to it, so it is written where nothing is sent.
+    pub rest: Option<(u64, String)>,
     /// Ticks of a machine cycle; nothing where ticks are scans.
     cycle: Option<u32>,
     done: Vec<(u64, Done)>,
@@ -41,7 +43,7 @@ impl Recorder {
         self.done.push((tick, done));
     }
 
-    /// The scenario. It lasts up to the tick `end`.
+    /// The scenario. It lasts up to the tick `end`; what was queued for later has not been done.
     #[must_use]
     pub fn write(&self, end: u64) -> String {
         let mut out = String::from("# Recorded by emu.\n");
@@ -53,7 +55,11 @@ impl Recorder {
         head("baud", self.baud.map(|baud| baud.to_string()));
         // A limit of its own, for a session may have been longer than the usual one.
         head("limit", Some(quoted(&self.time(end.saturating_add(self.cycle.unwrap_or(1).into())))));
-        let mut done: Vec<&(u64, Done)> = self.done.iter().collect();
+        let mut done: Vec<&(u64, Done)> = self.done.iter().filter(|(tick, _)| *tick <= end).collect();
+        let sends = done.iter().any(|(_, done)| matches!(done, Done::Send(_)));
+        let rest = self.rest.as_ref().filter(|_| !sends);
+        let rest = rest.map(|(tick, pin)| (*tick, Done::Set(pin.clone(), Value::Number(1))));
+        done.splice(0..0, rest.as_ref());
         done.sort_by_key(|(tick, _)| *tick);
         for (tick, done) in done {
             if let Done::Other(what) = done {
@@ -127,7 +133,10 @@ mod tests {
         recorder.push(8, Done::Set("RA0".to_owned(), Value::Text("1250mV".to_owned())));
         recorder.push(9, Done::PowerCycle);
         recorder.push(10, Done::Other("set W = 1\n[[step]]".to_owned()));
+        recorder.push(4_001, Done::Set("RB0".to_owned(), Value::Number(1)));
+        recorder.rest = Some((0, "RC7".to_owned()));
         let text = recorder.write(4_000);
+        assert!(!text.contains("RB0") && !text.contains("RC7"), "{text}");
         let scenario = crate::parse("recorded.toml", &text).expect(&text);
         assert_eq!(scenario.steps.len(), 6, "{text}");
         let sent = scenario.steps.iter().filter_map(|step| match &step.verb {
@@ -136,6 +145,7 @@ mod tests {
         });
         let sent: Vec<_> = sent.collect();
         assert_eq!(sent, [vec![0, b'"', b'\\', b'\n', 0x7F, 0xC3, 0xA4], vec![0xFF, 1]]);
+        assert!(recorder.write(399).contains("at = \"0 cycles\"\nset = { RC7 = 1 }"), "nothing is sent");
         assert!(text.contains("at = \"2 cycles\"") && text.contains("at = \"401 clocks\""), "{text}");
     }
 }

@@ -1,6 +1,7 @@
 //! A waveform (VCD, IEEE 1364-2005, section 18) as a scenario of stimuli.
 
 use std::collections::HashMap;
+use std::io::{self, BufReader, Read};
 
 use diag::{Diagnostic, Pos, Severity};
 use vcd::{Command, IdCode, Parser, TimescaleUnit};
@@ -46,6 +47,33 @@ struct Coded {
     wires: Vec<usize>,
 }
 
+/// A text whose last line may lack its end, with that: the parser wants white space behind every word.
+#[derive(Debug)]
+pub struct WholeLines<R> {
+    input: R,
+    last: u8,
+}
+
+impl<R: Read> WholeLines<R> {
+    /// What is read of `input`.
+    pub fn new(input: R) -> WholeLines<R> {
+        WholeLines { input, last: b'\n' }
+    }
+}
+
+impl<R: Read> Read for WholeLines<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.input.read(buffer)?;
+        if let Some(last) = buffer.get(..count).and_then(|read| read.last()) {
+            self.last = *last;
+        } else if let Some(place) = buffer.first_mut().filter(|_| self.last != b'\n') {
+            (*place, self.last) = (b'\n', b'\n');
+            return Ok(1);
+        }
+        Ok(count)
+    }
+}
+
 /// Reads a waveform.
 ///
 /// # Errors
@@ -53,7 +81,7 @@ struct Coded {
 pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
     let mut wave = Waveform { file: file.to_owned(), scale: (1, 9), ..Waveform::default() };
     let mut codes: HashMap<IdCode, Coded> = HashMap::new();
-    let mut parser = Parser::new(bytes);
+    let mut parser = Parser::new(BufReader::new(WholeLines::new(bytes)));
     let (mut now, mut defined, mut depth) = (0, false, 0u32);
     let fault = |line: u64, cause: String| {
         let pos = Pos::new(u32::try_from(line).unwrap_or(0), 0, 0);

@@ -50,6 +50,10 @@ pub trait Site {
     /// # Errors
     /// Why not: a sentence, and true where it is the name that is wrong.
     fn input(&mut self, name: &str, value: &Value) -> Result<Input, (String, bool)>;
+    /// One name for all names of the same thing.
+    fn same(&self, name: &str) -> String {
+        name.to_owned()
+    }
     /// Something that can be looked at.
     ///
     /// # Errors

@@ -51,5 +51,6 @@ fn heads_are_looked_at() {
     assert_eq!(found(&format!("\u{feff}{HEAD}#0\n1!\n")), "line 1");
     assert_eq!(found(&HEAD.replace("1 us", "0 us")), "line 1");
     assert_eq!(found("$upscope $end\n"), "line 1");
+    assert_eq!(found(format!("{HEAD}#0\n0!\n#7\n1!").as_str()), "0us a=0; 7us a=1", "no end of the last line");
     assert_eq!(found("$var wire 1 ! a $end\n"), "line 2");
 }

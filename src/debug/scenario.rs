@@ -10,7 +10,7 @@ use emu_core::pins::{Level, PinId, Time};
 use emu_debug::debug::{Action, Goal, Look, Options, Rig, Scope, Session, Target, Why};
 use emu_debug::run::run_on;
 use emu_debug::scene::{ChipSite, Table, drives};
-use emu_debug::stimulus::Put;
+use emu_debug::stimulus::{Put, can};
 use emu_debug::{Board, Clock, Drive, Names, Plan};
 use ladder_compile::Special;
 use ladder_view::View;
@@ -41,6 +41,13 @@ pub(super) struct Around<'a> {
     /// Pins that the command line and devices drive.
     pub driven: Vec<PinId>,
     pub shelf: Shelf,
+}
+
+impl Around<'_> {
+    /// Why bytes cannot be sent, where they cannot.
+    fn taken(&self) -> Option<String> {
+        self.deaf.then(|| "--uart-in has the line already".to_owned())
+    }
 }
 
 /// What is to be queued. How the scenario ends is told.
@@ -81,10 +88,11 @@ fn of_image<C: Cpu>(file: &File, (mut cpu, mut board): (C, Board), around: &Arou
             clock,
             there: &there,
             has_pin: &has_pin,
+            can: &|put| can(&cpu, put),
             own: &own,
             serial: (family::has_uart(chip), family::receive_pin(chip)),
             stateless: Some("a session writes its snapshots by `save`".to_owned()),
-            deaf: around.deaf.then(|| "--uart-in has the line already".to_owned()),
+            deaf: around.taken(),
             table: Table::default(),
         };
         let bound = bind(&file.scenario, &mut site, Some(around.program), Some(chip.name)).map_err(refused)?;
@@ -123,7 +131,7 @@ fn of_image<C: Cpu>(file: &File, (mut cpu, mut board): (C, Board), around: &Arou
 
 /// Runs to a program word; gives the cycle, nothing where it does not come there.
 fn arrives(session: &mut Session, word: u32, until: u64) -> Option<u64> {
-    let goal = Goal { until: Some(until), words: BTreeSet::from([word]) };
+    let goal = Goal { until: Some(until), words: BTreeSet::from([word]), passes: false };
     (session.run(&goal, &mut || true).why == Why::Done).then(|| session.target().cycle())
 }
 
@@ -154,6 +162,7 @@ struct Scans<'a> {
 impl<'a> Scans<'a> {
     fn new(file: &File, view: &'a View, around: &'a Around<'a>) -> Result<Scans<'a>, Vec<Diagnostic>> {
         let mut play = Rehearsal::new(view.program())?;
+        play.site().deaf = around.taken();
         let bound = bind(&file.scenario, play.site(), Some(&view.program().file), Some(around.names.chip.name))?;
         let site = play.site();
         bound.outside(&|id| site.is_outside(id))?;

@@ -108,6 +108,10 @@ impl<'a> Stage<'a> {
             cpu.drive(at, pin, Level::High);
             self.note(Drive { at, put: Put::Level(pin, Level::High) });
             self.driven.push(pin);
+            let tick = cpu.cycle().saturating_mul(self.clocks());
+            if let (Some(recorder), Some(pin)) = (&mut self.recorder, self.chip.pins.get(usize::from(pin))) {
+                recorder.rest = Some((tick, pin.name.to_owned()));
+            }
         }
         self.started = true;
         self.look(cpu, &[]);
@@ -203,7 +207,7 @@ impl<C: Cpu> Host<C> for Stage<'_> {
         let at = Time::at(self.next.div_ceil(self.clocks()).max(cpu.cycle() + 1));
         let power = self.chip.pin("POWER").filter(|pin| !self.driven.contains(pin));
         if let Some(power) = power {
-            cpu.drive(at, power, Level::High);
+            cpu.drive(at, power, Level::Float);
             return true;
         }
         let ports =
@@ -237,9 +241,10 @@ struct Floor<'f, 'a, C> {
 }
 
 impl<C: Cpu> Floor<'_, '_, C> {
-    fn time(&self, tick: u64) -> Time {
-        let clocks = self.stage.clocks();
-        Time { cycle: tick / clocks, phase: (tick % clocks) as u8 }
+    /// When something is done that is asked for at a tick: what stands behind a look at the machine comes behind its instruction.
+    fn when(&self, tick: u64) -> (u64, Time) {
+        let (tick, clocks) = (tick.max(self.now()), self.stage.clocks());
+        (tick, Time { cycle: tick / clocks, phase: (tick % clocks) as u8 })
     }
 }
 
@@ -254,7 +259,7 @@ impl<C: Cpu> World for Floor<'_, '_, C> {
 
     fn put(&mut self, input: usize, at: u64) -> Result<(), String> {
         let Some((given, name, value)) = self.stage.table.given.get(input).cloned() else { return Ok(()) };
-        let time = self.time(at);
+        let (tick, time) = self.when(at);
         match given {
             Given::Put(put) => {
                 apply(self.cpu, Drive { at: time, put }, &mut self.stage.supply)?;
@@ -271,7 +276,7 @@ impl<C: Cpu> World for Floor<'_, '_, C> {
                 }
             }
         }
-        self.stage.record(at, || Done::Set(name, value));
+        self.stage.record(tick, || Done::Set(name, value));
         Ok(())
     }
 
@@ -280,13 +285,13 @@ impl<C: Cpu> World for Floor<'_, '_, C> {
     }
 
     fn send(&mut self, bytes: &[u8], at: u64) -> Result<(), String> {
-        let (time, clock) = (self.time(at), self.stage.clock);
+        let ((tick, time), clock) = (self.when(at), self.stage.clock);
         let Some(sender) = &mut self.stage.line else { return Ok(()) };
         for drive in sender.send(clock, time, bytes)? {
             apply(self.cpu, drive, &mut self.stage.supply)?;
             self.stage.note(drive);
         }
-        self.stage.record(at, || Done::Send(bytes.to_vec()));
+        self.stage.record(tick, || Done::Send(bytes.to_vec()));
         Ok(())
     }
 

@@ -38,9 +38,10 @@ pub fn play(args: &SimArgs, read: &Read, used: &[(&str, &str)], terminal: &Termi
     }
     let symbols = eval.symbols().to_vec();
     let mut trace = Trace::new(&symbols, &eval, sends(program));
+    // A scenario has a limit of its own.
     let traced = !used.is_empty() || file.is_none();
-    let most = if traced { MAX_VALUES / (trace.width() as u64).max(1) } else { u64::MAX }.min(MAX_SCANS);
-    let most = if file.is_none() { args.scans.unwrap_or(most) } else { most };
+    let most = if traced { MAX_VALUES / (trace.width() as u64).max(1) } else { u64::MAX };
+    let most = if file.is_none() { args.scans.unwrap_or(most.min(MAX_SCANS)) } else { most };
     while play.scans() < most && play.scan() {
         play.told().iter().for_each(|line| output::tell(&format!("{line}\n")));
         if traced {
@@ -48,14 +49,21 @@ pub fn play(args: &SimArgs, read: &Read, used: &[(&str, &str)], terminal: &Termi
         }
     }
     play.told().iter().for_each(|line| output::tell(&format!("{line}\n")));
-    results(args, program, &trace)?;
+    if let (Some(file), true) = (&args.scenario, play.scans() >= most) {
+        let why = format!(
+            "it goes on for more than the {most} scans whose values can be traced at once; a run without traces has no such end"
+        );
+        return Err(Failure::value("--scenario <FILE>", file, &why));
+    }
     let Some(file) = file else {
+        results(args, program, &trace, None)?;
         if used.is_empty() {
             output::print(trace.table())?;
         }
         return Ok(exit::OK);
     };
-    let verdict = play.end("the most scans of a run came");
+    let verdict = play.end("the run was over");
+    results(args, program, &trace, Some(file.document(&verdict)))?;
     let printed = used.iter().any(|(_, file)| output::is_stdout(file));
     file.tell(&Played { steps: file.steps(), verdict: &verdict }, printed, terminal)
 }

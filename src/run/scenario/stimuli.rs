@@ -5,7 +5,7 @@ use emu_core::cpu::Cpu;
 use emu_core::pins::{PinId, Time};
 use emu_debug::Source;
 use emu_debug::scene::{ChipSite, Table};
-use emu_debug::stimulus::{Put, pin};
+use emu_debug::stimulus::{Put, can, pin};
 use emu_debug::text::unescape;
 use scenario::{Done, Recorder, Value, bind};
 
@@ -62,6 +62,7 @@ impl Asked {
             clock: job.clock,
             there: &there,
             has_pin: &has_pin,
+            can: &|put| can(cpu, put),
             own: &own,
             serial: (family::has_uart(chip), family::receive_pin(chip)),
             stateless,
