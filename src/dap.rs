@@ -38,6 +38,7 @@ struct Launch {
 
 /// Serves an editor.
 pub fn dap(args: &DapArgs, terminal: &Terminal) -> Result<u8, Failure> {
+    crate::input::take_stdin();
     let open = |arguments: &LaunchArguments| opened(arguments, terminal);
     let (served, from) = match &args.listen {
         None => (serve(io::stdin(), &mut io::stdout(), &open), "-"),

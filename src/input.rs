@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::{self, Read as _};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use diag::{Diagnostic, Severity};
 use emu_core::chip::Chip;
@@ -21,6 +22,14 @@ const MAX_BYTES: u64 = 64 << 20;
 
 /// The first bytes of every ELF file.
 pub const ELF: &[u8] = b"\x7fELF";
+
+/// Somebody else reads standard input: no file is.
+static TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// From now on `-` cannot be read.
+pub fn take_stdin() {
+    TAKEN.store(true, Ordering::Relaxed);
+}
 
 /// All bytes of a file; `-` is standard input.
 pub fn bytes(file: &str) -> Result<Vec<u8>, Failure> {
@@ -42,6 +51,7 @@ pub fn read(file: &str) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let most = MAX_BYTES + 1;
     match file {
+        "-" if TAKEN.load(Ordering::Relaxed) => return Err(io::Error::other("standard input is the editor's")),
         "-" => io::stdin().lock().take(most).read_to_end(&mut bytes)?,
         _ => File::open(file)?.take(most).read_to_end(&mut bytes)?,
     };

@@ -70,6 +70,13 @@ pub fn wave(args: &WaveArgs) -> Result<u8, Failure> {
         time.transpose()
     };
     let from = time("--from <TIME>", &args.from)?.unwrap_or(waves.start);
+    if let Some(text) = args.from.as_ref().filter(|_| from > waves.end) {
+        return Err(Failure::value(
+            "--from <TIME>",
+            text,
+            &format!("the file ends at {}", waves.scale.text(waves.end)),
+        ));
+    }
     let to = time("--to <TIME>", &args.to)?.unwrap_or(waves.end.max(from.saturating_add(1)));
     if from >= to {
         return Err(Failure::Usage("--from is not before --to".to_owned()));

@@ -36,6 +36,8 @@ pub struct Profile {
     cycles: BTreeMap<Option<u8>, Vec<u64>>,
     /// Cycles in which the core stood still, by the same interrupts.
     idle: BTreeMap<Option<u8>, u64>,
+    /// Cycles of entries that were interrupted before an instruction came, by the interrupt that was entered.
+    entries: BTreeMap<Option<u8>, u64>,
     /// Cycles before the first instruction.
     before: u64,
     services: BTreeMap<u8, Service>,
@@ -88,6 +90,7 @@ impl Profile {
             facts,
             cycles,
             idle: BTreeMap::new(),
+            entries: BTreeMap::new(),
             before: 0,
             services: BTreeMap::new(),
             open: Vec::new(),
@@ -102,8 +105,12 @@ impl Profile {
         self.since = now;
         let serving = self.open.last().map(|open| open.0);
         let word = match (self.at, next) {
-            (At::Before, _) | (At::Entry, None) => {
+            (At::Before, _) => {
                 self.before += passed;
+                return;
+            }
+            (At::Entry, None) => {
+                *self.entries.entry(serving).or_default() += passed;
                 return;
             }
             (At::Entry, Some(pc)) | (At::Word(pc), _) => pc,
@@ -160,6 +167,11 @@ impl Profile {
         self.idle.iter().map(|(serving, count)| (*serving, *count))
     }
 
+    /// Cycles of entries that were interrupted before an instruction came, by the interrupt that was entered.
+    pub fn entries(&self) -> impl Iterator<Item = (Option<u8>, u64)> {
+        self.entries.iter().map(|(serving, count)| (*serving, *count))
+    }
+
     /// Cycles before the first instruction.
     #[must_use]
     pub fn before(&self) -> u64 {
@@ -174,7 +186,8 @@ impl Profile {
     /// All cycles that were counted.
     #[must_use]
     pub fn sum(&self) -> u64 {
-        self.before + self.idle().map(|(_, count)| count).sum::<u64>() + self.cycles().map(|one| one.2).sum::<u64>()
+        let beside = self.idle().chain(self.entries()).map(|(_, count)| count).sum::<u64>();
+        self.before + beside + self.cycles().map(|one| one.2).sum::<u64>()
     }
 }
 

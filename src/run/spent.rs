@@ -13,6 +13,7 @@ pub struct Spent {
     sum: u64,
     before: u64,
     idle: u64,
+    entries: u64,
     /// By function; the most first.
     functions: Vec<(String, u64)>,
     /// By rung from 1, nothing for what is in none; none at all without a map.
@@ -24,6 +25,8 @@ pub struct Spent {
 
 /// What stands for the core that sleeps.
 const ASLEEP: &str = "(asleep or held)";
+/// What stands for entries that were interrupted themselves.
+const ENTRIES: &str = "(entry of an interrupt)";
 /// What stands for code before the first name.
 const NAMELESS: &str = "(no symbol)";
 
@@ -47,12 +50,16 @@ impl Spent {
         for (service, count) in profile.idle() {
             *stacks.entry((serving(service), ASLEEP.to_owned())).or_default() += count;
         }
+        for (service, count) in profile.entries() {
+            *stacks.entry((serving(service), ENTRIES.to_owned())).or_default() += count;
+        }
         let mut functions: Vec<(String, u64)> = functions.into_iter().collect();
         functions.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
         Spent {
             sum: profile.sum(),
             before: profile.before(),
             idle: profile.idle().map(|(_, count)| count).sum(),
+            entries: profile.entries().map(|(_, count)| count).sum(),
             functions,
             rungs: by_rung,
             interrupts: profile.services().map(|(number, service)| (vector(number), service)).collect(),
@@ -71,7 +78,9 @@ impl Spent {
         for (name, count) in &self.functions {
             out.push_str(&row(name, *count));
         }
-        for (name, count) in [(ASLEEP, self.idle), ("(before the first instruction)", self.before)] {
+        for (name, count) in
+            [(ASLEEP, self.idle), (ENTRIES, self.entries), ("(before the first instruction)", self.before)]
+        {
             if count > 0 {
                 out.push_str(&row(name, count));
             }
@@ -102,6 +111,7 @@ impl Spent {
             "cycles": self.sum,
             "before": self.before,
             "idle": self.idle,
+            "entries": self.entries,
             "functions": self.functions.iter().map(function).collect::<Vec<_>>(),
             "rungs": self.rungs.iter().map(rung).collect::<Vec<_>>(),
             "interrupts": self.interrupts.iter().map(interrupt).collect::<Vec<_>>(),

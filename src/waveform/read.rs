@@ -6,6 +6,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 
 use diag::{Diagnostic, Pos, Severity};
+use scenario::WholeLines;
 use vcd::{Command, IdCode, Parser, TimescaleUnit, Value, VarType, Vector};
 
 use super::scale::Scale;
@@ -144,7 +145,7 @@ impl<'a> Reading<'a> {
         if begin.starts_with(BOM) {
             return Err(self.refuse(MALFORMED_WAVE, 1, "the file begins with a byte order mark".to_owned()));
         }
-        let mut parser = Parser::new(input);
+        let mut parser = Parser::new(BufReader::new(WholeLines::new(input)));
         loop {
             match parser.next() {
                 None => break,
