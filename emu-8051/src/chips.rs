@@ -177,6 +177,8 @@ pub(crate) const I8051: Part = Part {
         vector_words: 8,
         spaces: &[("code", 0x1_0000, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1), ("xdata", 0x1_0000, 1)],
         told: &[("idata", 0), ("sfr", 0), ("bit", 0), ("xdata", 0)],
+        // SP, DPL, DPH, PSW, ACC, B.
+        silent: &[("sfr", 0x81), ("sfr", 0x82), ("sfr", 0x83), ("sfr", 0xD0), ("sfr", 0xE0), ("sfr", 0xF0)],
     },
     iram: 128,
     cmos: false,

@@ -98,7 +98,7 @@ impl Ap101 {
                 if let Some((which, round)) = next {
                     if let Some(round) = round.filter(|_| HALTS) {
                         let due = self.soc.next();
-                        if due == NEVER && self.rests(round) {
+                        if !self.looks.insists && due == NEVER && self.rests(round) {
                             return Some(Stop::Halted);
                         }
                         let jumps = self.looks.skip && !careful::<P>() && !self.code.has_traps();
@@ -133,7 +133,7 @@ impl Ap101 {
                 }
                 Phase::Reload { from, .. } => from + self.soc.channels(),
                 Phase::Ready { at } if now < at => at,
-                Phase::Off | Phase::Ready { .. } if idle => return Some(Stop::Halted),
+                Phase::Off | Phase::Ready { .. } if idle && !self.looks.insists => return Some(Stop::Halted),
                 Phase::Off | Phase::Ready { .. } => NEVER,
             };
             let to = until.min(next).min(end);

@@ -108,6 +108,7 @@ pub static AP101: Chip = Chip {
         ("value", 128, 2),
     ],
     told: &[("i", 0), ("e", 0), ("m", 0), ("r", 0)],
+    silent: &[],
 };
 
 const REGS: &[Reg] = &[];

@@ -294,6 +294,10 @@ impl Cpu for Ap101 {
         self.run_to::<P, true>(until, probe)
     }
 
+    fn insist(&mut self, on: bool) {
+        self.looks.insists = on;
+    }
+
     /// Goes on also where nothing changes any more, and [`Cpu::run`] halts.
     fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
         let now = self.cycle();

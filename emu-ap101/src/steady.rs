@@ -60,6 +60,8 @@ enum Known {
 pub struct Looks {
     /// Rounds are jumped over.
     pub skip: bool,
+    /// Time passes up to the limit of a run, also where the machine has settled.
+    pub insists: bool,
     /// No look before this cycle.
     at: u64,
     blind: u64,
@@ -120,7 +122,7 @@ impl Ap101 {
 
 impl Looks {
     /// At first.
-    pub const START: Looks = Looks { skip: true, at: BLIND, blind: BLIND, known: Known::Nothing };
+    pub const START: Looks = Looks { skip: true, insists: false, at: BLIND, blind: BLIND, known: Known::Nothing };
 }
 
 impl Ap101 {

@@ -100,6 +100,9 @@ pub struct Chip {
     /// Memories of whose accesses [`crate::cpu::Probe::data`] is told, and the first address of which it is: below it lie registers
     /// that instructions use without a word of it.
     pub told: &'static [(&'static str, u32)],
+    /// Places in those memories that instructions use without naming them: registers of the core, of which only the accesses by
+    /// address are told.
+    pub silent: &'static [(&'static str, u32)],
 }
 
 /// A register of the chip, or a bit of one.

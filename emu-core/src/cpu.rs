@@ -187,6 +187,14 @@ pub trait Cpu: Clone {
     fn depth(&self) -> u32 {
         0
     }
+    /// With `on` time passes up to the limit of a run even where nothing can wake the chip: [`Stop::Halted`] does not come. No part of the
+    /// machine that a program could see, nor of its saved state.
+    fn insist(&mut self, on: bool);
+    /// Only something from outside can still change what the program does, though it does not count as halted: it waits for a pin in a
+    /// loop, or sleeps with its receiver open. Asked of a copy, which it moves. A family that calls all of that halted never waits.
+    fn waits_for_ever(&mut self) -> bool {
+        false
+    }
     /// Runs until machine cycle `until` (at most [`END_OF_TIME`]) is reached or something stops it; always to an instruction
     /// boundary.
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop;

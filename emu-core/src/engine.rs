@@ -24,11 +24,15 @@ pub struct Looks {
     pub skip: bool,
     /// but not before this cycle.
     pub blind_until: u64,
+    /// Time passes up to the limit of a run, whatever can wake the chip.
+    pub insists: bool,
+    /// It was met sleeping, or in a loop that only looks, when nothing was due any more.
+    pub endless: bool,
 }
 
 impl Looks {
     /// At first: loops are jumped over.
-    pub const START: Looks = Looks { passing: None, skip: true, blind_until: 0 };
+    pub const START: Looks = Looks { passing: None, skip: true, blind_until: 0, insists: false, endless: false };
 }
 
 /// What predecode has found an instruction to be, besides what it does.
@@ -126,9 +130,20 @@ pub fn run<E: Engine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Stop 
 pub fn step_until<E: Engine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Stop {
     let now = cpu.cycle();
     let next = cpu.fire(now);
-    // Where an interrupt is there already, or nothing is ever due, one cycle.
-    let sleeps = cpu.asleep() && !cpu.interrupt_pending(now) && next != NEVER;
+    // Where an interrupt is there already, or nothing is ever due and nobody says how far, one cycle.
+    let sleeps = cpu.asleep() && !cpu.interrupt_pending(now) && next.min(until) < END_OF_TIME;
     run(cpu, if sleeps { next.min(until).max(now + 1) } else { now + 1 }, probe)
+}
+
+/// Only something from outside can still change what the program does, though it does not count as halted: nothing is due, and it
+/// sleeps, or goes round in a loop that only looks, or will within some [`BLIND`] cycles ([`Cpu::waits_for_ever`]).
+pub fn waits_for_ever<E: Engine>(cpu: &mut E) -> bool {
+    let now = cpu.cycle();
+    if cpu.fire(now) != NEVER {
+        return false;
+    }
+    *cpu.looks() = Looks::START;
+    run(cpu, now.saturating_add(2 * BLIND), &mut ()) == Stop::Limit && cpu.looks().endless
 }
 
 /// Runs everything due at this instruction boundary and sets the next deadline. Returns why to stop, if so.
@@ -169,9 +184,10 @@ fn boundary<E: Engine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Opti
             continue;
         }
         if cpu.asleep() {
-            if cpu.halted() {
+            if !cpu.looks().insists && cpu.halted() {
                 return Some(Stop::Halted);
             }
+            cpu.looks().endless |= next == NEVER;
             // The deadline of this cycle has been served; the interrupt, if any, was not enabled.
             let clock = cpu.clock();
             clock.pass(next.min(until).max(now + 1) - now);
@@ -184,7 +200,7 @@ fn boundary<E: Engine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Opti
         let sight = if blind > now { blind } else { NEVER };
         cpu.clock().set_deadline(deadline.min(sight));
         if std::mem::take(cpu.escaped()) {
-            if let Some(stop) = escape(cpu, deadline, probe) {
+            if let Some(stop) = escape(cpu, deadline, next == NEVER, probe) {
                 return Some(stop);
             }
             continue;
@@ -201,8 +217,8 @@ fn went<E: Engine, P: Probe>(cpu: &E, before: u32, probe: &mut P) {
     }
 }
 
-/// The op at the program counter has no body of its own. `deadline` is the next cycle at which anything is due.
-fn escape<E: Engine, P: Probe>(cpu: &mut E, deadline: u64, probe: &mut P) -> Option<Stop> {
+/// The op at the program counter has no body of its own. `deadline` is the cycle up to which it may run; `idle`: nothing is due.
+fn escape<E: Engine, P: Probe>(cpu: &mut E, deadline: u64, idle: bool, probe: &mut P) -> Option<Stop> {
     let pc = cpu.pc();
     let trap = cpu.has_trap(pc);
     if trap && cpu.looks().passing != Some(pc) {
@@ -221,14 +237,15 @@ fn escape<E: Engine, P: Probe>(cpu: &mut E, deadline: u64, probe: &mut P) -> Opt
     match cpu.mark(pc) {
         Mark::Spins if !trap && cpu.pc() == pc => {
             // Every turn is like this one.
-            if cpu.halted() {
+            if !cpu.looks().insists && cpu.halted() {
                 return Some(Stop::Halted);
             }
+            cpu.looks().endless |= idle;
             if cpu.looks().skip && !P::EVERY {
                 repeat(cpu, deadline, start, counted);
             }
         }
-        Mark::ClosesLoop if !trap && jumps_over::<E, P>(cpu) => jump_over_turns(cpu, pc, deadline, probe),
+        Mark::ClosesLoop if !trap && jumps_over::<E, P>(cpu) => jump_over_turns(cpu, pc, deadline, idle, probe),
         _ => {}
     }
     cpu.clock().force();
@@ -249,7 +266,7 @@ fn repeat<E: Engine>(cpu: &mut E, limit: u64, start: u64, counted: u64) {
 /// At the head of the loop that only looks and is closed by the jump at `end`, if the jump was taken: runs one turn, and if it
 /// leaves the core as it was, jumps over as many whole turns as nothing can change in. Stops early at the deadline, at a
 /// trap, or where the loop is left.
-fn jump_over_turns<E: Engine, P: Probe>(cpu: &mut E, end: u32, deadline: u64, probe: &mut P) {
+fn jump_over_turns<E: Engine, P: Probe>(cpu: &mut E, end: u32, deadline: u64, idle: bool, probe: &mut P) {
     let Some(head) = cpu.head(end).filter(|&head| head == cpu.pc()) else { return };
     let (start, counted, before) = (cpu.cycle(), cpu.instructions(), cpu.held());
     let promised = cpu.steady(end, start);
@@ -278,7 +295,8 @@ fn jump_over_turns<E: Engine, P: Probe>(cpu: &mut E, end: u32, deadline: u64, pr
     let now = cpu.cycle();
     // A promise that ends now was good for this turn and says nothing of the next.
     if cpu.pc() == head && cpu.held() == before && now < promised {
-        let limit = cpu.steady(end, now).min(deadline);
-        repeat(cpu, limit, start, counted);
+        let promised = cpu.steady(end, now);
+        cpu.looks().endless |= idle && promised == NEVER;
+        repeat(cpu, promised.min(deadline), start, counted);
     }
 }

@@ -80,7 +80,7 @@ pub(crate) struct Machine {
     pub ladder: Option<Ladder>,
     /// Made when it is first asked for.
     pub listing: Option<Listing>,
-    /// Bytes sent up to this cycle were told.
+    /// Bytes sent and resets up to this cycle were told.
     pub told: u64,
     /// Why it stands.
     pub stop: Stop,

@@ -61,7 +61,7 @@ impl Over {
     }
 
     fn slice(&self, session: &mut Session, go_on: GoOn<'_>) -> Halt {
-        let goal = Goal { until: None, words: BTreeSet::from([self.ret]) };
+        let goal = Goal { words: BTreeSet::from([self.ret]), ..Goal::default() };
         loop {
             let halt = session.run(&goal, go_on);
             if halt.why != Why::Done || self.is_done(session) {
@@ -130,7 +130,7 @@ impl Walk {
             }
             if std::mem::take(&mut self.stuck) {
                 let (before, until) = (self.here, session.target().cycle().saturating_add(WAIT));
-                let halt = session.run(&Goal { until: Some(until), words: BTreeSet::new() }, go_on);
+                let halt = session.run(&Goal { until: Some(until), ..Goal::default() }, go_on);
                 self.here = (session.target().pc(), session.target().depth());
                 // An interrupt may have come meanwhile.
                 if self.here.1 > before.1 {
@@ -232,14 +232,11 @@ impl Run {
     fn slice(&mut self, session: &mut Session, go_on: GoOn<'_>) -> Halt {
         match self {
             Run::On => session.run(&Goal::default(), go_on),
-            Run::Steps(left) => session.stroll(END_OF_TIME, true, go_on, &mut |_, _, _| {
-                *left = left.saturating_sub(1);
-                *left == 0
-            }),
+            Run::Steps(left) => session.steps(left, END_OF_TIME, true, go_on),
             Run::Over(over) => over.slice(session, go_on),
             Run::Walk(walk) => walk.slice(session, go_on),
             Run::To(words, left) => {
-                let goal = Goal { until: None, words: words.clone() };
+                let goal = Goal { words: words.clone(), ..Goal::default() };
                 loop {
                     let halt = session.run(&goal, go_on);
                     if halt.why != Why::Done {
@@ -305,7 +302,7 @@ impl Adapter<'_> {
         let halt = run.slice(&mut machine.session, &mut || (back || Instant::now() < end) && go_on());
         self.points.sound(&mut machine.session, &silent);
         machine.listing = None;
-        self.tell_sent();
+        self.tell_events();
         match halt.why {
             Why::Interrupted => self.run = Some(run),
             Why::Points(hits) if !back => {

@@ -77,6 +77,11 @@ impl Adapter<'_> {
                 text: Some("Nothing can wake the chip any more.".to_owned()),
                 ..Stop::plain("halted")
             },
+            Why::Waits => Stop {
+                description: Some("Waits".to_owned()),
+                text: Some("Only something from outside can change what the program does.".to_owned()),
+                ..Stop::plain("halted")
+            },
             Why::Illegal { pc, word } => {
                 let text = format!("0x{word:04x} at {} is no instruction of this chip", place(*pc));
                 exception("illegal", "Illegal instruction", text)
@@ -116,9 +121,10 @@ impl Adapter<'_> {
         }))
     }
 
-    /// Tells bytes that the program has sent since they were told last.
-    pub(crate) fn tell_sent(&mut self) {
+    /// Tells bytes that the program has sent and resets of the chip since they were told last.
+    pub(crate) fn tell_events(&mut self) {
         let Some(machine) = &mut self.machine else { return };
+        let resets = machine.session.resets_since(machine.told);
         let fresh = machine.session.events().rev().take_while(|event| event.at().cycle > machine.told);
         let mut sent: Vec<(u8, u8)> = fresh
             .filter_map(|event| match event {
@@ -132,6 +138,9 @@ impl Adapter<'_> {
             let prefix = port.first().filter(|first| first.0 > 0).map(|first| format!("serial port {}: ", first.0));
             let text: String = port.iter().map(|(_, byte)| printed(*byte)).collect();
             self.output("stdout", &format!("{}{text}", prefix.unwrap_or_default()));
+        }
+        if let Some(resets) = resets {
+            self.output("console", &format!("{resets}\n"));
         }
     }
 }

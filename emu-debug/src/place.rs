@@ -96,6 +96,10 @@ impl Names<'_> {
                 "accesses are watched in {space} memory from 0x{first:x} on, not in {space}:0x{:x}, a register of the core",
                 range.start
             )),
+            Some(_) if (range.start..range.end).all(|at| self.chip.silent.contains(&(space, at))) => Err(format!(
+                "{space}:0x{:x} is a register of the core, which instructions use without naming it: only its changes are told",
+                range.start
+            )),
             Some(_) => Ok(()),
             None => {
                 let all = self.chip.spaces.iter().map(|(name, ..)| *name);

@@ -89,7 +89,7 @@ fn walks(family: Family, name: &str, count: u64) {
                 0 | 1 => {
                     let most = pick(&mut rng, &[100, 5_000, 300_000]);
                     let until = now + rng.below(most);
-                    session.run(&Goal { until: Some(until), ..Goal::default() }, &mut on);
+                    session.run(&Goal { until: Some(until), passes: rng.below(2) == 0, ..Goal::default() }, &mut on);
                     // A step ends at a position; else it may stand within one, such as in sleep.
                     if rng.below(2) == 0 {
                         session.stepi(1, until + 100_000, &mut on);

@@ -100,7 +100,8 @@ impl Stub<'_> {
         let Some(n) = (if rest.is_empty() { Some(1) } else { rest.parse().ok() }) else {
             return format!("`{rest}` is no number of steps");
         };
-        let halt = self.session.back_stepi(n, &mut || true);
+        let input = &mut self.input;
+        let halt = self.session.back_stepi(n, &mut || input.go_on());
         self.moved(&halt.why)
     }
 
@@ -117,6 +118,7 @@ impl Stub<'_> {
             Why::Beginning => "the history begins here; ",
             Why::Interrupted => "interrupted; ",
             Why::Halted => "nothing can wake the chip any more; ",
+            Why::Waits => "only something from outside can change what the program does; ",
             _ => "",
         };
         format!("{what}{}\n{FLUSH}", self.place())

@@ -41,6 +41,7 @@ impl Stub<'_> {
     /// Does what gdb wants, until something stops the program.
     pub fn run(&mut self) -> Told {
         let (session, input) = (&mut *self.session, &mut self.input);
+        let since = session.target().cycle();
         let go_on = &mut || input.go_on();
         let halt = match self.go.clone() {
             Go::On => session.run(&Goal::default(), go_on),
@@ -50,8 +51,11 @@ impl Stub<'_> {
             Go::BackStep => session.back_stepi(1, &mut || true),
         };
         let (reason, text) = self.told(&halt.why);
-        self.why = text.clone().unwrap_or_else(|| self.plain(&halt.why));
-        (reason, text)
+        let resets = self.session.resets_since(since);
+        let lines = |line: Option<String>| line.into_iter().chain(resets.clone()).collect::<Vec<_>>().join("; ");
+        self.why = lines(Some(text.clone().unwrap_or_else(|| self.plain(&halt.why))));
+        let text = lines(text);
+        (reason, (!text.is_empty()).then_some(text))
     }
 
     fn told(&self, why: &Why) -> Told {
@@ -67,6 +71,10 @@ impl Stub<'_> {
             Why::Halted => {
                 (signal(Signal::SIGSTOP), Some("the program has ended: nothing can wake the chip any more".to_owned()))
             }
+            Why::Waits => (
+                signal(Signal::SIGSTOP),
+                Some("only something from outside can change what the program does".to_owned()),
+            ),
             Why::Illegal { pc, word } => {
                 let text = format!("0x{word:04x} at {} is no instruction of this chip", place(pc));
                 (signal(Signal::SIGILL), Some(text))

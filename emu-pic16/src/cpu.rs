@@ -355,6 +355,14 @@ impl Cpu for Pic16 {
         engine::run(self, until, probe)
     }
 
+    fn insist(&mut self, on: bool) {
+        self.looks.insists = on;
+    }
+
+    fn waits_for_ever(&mut self) -> bool {
+        engine::waits_for_ever(self)
+    }
+
     fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
         engine::step_until(self, until, probe)
     }

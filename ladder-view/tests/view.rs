@@ -31,7 +31,7 @@ fn example(program: &str, mcu: &'static str) -> (Session, View) {
 /// Runs to one of these words.
 fn run_to(session: &mut Session, words: impl IntoIterator<Item = u32>) {
     let until = Some(session.target().cycle() + 100_000_000);
-    let goal = Goal { until, words: words.into_iter().collect::<BTreeSet<u32>>() };
+    let goal = Goal { until, words: words.into_iter().collect::<BTreeSet<u32>>(), passes: false };
     assert_eq!(session.run(&goal, &mut || true).why, Why::Done);
 }
 

@@ -138,6 +138,9 @@ fn by_hand(shell: &Shell, place: Place, end: u64) -> Option<(u64, i64)> {
         _ => None,
     };
     let touches = |other: Place| match (place, other, bytes(place), bytes(other)) {
+        (Place::RegBit { name, .. }, Place::Reg(of), ..) | (Place::Reg(of), Place::RegBit { name, .. }, ..) => {
+            name == of
+        }
         (Place::Bit { bit, .. }, Place::Bit { bit: set, .. }, one, two) => one == two && bit == set,
         (.., Some((space, own)), Some((of, set))) => space == of && own.start < set.end && set.start < own.end,
         _ => place == other,
@@ -147,6 +150,7 @@ fn by_hand(shell: &Shell, place: Place, end: u64) -> Option<(u64, i64)> {
         (Place::Bit { addr, bit, .. }, Place::Memory { addr: first, .. }) => {
             value >> (8 * (addr - first) + u32::from(bit)).min(63) & 1
         }
+        (Place::RegBit { bit, .. }, Place::Reg(_)) => value >> bit.min(63) & 1,
         _ => value,
     };
     let sets = shell.session.deeds().filter_map(|(cycle, action)| match action {
@@ -164,7 +168,7 @@ fn last(shell: &mut Shell, text: &str) -> Result<Option<(u64, Hit)>, String> {
     let bytes = match place {
         Place::Memory { space, addr, bytes, .. } => Some((space, addr, u32::from(bytes))),
         Place::Bit { space, addr, .. } => Some((space, addr, 1)),
-        Place::Pin(_) | Place::Reg(_) => None,
+        Place::Pin(_) | Place::Reg(_) | Place::RegBit { .. } => None,
         Place::Pc | Place::Cycle | Place::Instructions => {
             return Err(format!("`{text}` changes with every instruction"));
         }

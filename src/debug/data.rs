@@ -74,7 +74,7 @@ impl Shell {
         };
         let bytes = match place {
             Some(Place::Memory { bytes, .. }) => bytes.into(),
-            Some(Place::Bit { .. } | Place::Reg(_)) => 1,
+            Some(Place::Bit { .. } | Place::RegBit { .. } | Place::Reg(_)) => 1,
             // What is computed, or counted, has a sign of its own.
             _ if format.letter != Some('d') && (0..0x1_0000).contains(&value) => 2,
             _ => 8,

@@ -110,6 +110,7 @@ fn set(chip: &Chip, place: Place, value: i64) -> Deed {
             driven(chip, &Drive { at: Time::default(), put: level })
         }
         Place::Reg(name) => Deed::Other(format!("set {name} = {value}")),
+        Place::RegBit { name, bit } => Deed::Other(format!("set {name}.{bit} = {value}")),
         Place::Bit { space, addr, bit } => Deed::Other(format!("set {space}:0x{addr:x}.{bit} = {value}")),
         Place::Pc => Deed::Other(format!("set $pc = 0x{value:x}")),
         Place::Memory { space, addr, .. } => Deed::Other(format!("set {space}:0x{addr:x} = {value}")),

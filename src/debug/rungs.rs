@@ -96,7 +96,7 @@ fn of_rung(view: &View, text: &str) -> Result<Vec<u32>, String> {
 
 /// Runs to the next of some program words; a controller at rest is stepped on to its next scan.
 fn run_to(session: &mut Session, words: &BTreeSet<u32>, go_on: &mut dyn FnMut() -> bool) -> Halt {
-    let halt = session.run(&Goal { until: None, words: words.clone() }, go_on);
+    let halt = session.run(&Goal { words: words.clone(), ..Goal::default() }, go_on);
     if halt.why != Why::Halted {
         return halt;
     }

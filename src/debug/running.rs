@@ -1,7 +1,5 @@
 //! Commands that let the machine run forwards.
 
-use std::collections::BTreeSet;
-
 use emu_core::cpu::{END_OF_TIME, Reset};
 use emu_debug::debug::{Action, Flow, Goal, Halt, Session, What, Why};
 use emu_debug::stimulus::pin_level;
@@ -153,7 +151,7 @@ pub(super) fn until(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     let inside = !shell.frames().is_empty();
     shell.go(out, |session, go_on| match inside {
         true => out_of_it(session, go_on, &mut |session| words.contains(&session.target().pc())),
-        false => session.run(&Goal { until: None, words: words.into_iter().collect() }, go_on),
+        false => session.run(&Goal { words: words.into_iter().collect(), ..Goal::default() }, go_on),
     });
     Ok(())
 }
@@ -188,7 +186,7 @@ pub(super) fn run_to_cycle(shell: &mut Shell, args: &str, out: &mut String) -> D
     if cycle < now {
         return Err(format!("cycle {cycle} is past, it is {now} now; goto-cycle goes back"));
     }
-    shell.go(out, |session, go_on| session.run(&Goal { until: Some(cycle), words: BTreeSet::new() }, go_on));
+    shell.go(out, |session, go_on| session.run(&Goal { until: Some(cycle), passes: true, ..Goal::default() }, go_on));
     Ok(())
 }
 

@@ -144,13 +144,7 @@ impl Shell {
     pub fn begin(&mut self, line: &str, out: &mut String) -> Flow {
         self.queue.clear();
         (self.queued, self.queued_at) = (0, self.session.target().cycle());
-        if let Some((id, mut lines)) = self.block.take() {
-            if line.trim() != "end" {
-                lines.push(line.trim().to_owned());
-                self.block = Some((id, lines));
-            } else if let Some(point) = self.session.points.get_mut(id) {
-                point.commands = lines;
-            }
+        if self.collects(line) {
             return Flow::Next;
         }
         let line = line.trim();
@@ -174,6 +168,24 @@ impl Shell {
         flow
     }
 
+    /// Takes a line that belongs to the commands of a point; among them may be commands of another point, with an `end` of their own.
+    fn collects(&mut self, line: &str) -> bool {
+        let Some((id, mut lines)) = self.block.take() else { return false };
+        let begins = |line: &String| {
+            commands::split(line)
+                .is_some_and(|(word, _)| commands::find(word).is_ok_and(|found| found.name == "commands"))
+        };
+        let open = lines.iter().filter(|line| begins(line)).count();
+        let closed = lines.iter().filter(|line| *line == "end").count();
+        if line.trim() != "end" || open > closed {
+            lines.push(line.trim().to_owned());
+            self.block = Some((id, lines));
+        } else if let Some(point) = self.session.points.get_mut(id) {
+            point.commands = lines;
+        }
+        true
+    }
+
     /// Carries out the next of the commands that points want done.
     pub fn proceed(&mut self, out: &mut String) -> Flow {
         let Some(line) = self.queue.pop_front() else { return Flow::Next };
@@ -193,8 +205,7 @@ impl Shell {
                 "{QUEUE} commands of points in a row: they seem to call each other up without end"
             ));
         }
-        let silent = line == "silent";
-        if silent { self.after() } else { self.carry_out(&line, out) }
+        if line == "silent" || self.collects(&line) { self.after() } else { self.carry_out(&line, out) }
     }
 
     fn after(&self) -> Flow {

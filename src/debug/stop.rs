@@ -1,6 +1,5 @@
 //! What every stop tells: why, where, when, and what has changed.
 
-use emu_core::cpu::Reset;
 use emu_core::pins::{Event, Level};
 use emu_core::table::Line;
 use emu_debug::debug::{Halt, Hit, Point, Points, What, Why};
@@ -36,7 +35,7 @@ impl Shell {
         self.listed = None;
         self.place(out);
         out.push_str(&self.time());
-        if let Some(resets) = self.resets() {
+        if let Some(resets) = self.session.resets_since(self.told) {
             out.push_str(&format!("{resets}\n"));
         }
         if let Some(sent) = self.sent() {
@@ -65,6 +64,10 @@ impl Shell {
             Why::Done => String::new(),
             Why::Limit => format!("Cycle {} is reached\n", self.session.target().cycle()),
             Why::Halted => "Halted: nothing enabled can wake the chip (drive a pin, reset it, or go back)\n".to_owned(),
+            Why::Waits => {
+                "Waits: only something from outside can change what it does (drive a pin, reset it, or go back)\n"
+                    .to_owned()
+            }
             Why::Illegal { pc, word } => {
                 let digits = self.session.scope.chip().word_bytes as usize * 2;
                 format!("No instruction: 0x{word:0digits$x} at {}\n", place(*pc))
@@ -122,30 +125,6 @@ impl Shell {
         }
         text.push('\n');
         text
-    }
-
-    /// Resets since the last stop that nobody asked for: `reset by its watchdog (3 times)`.
-    fn resets(&self) -> Option<String> {
-        let since = |wanted: Reset| {
-            let resets = self
-                .session
-                .events()
-                .filter(|event| matches!(event, Event::Reset { at, why } if at.cycle > self.told && *why == wanted));
-            resets.count()
-        };
-        let causes = [
-            (Reset::PowerOn, "its supply"),
-            (Reset::BrownOut, "its brown-out detector"),
-            (Reset::External, "its reset pin"),
-            (Reset::Watchdog, "its watchdog"),
-        ];
-        let told = causes.into_iter().filter_map(|(why, name)| match since(why) {
-            0 => None,
-            1 => Some(name.to_owned()),
-            n => Some(format!("{name} ({n} times)")),
-        });
-        let told: Vec<String> = told.collect();
-        (!told.is_empty()).then(|| format!("reset by {}", told.join(" and ")))
     }
 
     /// What the chip has sent since the last stop.

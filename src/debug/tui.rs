@@ -1,6 +1,6 @@
 //! `emu debug --tui`: the session on a full screen. Keys and command lines go to the [`Shell`] that the prompt uses too.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -95,7 +95,7 @@ impl Machine for Face {
         let until = cycles.map(|cycles| self.shell.session.target().cycle().saturating_add(cycles));
         let begin = Instant::now();
         let go_on = &mut || host.is_none_or(|host| begin.elapsed() < host);
-        let halt = self.shell.session.run(&Goal { until, words: BTreeSet::new() }, go_on);
+        let halt = self.shell.session.run(&Goal { until, ..Goal::default() }, go_on);
         if matches!(halt.why, Why::Limit | Why::Interrupted) {
             return None;
         }

@@ -270,6 +270,8 @@ impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const 
             ("lock", 1, 1),
         ],
         told: &[("data", 0x20)],
+        // SPL, SPH, SREG.
+        silent: &[("data", 0x5D), ("data", 0x5E), ("data", 0x5F)],
     };
 }
 

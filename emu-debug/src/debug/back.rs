@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use emu_core::cpu::{END_OF_TIME, Stop};
 
-use super::eyes::Eyes;
+use super::eyes::{Eyes, candidates};
 use super::flow::Flow;
 use super::history::Left;
 use super::line::Line;
-use super::points::{Points, What};
-use super::session::{GoOn, Halt, Hit, Session, Why, candidates};
+use super::points::{Points, What, code_points};
+use super::session::{GoOn, Halt, Hit, Session, Why};
 use super::target::{Look, Target};
 
 /// Machine cycles that an instruction takes at most, in most cases.
@@ -58,7 +58,7 @@ impl Session {
             let base = line.fork();
             // Where a run was stopped by its limit may be in the middle of a sleep; where a step ends is a position.
             let mut found: Vec<u64> = if begins { vec![line.cycle()] } else { Vec::new() };
-            self.steps(&mut line, now, &mut |line| found.push(line.cycle()));
+            self.positions(&mut line, now, &mut |line| found.push(line.cycle()));
             found.retain(|cycle| *cycle < now);
             if found.len() >= wanted || begins {
                 let enough = found.len() >= wanted;
@@ -81,7 +81,7 @@ impl Session {
             let Some(base) = self.replayed(start) else { break };
             let begins = base.cycle() <= first;
             let mut positions = u64::from(begins && base.cycle() < now);
-            self.steps(&mut base.fork(), end, &mut |line| positions += u64::from(line.cycle() < now));
+            self.positions(&mut base.fork(), end, &mut |line| positions += u64::from(line.cycle() < now));
             if positions >= rest {
                 // So many positions of this stretch are passed over.
                 let (mut before, mut found) = (positions - rest, None);
@@ -94,7 +94,7 @@ impl Session {
                 if begins {
                     tell(&base);
                 }
-                self.steps(&mut base.fork(), end, &mut tell);
+                self.positions(&mut base.fork(), end, &mut tell);
                 self.line = base;
                 self.step_to(found.unwrap_or(start));
                 return Halt { why: Why::Done };
@@ -116,7 +116,7 @@ impl Session {
         let (cycle, first) = (cycle.min(END_OF_TIME), self.history.first_cycle());
         if cycle >= self.line.cycle() {
             let points = std::mem::take(&mut self.points);
-            let goal = super::Goal { until: Some(cycle), words: BTreeSet::new() };
+            let goal = super::Goal { until: Some(cycle), passes: true, ..super::Goal::default() };
             let halt = self.run(&goal, go_on);
             self.points = points;
             if halt.why != Why::Limit {
@@ -283,7 +283,7 @@ impl Session {
         go_on: GoOn<'_>,
         tell: &mut dyn FnMut(&Line, Vec<Hit>) -> bool,
     ) -> Result<Option<Line>, Why> {
-        let words: BTreeSet<u32> = super::session::code_points(points).collect();
+        let words: BTreeSet<u32> = code_points(points).collect();
         let Some(mut line) = bounds.first().and_then(|start| self.replayed(*start)) else { return Ok(None) };
         let mut eyes = Eyes::new(points, &*line.target);
         let mut left_start = !words.contains(&line.target.pc());
@@ -311,7 +311,7 @@ impl Session {
             if !go_on() {
                 return Err(Why::Interrupted);
             }
-            // A controller at rest is called halted, and was run on all the same.
+            // What could not be carried out ended the run there, too, until something was done from outside.
             if line.cycle() < end && bounds.last() != Some(&end) {
                 let Some(next) = self.replayed(end) else { return Ok(None) };
                 line = next;
@@ -327,17 +327,16 @@ impl Session {
         let mut line = self.history.at(cycle)?.fork();
         let none = BTreeSet::new();
         line.set_traps(&none);
+        line.insists = true;
         if line.cycle() < cycle {
             line.run(&self.history.deeds, cycle, &none, Look::Nothing, &mut ());
         }
-        // A controller that is called halted can be stepped on.
-        while line.cycle() < cycle && line.step(&self.history.deeds, cycle, Look::Nothing, &mut ()) == Stop::Limit {}
         line.do_due(&self.history.deeds, Look::Nothing, &mut ());
         Some(line)
     }
 
     /// Steps a copy up to a cycle, and tells of each position behind its first.
-    fn steps(&self, line: &mut Line, end: u64, tell: &mut dyn FnMut(&Line)) {
+    fn positions(&self, line: &mut Line, end: u64, tell: &mut dyn FnMut(&Line)) {
         line.set_traps(&BTreeSet::new());
         while line.cycle() < end {
             let stop = line.step(&self.history.deeds, end, Look::Nothing, &mut ());

@@ -84,6 +84,16 @@ impl Expr {
         }
     }
 
+    /// Time alone changes its value.
+    pub(super) fn is_of_time(&self) -> bool {
+        match self {
+            Expr::Place(place) => matches!(place, Place::Cycle | Place::Instructions),
+            Expr::Number(_) => false,
+            Expr::At(_, of) | Expr::Bit(of, _) | Expr::Unary(_, of) => of.is_of_time(),
+            Expr::Binary(_, a, b) => a.is_of_time() || b.is_of_time(),
+        }
+    }
+
     /// Tells the addresses of all bytes of memory in it.
     pub(super) fn bytes(&self, tell: &mut dyn FnMut(u32)) {
         match self {
@@ -110,6 +120,9 @@ impl Expr {
             Expr::Bit(of, bit) => match of.place(target)? {
                 Place::Memory { space, addr, bytes, .. } if *bit < 8 * bytes => {
                     Some(Place::Bit { space, addr: addr + u32::from(bit / 8), bit: bit % 8 })
+                }
+                Place::Reg(name) if super::place::register_max(target, name) >> bit & 1 == 1 => {
+                    Some(Place::RegBit { name, bit: *bit })
                 }
                 _ => None,
             },

@@ -3,11 +3,12 @@
 use std::collections::{BTreeSet, VecDeque};
 
 use emu_core::chip::Chip;
-use emu_core::cpu::Probe;
+use emu_core::cpu::{Probe, Stop};
 use emu_core::pins::{Event, Level, PinId};
 
 use super::expr::Expr;
 use super::points::{Access, Points, What};
+use super::session::Hit;
 use super::target::{Look, Target};
 use crate::bits::{self, BIT};
 use crate::close::Watch;
@@ -175,4 +176,33 @@ pub(super) fn byte_of(chip: &Chip, space: &'static str, addr: u32) -> (&'static 
         Some((space, byte, bit)) => (space, byte, Some(bit as u8)),
         None => (space, addr, None),
     }
+}
+
+/// Points that saw something, each once, whatever their conditions.
+pub(super) fn candidates(
+    points: &Points,
+    target: &dyn Target,
+    sights: &[Sight],
+    changes: &[(u32, Option<i64>, Option<i64>)],
+    stop: Stop,
+) -> Vec<Hit> {
+    let pc = target.pc();
+    let mut hits: Vec<Hit> = Vec::new();
+    if let Stop::Trap { pc } = stop {
+        let here = points.enabled().filter(|point| matches!(&point.what, What::Code(words) if words.contains(&pc)));
+        hits.extend(here.map(|point| Hit { id: point.id, old: None, new: None, write: None, pc }));
+    }
+    for sight in sights {
+        if hits.iter().all(|hit| hit.id != sight.id) {
+            let new = sight.value.map(i64::from);
+            hits.push(Hit { id: sight.id, old: None, new, write: new.map(|_| sight.write), pc: sight.pc });
+        }
+    }
+    for &(id, old, new) in changes {
+        if hits.iter().all(|hit| hit.id != id) {
+            hits.push(Hit { id, old, new, write: None, pc });
+        }
+    }
+    hits.sort_by_key(|hit| hit.id);
+    hits
 }

@@ -34,13 +34,15 @@ pub(super) struct Line {
     pub done: usize,
     /// The follower was told of the instruction that is next.
     arrived: bool,
+    /// Time passes here whatever can wake the chip, since it is known how far.
+    pub insists: bool,
     /// A step has ended here, not a limit within one.
     pub settled: bool,
 }
 
 impl Line {
     pub fn new(target: Box<dyn Target>, follow: Option<Box<dyn Follow>>) -> Line {
-        let mut line = Line { target, follow, done: 0, arrived: false, settled: true };
+        let mut line = Line { target, follow, done: 0, arrived: false, insists: false, settled: true };
         line.land();
         line
     }
@@ -51,6 +53,7 @@ impl Line {
             follow: self.follow.as_ref().map(|follow| follow.fork()),
             done: self.done,
             arrived: self.arrived,
+            insists: self.insists,
             settled: self.settled,
         }
     }
@@ -84,6 +87,8 @@ impl Line {
             if before >= goal {
                 return Stop::Limit;
             }
+            // What is still to be done wakes it.
+            self.target.insist(self.insists || next != u64::MAX);
             let stop = self.target.run(goal, look, seer);
             if self.cycle() > before {
                 self.arrived = false;
@@ -105,8 +110,6 @@ impl Line {
             }
             match stop {
                 Stop::Limit if self.cycle() < until => {}
-                // What is still to be done wakes it.
-                Stop::Halted if self.cycle() > before && next != u64::MAX => {}
                 Stop::Trap { pc } if !words.contains(&pc) => {}
                 _ => return stop,
             }
@@ -123,6 +126,7 @@ impl Line {
             let before = self.cycle();
             let next = self.due(deeds);
             // Sleep does not go beyond what wakes it in this history.
+            self.target.insist(self.insists || next != u64::MAX);
             let stop = self.target.step_until(next.min(limit), look, seer);
             match stop {
                 Stop::Trap { pc } if !trapped => {
@@ -150,10 +154,18 @@ impl Line {
         }
     }
 
-    /// One step of the machine, which ends before it where a trap is come to; of those the ones in `words` are told.
-    pub fn step_to_trap(&mut self, deeds: &[Deed], words: &BTreeSet<u32>, look: Look, seer: &mut dyn Seer) -> Stop {
+    /// One step of the machine, which ends before it where a trap is come to; of those the ones in `words` are told. `limit`: a cycle at
+    /// which sleep is left in any case.
+    pub fn step_to_trap(
+        &mut self,
+        deeds: &[Deed],
+        words: &BTreeSet<u32>,
+        limit: u64,
+        look: Look,
+        seer: &mut dyn Seer,
+    ) -> Stop {
         let before = self.cycle();
-        let stop = self.target.step_until(u64::MAX, look, seer);
+        let stop = self.target.step_until(limit.min(self.due(deeds)), look, seer);
         if self.cycle() > before {
             (self.arrived, self.settled) = (false, false);
         }

@@ -7,7 +7,7 @@
 //!   scope.rs    names to places                  history.rs  snapshots and what was done from outside
 //!   expr.rs     expressions over places          line.rs     a machine on its way through that history
 //!   points.rs   breakpoints and watchpoints      eyes.rs     the probe that sees what points wait for
-//!   flow.rs     calls and returns
+//!   flow.rs     calls and returns                events.rs   what the chip has done, in words
 //! ```
 //!
 //! **Positions.** The debugger stands between two instructions. A step ends behind an instruction or behind the entry of an
@@ -18,6 +18,7 @@
 //! was done from outside put in at its own cycle. Nothing of a machine can run backwards, and nothing has to.
 
 mod back;
+mod events;
 mod expr;
 mod eyes;
 mod flow;

@@ -30,6 +30,13 @@ pub enum Place {
         /// Position, 0 to 7.
         bit: u8,
     },
+    /// One bit of a register of the core.
+    RegBit {
+        /// The register.
+        name: &'static str,
+        /// Position, from 0.
+        bit: u8,
+    },
     /// The level of a pin: 1 where it is high, 0 where it is low; one that floats has no value.
     Pin(PinId),
     /// Machine cycles since power-up.
@@ -55,6 +62,7 @@ impl Place {
                 if signed { value << unused >> unused } else { value }
             }
             Place::Bit { space, addr, bit } => (target.peek(space, addr)? >> (bit & 7) & 1).into(),
+            Place::RegBit { name, bit } => (target.reg(name)?.checked_shr(bit.into()).unwrap_or(0) & 1).into(),
             Place::Pin(pin) => match target.level(pin) {
                 Level::High | Level::PullUp => 1,
                 Level::Low | Level::PullDown => 0,
@@ -75,7 +83,7 @@ impl Place {
                 let bits = 8 * u32::from(bytes.clamp(1, 4));
                 (-(1 << (bits - 1)), if signed { (1 << (bits - 1)) - 1 } else { (1 << bits) - 1 })
             }
-            Place::Bit { .. } | Place::Pin(_) => (0, 1),
+            Place::Bit { .. } | Place::RegBit { .. } | Place::Pin(_) => (0, 1),
             Place::Pc => {
                 let chip = target.chip();
                 (0, i64::from(chip.code_address(chip.flash / chip.word_bytes.max(1)).saturating_sub(1)))
@@ -86,7 +94,7 @@ impl Place {
 }
 
 /// The highest value that a register of the core keeps: found by what a copy of the machine reads back.
-fn register_max(target: &dyn Target, name: &str) -> i64 {
+pub(super) fn register_max(target: &dyn Target, name: &str) -> i64 {
     let mut copy = target.fork();
     copy.set_reg(name, u32::MAX);
     let kept = copy.reg(name).unwrap_or(0);
@@ -117,6 +125,11 @@ impl Place {
                 Ok(())
             }
             Place::Bit { space, addr, bit } => done(target.poke_bit(space, addr, bit, value != 0)),
+            Place::RegBit { name, bit } => {
+                let mask = 1u32.checked_shl(bit.into()).unwrap_or(0);
+                let old = target.reg(name).ok_or_else(nothing)?;
+                done(target.set_reg(name, if value == 0 { old & !mask } else { old | mask }))
+            }
             Place::Pin(pin) => {
                 let at = Time::at(target.cycle());
                 target.put(Drive { at, put: Put::Level(pin, Level::of(value != 0)) })

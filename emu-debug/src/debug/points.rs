@@ -120,3 +120,11 @@ impl Points {
         self.all.iter().filter(|point| point.enabled)
     }
 }
+
+/// Program words at which points stop the machine.
+pub(super) fn code_points(points: &Points) -> impl Iterator<Item = u32> + '_ {
+    points.enabled().flat_map(|point| match &point.what {
+        What::Code(words) => words.clone(),
+        _ => Vec::new(),
+    })
+}

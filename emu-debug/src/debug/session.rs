@@ -8,11 +8,11 @@ use emu_core::cpu::{END_OF_TIME, Fault, Stop};
 use emu_core::pins::Event;
 use emu_core::state::Damaged;
 
-use super::eyes::{Eyes, Sight};
+use super::eyes::{Eyes, Sight, candidates};
 use super::flow::{Flow, flow};
 use super::history::{Action, History, Left};
 use super::line::{Follow, Line};
-use super::points::{Points, What};
+use super::points::{Points, What, code_points};
 use super::scope::Scope;
 use super::target::{Look, Target};
 use crate::time::Clock;
@@ -22,6 +22,9 @@ const STRETCH: std::ops::Range<Duration> = Duration::from_micros(300)..Duration:
 
 /// Machine cycles of a stretch.
 const CYCLES: std::ops::RangeInclusive<u64> = 1 << 10..=1 << 40;
+
+/// Machine cycles of the first stretch, and of the last of a program that waits: by then it stands in its waiting loop.
+const SHORT: u64 = 1 << 12;
 
 /// Steps in which a controller at rest comes round: two program cycles of all that its memory holds.
 const ROUND: u32 = 2 << 12;
@@ -43,6 +46,8 @@ pub struct Goal {
     pub until: Option<u64>,
     /// Before one of these program words.
     pub words: BTreeSet<u32>,
+    /// Time passes up to that cycle even where nothing can wake the chip, instead of [`Why::Halted`].
+    pub passes: bool,
 }
 
 /// What a point has seen.
@@ -71,6 +76,8 @@ pub enum Why {
     Limit,
     /// Nothing can wake the chip any more.
     Halted,
+    /// Only something from outside can change what the program does: it waits for a pin, or sleeps with its receiver open.
+    Waits,
     /// No instruction.
     Illegal {
         /// Program word address.
@@ -110,7 +117,7 @@ pub struct Session {
     /// Names.
     pub scope: Scope,
     clock: Clock,
-    events: VecDeque<Event>,
+    pub(super) events: VecDeque<Event>,
     /// Cycles of the next stretch.
     stretch: u64,
     flows: HashMap<u32, (u16, Flow, u32)>,
@@ -167,11 +174,6 @@ impl Session {
     #[must_use]
     pub fn scan(&self) -> Option<u64> {
         self.line.follow.as_ref().and_then(|follow| follow.scan())
-    }
-
-    /// What left the chip and moved at its pins up to now, in order of time: the newest of it.
-    pub fn events(&self) -> impl DoubleEndedIterator<Item = &Event> {
-        self.events.iter()
     }
 
     /// Copies of the machine that are kept, and the bytes that they take.
@@ -249,14 +251,18 @@ impl Session {
     /// Steps `n` instructions (entries of interrupts count as one each), or fewer where a watchpoint stops it. Sleep is passed, up to
     /// the cycle `limit`. A place within a step from which steps have led back ends one: so as many lead there again.
     pub fn stepi(&mut self, n: u64, limit: u64, go_on: GoOn<'_>) -> Halt {
+        self.steps(&mut { n }, limit, false, go_on)
+    }
+
+    /// The same; `rest` is what is left of the steps, and with `breaks` breakpoints stop it too.
+    pub fn steps(&mut self, rest: &mut u64, limit: u64, breaks: bool, go_on: GoOn<'_>) -> Halt {
         let stands = self.line.cycle();
         let mut left = self.left.take().filter(|left| left.stands == stands && left.at < limit);
-        let mut rest = n;
         loop {
             let end = left.map_or(limit, |left| left.at);
-            let halt = self.stroll(end, false, &mut *go_on, &mut |_, _, _| {
-                rest = rest.saturating_sub(1);
-                rest == 0
+            let halt = self.stroll(end, breaks, &mut *go_on, &mut |_, _, _| {
+                *rest = rest.saturating_sub(1);
+                *rest == 0
             });
             let Some(passed) = left.take() else { return halt };
             let stands = self.line.cycle();
@@ -264,8 +270,8 @@ impl Session {
             if halt.why != Why::Limit {
                 return halt;
             }
-            rest = rest.saturating_sub(u64::from(!self.line.settled));
-            if rest == 0 {
+            *rest = rest.saturating_sub(u64::from(!self.line.settled));
+            if *rest == 0 {
                 return Halt { why: Why::Done };
             }
         }
@@ -277,6 +283,8 @@ impl Session {
         let words = code_points(&self.points).chain(goal.words.iter().copied()).collect::<BTreeSet<u32>>();
         let mut left_start = !words.contains(&self.line.target.pc());
         let mut eyes = Eyes::new(&self.points, &*self.line.target);
+        self.line.insists = goal.passes && goal.until.is_some();
+        let (mut stretch, mut waits) = (SHORT.min(self.stretch), false);
         loop {
             if self.line.cycle() >= until {
                 return Halt { why: Why::Limit };
@@ -287,11 +295,11 @@ impl Session {
             // A step passes them.
             self.line.set_traps(&words);
             let stop = if left_start {
-                let end = until.min(start.1.saturating_add(self.stretch)).min(self.line.due(deeds));
+                let end = until.min(start.1.saturating_add(stretch)).min(self.line.due(deeds));
                 self.line.run(deeds, end, &words, eyes.look(), &mut eyes)
             } else {
                 left_start = true;
-                let end = until.min(start.1.saturating_add(self.stretch));
+                let end = until.min(start.1.saturating_add(stretch));
                 self.line.step(deeds, end, eyes.look(), &mut eyes)
             };
             let stop = if stop == Stop::Halted { self.rest(&words, until, &mut eyes) } else { stop };
@@ -299,7 +307,7 @@ impl Session {
             let sights = std::mem::take(&mut eyes.seen);
             let changes = eyes.changed(&*self.line.target);
             if start.1 < self.line.cycle() {
-                self.keep(start.0.elapsed());
+                self.keep(start.0.elapsed(), self.line.cycle() - start.1);
             }
             let hits = self.hits(&sights, &changes, stop);
             if !hits.is_empty() {
@@ -307,7 +315,12 @@ impl Session {
             }
             match stop {
                 Stop::Trap { pc } if goal.words.contains(&pc) => return Halt { why: Why::Done },
-                Stop::Limit | Stop::Trap { .. } | Stop::Probe => {}
+                // With no end in sight the time of a program that waits would pass for ever, and in no time.
+                Stop::Limit if goal.until.is_none() && self.waits() => match waits {
+                    true => return Halt { why: Why::Waits },
+                    false => (waits, stretch) = (true, SHORT),
+                },
+                Stop::Limit | Stop::Trap { .. } | Stop::Probe => (waits, stretch) = (false, self.stretch),
                 stop => return Halt { why: ended(stop) },
             }
             // Whoever runs on from a word where it is to stop passes it: so it is not interrupted there before it was seen to stand there.
@@ -329,7 +342,8 @@ impl Session {
     ) -> Halt {
         self.line.set_traps(&BTreeSet::new());
         let mut eyes = Eyes::new(&self.points, &*self.line.target);
-        let mut since = Instant::now();
+        self.line.insists = limit < END_OF_TIME;
+        let (mut since, mut slept) = (Instant::now(), 0u64);
         loop {
             if self.line.cycle() >= limit {
                 return Halt { why: Why::Limit };
@@ -345,7 +359,7 @@ impl Session {
             let irq = eyes.entered > entered;
             self.forget_events();
             if since.elapsed() > STRETCH.start {
-                self.keep(since.elapsed());
+                self.keep(since.elapsed(), 0);
                 since = Instant::now();
             }
             let pc = self.line.target.pc();
@@ -360,10 +374,23 @@ impl Session {
                 Stop::Limit | Stop::Trap { .. } | Stop::Probe => {}
                 stop => return Halt { why: ended(stop) },
             }
+            // Asked more and more seldom, as it may be long until it wakes.
+            slept = if self.line.settled { 0 } else { slept + 1 };
+            if slept.is_power_of_two() && limit == END_OF_TIME && self.waits() {
+                return Halt { why: Why::Waits };
+            }
             if !go_on() {
                 return Halt { why: Why::Interrupted };
             }
         }
+    }
+
+    /// Only something from outside can change what the program does ([`Target::waits_for_ever`]), none is to come, and no point looks at the time.
+    fn waits(&self) -> bool {
+        let timed = |what: &What| matches!(what, What::Change(expr) if expr.is_of_time());
+        self.line.due(&self.history.deeds) == u64::MAX
+            && !self.points.enabled().any(|point| timed(&point.what))
+            && self.line.target.waits_for_ever()
     }
 
     /// What the instruction at a program word does to the stack of calls, and its length in program words.
@@ -395,7 +422,7 @@ impl Session {
         }
         self.line.set_traps(words);
         for _ in 0..ROUND {
-            match self.line.step_to_trap(&self.history.deeds, words, eyes.look(), eyes) {
+            match self.line.step_to_trap(&self.history.deeds, words, until, eyes.look(), eyes) {
                 Stop::Limit if self.line.cycle() < until => {}
                 stop => return stop,
             }
@@ -403,11 +430,12 @@ impl Session {
         Stop::Halted
     }
 
-    /// Keeps a copy of the machine as it is now, and makes the next stretch longer or shorter.
-    fn keep(&mut self, took: Duration) {
+    /// Keeps a copy of the machine as it is now, and makes the next stretch longer or shorter; one that was cut short tells nothing of
+    /// how long a whole one takes.
+    fn keep(&mut self, took: Duration, cycles: u64) {
         if took >= STRETCH.end {
             self.stretch = (self.stretch / 2).max(*CYCLES.start());
-        } else if took < STRETCH.start {
+        } else if took < STRETCH.start && cycles >= self.stretch {
             self.stretch = (self.stretch * 2).min(*CYCLES.end());
         }
         // Runs that were stopped early leave no copy each.
@@ -442,43 +470,6 @@ impl Session {
             self.events.pop_back();
         }
     }
-}
-
-/// Points that saw something, each once, whatever their conditions.
-pub(super) fn candidates(
-    points: &Points,
-    target: &dyn Target,
-    sights: &[Sight],
-    changes: &[(u32, Option<i64>, Option<i64>)],
-    stop: Stop,
-) -> Vec<Hit> {
-    let pc = target.pc();
-    let mut hits: Vec<Hit> = Vec::new();
-    if let Stop::Trap { pc } = stop {
-        let here = points.enabled().filter(|point| matches!(&point.what, What::Code(words) if words.contains(&pc)));
-        hits.extend(here.map(|point| Hit { id: point.id, old: None, new: None, write: None, pc }));
-    }
-    for sight in sights {
-        if hits.iter().all(|hit| hit.id != sight.id) {
-            let new = sight.value.map(i64::from);
-            hits.push(Hit { id: sight.id, old: None, new, write: new.map(|_| sight.write), pc: sight.pc });
-        }
-    }
-    for &(id, old, new) in changes {
-        if hits.iter().all(|hit| hit.id != id) {
-            hits.push(Hit { id, old, new, write: None, pc });
-        }
-    }
-    hits.sort_by_key(|hit| hit.id);
-    hits
-}
-
-/// Program words at which points stop the machine.
-pub(super) fn code_points(points: &Points) -> impl Iterator<Item = u32> + '_ {
-    points.enabled().flat_map(|point| match &point.what {
-        What::Code(words) => words.clone(),
-        _ => Vec::new(),
-    })
 }
 
 fn ended(stop: Stop) -> Why {

@@ -70,6 +70,10 @@ pub trait Target {
     }
     /// [`Cpu::step_until`].
     fn step_until(&mut self, until: u64, look: Look, seer: &mut dyn Seer) -> Stop;
+    /// [`Cpu::insist`].
+    fn insist(&mut self, on: bool);
+    /// [`Cpu::waits_for_ever`], breakpoints considered; never where devices stand at its pins.
+    fn waits_for_ever(&self) -> bool;
     /// A copy that goes its own way.
     fn fork(&self) -> Box<dyn Target>;
     /// Bytes that a copy takes at most.
@@ -197,6 +201,14 @@ impl<C: Cpu + 'static> Target for Rig<C> {
             Look::Insns => self.step_with(until, &mut seer::insns(seer)),
             Look::All => self.step_with(until, &mut seer::all(seer)),
         }
+    }
+
+    fn insist(&mut self, on: bool) {
+        self.cpu.insist(on);
+    }
+
+    fn waits_for_ever(&self) -> bool {
+        self.is_bare() && self.cpu.clone().waits_for_ever()
     }
 
     fn fork(&self) -> Box<dyn Target> {

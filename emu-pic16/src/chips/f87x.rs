@@ -38,6 +38,15 @@ const RAM_128: &[Ram] = &[
     Ram { first: 0x1F0, last: 0x1FF, kept: 0x70 },
 ];
 
+/// INDF, PCL, STATUS, FSR, PCLATH in each bank.
+#[rustfmt::skip]
+const SILENT: [(&str, u32); 20] = [
+    ("data", 0x00), ("data", 0x02), ("data", 0x03), ("data", 0x04), ("data", 0x0A),
+    ("data", 0x80), ("data", 0x82), ("data", 0x83), ("data", 0x84), ("data", 0x8A),
+    ("data", 0x100), ("data", 0x102), ("data", 0x103), ("data", 0x104), ("data", 0x10A),
+    ("data", 0x180), ("data", 0x182), ("data", 0x183), ("data", 0x184), ("data", 0x18A),
+];
+
 /// What all have.
 const S_ANY: &[(u16, Sfr)] = join!(r::CORE, r::CORE_HIGH, r::PORT_C, r::TIMERS, r::ADC, r::FLASH);
 const S_870: &[(u16, Sfr)] = join!(S_ANY, r::USART);
@@ -144,6 +153,7 @@ pub const PIC16F873: Part = Part {
             vector_words: 4,
             spaces: &[],
             told: &[("data", 0)],
+            silent: &SILENT,
         }
     ),
     ram: RAM_192,
