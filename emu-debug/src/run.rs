@@ -300,7 +300,11 @@ fn run_with<C: Cpu, L: Looks>(
         let until = match host.going(cpu, &tools.uart.sent, &mut tools.watched) {
             Going::Until(cycle) => plan.limit.min(cycle).min(cpu.cycle().saturating_add(SLICE)),
             Going::Stop => break Reason::Host,
-            Going::Over => break Reason::Over,
+            Going::Over => {
+                // What was done in the last moment is seen.
+                board.run_by(cpu, cpu.cycle(), &mut tools, L::go);
+                break Reason::Over;
+            }
         };
         let stop = board.run_by(cpu, until, &mut tools, L::go);
         if let Some(reason) = seen(&tools).filter(|reason| *reason != Reason::Expected) {

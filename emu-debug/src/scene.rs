@@ -121,7 +121,11 @@ impl Site for ChipSite<'_> {
 
     fn same(&self, name: &str) -> String {
         let pin = pin(self.chip(), &self.own(name)).ok().and_then(|pin| self.chip().pins.get(usize::from(pin)));
-        pin.map_or(name, |pin| pin.name).to_owned()
+        match (pin, self.memory(name)) {
+            (Some(pin), _) => pin.name.to_owned(),
+            (None, Ok((space, addr, bytes))) => format!("{space}:{addr}..{bytes}"),
+            (None, Err(_)) => name.to_owned(),
+        }
     }
 
     fn input(&mut self, name: &str, value: &Value) -> Result<Input, (String, bool)> {

@@ -164,6 +164,16 @@ pub fn apply<C: Cpu>(cpu: &mut C, Drive { at, put }: Drive, supply: &mut u32) ->
     Err(format!("{what} cannot be set on {name}, which knows levels only: {pin}=0, {pin}=1 or {pin}=z"))
 }
 
+/// What drives make of the supply, in millivolts, and when.
+#[must_use]
+pub fn supplies(drives: &[Drive]) -> Vec<(Time, u32)> {
+    let supply = |drive: &Drive| match drive.put {
+        Put::Supply(millivolts) => Some((drive.at, millivolts)),
+        _ => None,
+    };
+    drives.iter().filter_map(supply).collect()
+}
+
 /// The machine can do it, whenever that is.
 ///
 /// # Errors

@@ -1,6 +1,6 @@
 //! The names and times of a scenario, looked up at one machine.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use diag::{Diagnostic, Pos, Severity, nearest};
@@ -26,6 +26,8 @@ pub struct Bound {
     pub(crate) steps: Vec<Info>,
     /// What is toggled somewhere: the inputs that make it 0 and 1.
     pub(crate) bits: Vec<[Input; 2]>,
+    /// Of those the ones whose level more than one step goes by or gives.
+    pub(crate) shared: Vec<bool>,
     pub(crate) limit: u64,
     /// Bytes are sent in it.
     pub sends: bool,
@@ -51,6 +53,16 @@ impl Bound {
     pub fn cycles(&self, ticks: u32) -> u64 {
         // The limit itself is the scenario's to see.
         (self.limit / u64::from(ticks.max(1))).saturating_add(1 << 16)
+    }
+
+    /// More than one step goes by, or gives, the level of a bit that this one changes, of those that toggle.
+    pub(crate) fn shares(&self, act: &Act) -> bool {
+        act.bits().any(|bit| self.shared.get(bit) == Some(&true))
+    }
+
+    /// The same of a single value.
+    pub(crate) fn shares_bit(&self, put: &Put) -> bool {
+        put.level.is_some_and(|(bit, _)| self.shared.get(bit) == Some(&true))
     }
 
     /// Ends at this tick at the latest, whatever the file says.
@@ -97,7 +109,8 @@ pub fn bind(
     let Binder { mut faults, lines, steps, bits, sends, .. } = binder;
     if faults.is_empty() {
         let baud = scenario.baud.map(|baud| baud.0);
-        return Ok(Bound { file: scenario.file.clone(), lines, steps, bits, limit, sends, baud });
+        let shared = shared(&lines, bits.len());
+        return Ok(Bound { file: scenario.file.clone(), lines, steps, bits, shared, limit, sends, baud });
     }
     faults.sort_by_key(|fault| fault.pos);
     faults.dedup();
@@ -393,6 +406,17 @@ impl Binder<'_> {
         pieces.push(Piece::Text(rest.to_owned()));
         pieces
     }
+}
+
+/// Of so many toggled bits those of which more than one step goes by the level, or gives it.
+fn shared(lines: &[Line], bits: usize) -> Vec<bool> {
+    let mut steps: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); bits];
+    for line in lines {
+        if let Op::Do(act) | Op::Every { act, .. } = &line.op {
+            act.bits().for_each(|bit| steps.get_mut(bit).into_iter().for_each(|steps| _ = steps.insert(line.step)));
+        }
+    }
+    steps.iter().map(|steps| steps.len() > 1).collect()
 }
 
 /// Something may be as a condition wants it.

@@ -63,6 +63,27 @@ pub(crate) enum Act {
 }
 
 impl Act {
+    /// It is done at its time, between two instructions, and neither decides anything nor changes what a step goes by: it tells, or
+    /// writes memory.
+    pub fn is_quiet(&self) -> bool {
+        match self {
+            Act::Log(_) => true,
+            Act::Put(puts) => puts.iter().all(|put| !put.input.ahead && put.level.is_none()),
+            _ => false,
+        }
+    }
+
+    /// The toggled bits whose level it goes by or gives.
+    pub fn bits(&self) -> Box<dyn Iterator<Item = usize> + '_> {
+        let given = |put: &Put| put.level.map(|(bit, _)| bit);
+        match self {
+            Act::Put(puts) => Box::new(puts.iter().filter_map(given)),
+            Act::Series(values) => Box::new(values.iter().flat_map(|(_, puts)| puts).filter_map(given)),
+            Act::Toggle(bits) => Box::new(bits.iter().copied()),
+            _ => Box::new(std::iter::empty()),
+        }
+    }
+
     /// It can be told to the machine before its time.
     pub fn ahead(&self, bits: &[[Input; 2]]) -> bool {
         match self {

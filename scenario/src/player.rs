@@ -133,7 +133,8 @@ impl Player {
             Some(verdict) => verdict.clone(),
             None => {
                 let waiting = self.bound.lines.get(self.line).or(self.bound.lines.last());
-                let step = waiting.map(|line| line.step);
+                // What waits beside the steps comes before the next of them.
+                let step = self.first_once().or(waiting.map(|line| line.step));
                 let what = step.and_then(|step| self.bound.steps.get(step)).map_or("", |info| info.text.as_str());
                 let why = format!("{why}, before `{what}` was done");
                 self.end(world, Outcome::NoResult, step, why)
@@ -245,11 +246,11 @@ impl Player {
                 Some((due, true))
             }
             Some(Op::After(ticks)) => Some((self.time.saturating_add(*ticks), true)),
-            // What is told of a moment waits for it beside the steps.
-            Some(Op::Do(Act::Log(_))) => Some((self.time, self.tasks.len() < MOST / 2)),
+            // What changes nothing that a step knows waits for its time beside them.
+            Some(Op::Do(act)) if act.is_quiet() => Some((self.time, self.tasks.len() < 2 * MOST)),
             Some(Op::Do(act)) => Some((self.time, act.ahead(&self.bound.bits))),
-            Some(Op::Every { .. } | Op::Repeat(_) | Op::Again | Op::Guard { .. }) => Some((self.time, true)),
-            Some(Op::Wait(..) | Op::Hear(..)) => Some((self.time, false)),
+            Some(Op::Every { .. } | Op::Repeat(_) | Op::Again) => Some((self.time, true)),
+            Some(Op::Wait(..) | Op::Hear(..) | Op::Guard { .. }) => Some((self.time, false)),
         })
     }
 
@@ -260,8 +261,8 @@ impl Player {
         let now = world.now();
         match &line.op {
             Op::At(_) | Op::After(_) => self.time = due,
-            Op::Do(Act::Log(_)) if due > now => {
-                self.begin(Task { next: due, step, what: Again::Once(self.line), endless: false })?;
+            Op::Do(act) if due > now && act.is_quiet() => {
+                self.tasks.push(Task { next: due, step, what: Again::Once(self.line), endless: false });
             }
             Op::Do(act) => self.act(act, world, due, step)?,
             Op::Every { until, times, .. } => {
@@ -295,7 +296,7 @@ impl Player {
                 let base = self.frames.last().map_or(0, |frame| frame.base);
                 let (from, to) =
                     window.map_or((due, None), |(from, to)| (base.saturating_add(from), Some(base.saturating_add(to))));
-                if to.is_some_and(|to| to < due) {
+                if to.is_some_and(|to| to < now) {
                     return Err((Outcome::Failed, step, "its time had passed when it was its turn,".to_owned()));
                 }
                 if self.guards.len() >= MOST {

@@ -24,8 +24,8 @@ pub struct Recorder {
     pub mcu: Option<String>,
     /// Bits per second of what is sent.
     pub baud: Option<u64>,
-    /// The pin of the chip's receiver, high from this tick on. Who sends sees to it, so it is written where nothing is sent.
-    pub rest: Option<(u64, String)>,
+    /// What is done within a cycle acts as it begins: so it is written.
+    pub whole: bool,
     /// Ticks of a machine cycle; nothing where ticks are scans.
     cycle: Option<u32>,
     done: Vec<(u64, Done)>,
@@ -40,7 +40,8 @@ impl Recorder {
 
     /// Something was done at a tick: a clock of a chip, or the number of scans before it.
     pub fn push(&mut self, tick: u64, done: Done) {
-        self.done.push((tick, done));
+        let within = self.cycle.filter(|_| self.whole).map_or(0, |clocks| tick % u64::from(clocks.max(1)));
+        self.done.push((tick - within, done));
     }
 
     /// The scenario. It lasts up to the tick `end`; what was queued for later has not been done.
@@ -56,10 +57,6 @@ impl Recorder {
         // A limit of its own, for a session may have been longer than the usual one.
         head("limit", Some(quoted(&self.time(end.saturating_add(self.cycle.unwrap_or(1).into())))));
         let mut done: Vec<&(u64, Done)> = self.done.iter().filter(|(tick, _)| *tick <= end).collect();
-        let sends = done.iter().any(|(_, done)| matches!(done, Done::Send(_)));
-        let rest = self.rest.as_ref().filter(|_| !sends);
-        let rest = rest.map(|(tick, pin)| (*tick, Done::Set(pin.clone(), Value::Number(1))));
-        done.splice(0..0, rest.as_ref());
         done.sort_by_key(|(tick, _)| *tick);
         for (tick, done) in done {
             if let Done::Other(what) = done {
@@ -134,9 +131,8 @@ mod tests {
         recorder.push(9, Done::PowerCycle);
         recorder.push(10, Done::Other("set W = 1\n[[step]]".to_owned()));
         recorder.push(4_001, Done::Set("RB0".to_owned(), Value::Number(1)));
-        recorder.rest = Some((0, "RC7".to_owned()));
         let text = recorder.write(4_000);
-        assert!(!text.contains("RB0") && !text.contains("RC7"), "{text}");
+        assert!(!text.contains("RB0"), "{text}");
         let scenario = crate::parse("recorded.toml", &text).expect(&text);
         assert_eq!(scenario.steps.len(), 6, "{text}");
         let sent = scenario.steps.iter().filter_map(|step| match &step.verb {
@@ -145,7 +141,9 @@ mod tests {
         });
         let sent: Vec<_> = sent.collect();
         assert_eq!(sent, [vec![0, b'"', b'\\', b'\n', 0x7F, 0xC3, 0xA4], vec![0xFF, 1]]);
-        assert!(recorder.write(399).contains("at = \"0 cycles\"\nset = { RC7 = 1 }"), "nothing is sent");
+        recorder.whole = true;
+        recorder.push(4_003, Done::Set("RB1".to_owned(), Value::Number(1)));
+        assert!(recorder.write(4_000).contains("at = \"1000 cycles\"\nset = { RB1 = 1 }"), "as the cycle begins");
         assert!(text.contains("at = \"2 cycles\"") && text.contains("at = \"401 clocks\""), "{text}");
     }
 }

@@ -47,7 +47,7 @@ struct Coded {
     wires: Vec<usize>,
 }
 
-/// A text whose last line may lack its end, with that: the parser wants white space behind every word.
+/// A text with white space behind its last word, where its last line lacks its end: the parser wants some behind every word.
 #[derive(Debug)]
 pub struct WholeLines<R> {
     input: R,
@@ -67,7 +67,7 @@ impl<R: Read> Read for WholeLines<R> {
         if let Some(last) = buffer.get(..count).and_then(|read| read.last()) {
             self.last = *last;
         } else if let Some(place) = buffer.first_mut().filter(|_| self.last != b'\n') {
-            (*place, self.last) = (b'\n', b'\n');
+            (*place, self.last) = (b' ', b'\n');
             return Ok(1);
         }
         Ok(count)

@@ -9,11 +9,11 @@ use std::sync::Arc;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, Reset};
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::pins::{Level, Time};
 use emu_debug::scene::{Given, Seen, Table};
 use emu_debug::stimulus::{FIRST_SUPPLY, Put, apply};
 use emu_debug::{Clock, Drive, Going, Host, Sender, Watched};
-use scenario::{Bound, Done, Next, Player, Reading, Recorder, Verdict, World};
+use scenario::{Bound, Done, Next, Player, Reading, Recorder, Value, Verdict, World};
 
 pub use stimuli::Asked;
 
@@ -35,10 +35,8 @@ pub struct Stage<'a> {
     beside: Vec<Player>,
     /// What sends to the chip's receiver.
     line: Option<Sender>,
-    /// What the supply has been set to, in millivolts.
-    supply: u32,
-    /// Pins that somebody drives; no others may be used to make time pass.
-    driven: Vec<PinId>,
+    /// What the supply is set to, in millivolts, and when.
+    supplies: Vec<(Time, u32)>,
     /// The tick up to which the machine need not be asked.
     next: u64,
     started: bool,
@@ -54,6 +52,8 @@ pub struct Stage<'a> {
 /// What a stage is made of.
 pub struct Cast {
     pub table: Table,
+    /// What the supply is set to beside it, in millivolts, and when.
+    pub supplies: Vec<(Time, u32)>,
     pub main: Option<Bound>,
     pub beside: Vec<Bound>,
     pub baud: u64,
@@ -62,7 +62,7 @@ pub struct Cast {
 }
 
 impl<'a> Stage<'a> {
-    /// Nothing has happened yet. `driven`: pins that are driven by others.
+    /// Nothing has happened yet.
     ///
     /// # Errors
     /// `--baud` is a rate that no line has; that of a scenario was looked at as it was bound.
@@ -70,10 +70,9 @@ impl<'a> Stage<'a> {
         chip: &'static Chip,
         clock: Clock,
         cast: Cast,
-        driven: Vec<PinId>,
         patience: &'a mut dyn FnMut(&[u8]) -> bool,
     ) -> Result<Stage<'a>, Failure> {
-        let Cast { table, main, beside, baud, recorder, shelf } = cast;
+        let Cast { table, supplies, main, beside, baud, recorder, shelf } = cast;
         let sends = main.iter().chain(&beside).any(|bound| bound.sends);
         let baud = main.iter().find_map(|bound| bound.baud).unwrap_or(baud);
         let line = family::receive_pin(chip).filter(|_| sends).map(|pin| Sender::new(pin, baud)).transpose();
@@ -86,8 +85,7 @@ impl<'a> Stage<'a> {
             main: main.map(player),
             beside: beside.into_iter().map(player).collect(),
             line,
-            supply: FIRST_SUPPLY,
-            driven,
+            supplies,
             next: 0,
             started: false,
             verdict: None,
@@ -107,11 +105,9 @@ impl<'a> Stage<'a> {
             let (at, pin) = (Time::at(cpu.cycle()), sender.pin);
             cpu.drive(at, pin, Level::High);
             self.note(Drive { at, put: Put::Level(pin, Level::High) });
-            self.driven.push(pin);
             let tick = cpu.cycle().saturating_mul(self.clocks());
-            if let (Some(recorder), Some(pin)) = (&mut self.recorder, self.chip.pins.get(usize::from(pin))) {
-                recorder.rest = Some((tick, pin.name.to_owned()));
-            }
+            let name = self.chip.pins.get(usize::from(pin)).map_or("", |pin| pin.name);
+            self.record(tick, || Done::Set(name.to_owned(), Value::Number(1)));
         }
         self.started = true;
         self.look(cpu, &[]);
@@ -159,6 +155,12 @@ impl<'a> Stage<'a> {
         self.recorder.as_ref().map(|recorder| recorder.write(cpu.cycle().saturating_mul(self.clocks())))
     }
 
+    /// What the supply is at, in millivolts.
+    fn supply(&self, time: Time) -> u32 {
+        let before = self.supplies.iter().filter(|(at, _)| *at <= time);
+        before.max_by_key(|(at, _)| *at).map_or(FIRST_SUPPLY, |(_, millivolts)| *millivolts)
+    }
+
     fn note(&mut self, drive: Drive) {
         if let Some(drives) = &mut self.drives {
             drives.push(drive);
@@ -181,6 +183,8 @@ impl<C: Cpu> Host<C> for Stage<'_> {
         if self.verdict.is_some() {
             return Going::Over;
         }
+        // Somebody still wants time to pass.
+        cpu.insist(self.main.is_some() || self.next != u64::MAX);
         let now = cpu.cycle();
         watched.pins.clear();
         watched.bytes = false;
@@ -199,26 +203,6 @@ impl<C: Cpu> Host<C> for Stage<'_> {
         Going::Until(until.max(now + 1))
     }
 
-    fn halted(&mut self, cpu: &mut C) -> bool {
-        if self.main.is_none() && self.next == u64::MAX {
-            return false;
-        }
-        // Time passes up to the next look: something is queued for it that changes nothing.
-        let at = Time::at(self.next.div_ceil(self.clocks()).max(cpu.cycle() + 1));
-        let power = self.chip.pin("POWER").filter(|pin| !self.driven.contains(pin));
-        if let Some(power) = power {
-            cpu.drive(at, power, Level::Float);
-            return true;
-        }
-        let ports =
-            (0..).zip(self.chip.pins).filter(|(pin, def)| def.dip != 0 && cpu.has_pin(*pin) && is_port(def.name));
-        let free = ports.map(|(pin, _)| pin).filter(|pin| !self.driven.contains(pin)).last();
-        if let Some(pin) = free {
-            cpu.drive(at, pin, Level::Float);
-        }
-        free.is_some()
-    }
-
     fn waits(&self) -> bool {
         self.main.is_some() && self.verdict.is_none()
     }
@@ -226,11 +210,6 @@ impl<C: Cpu> Host<C> for Stage<'_> {
     fn over(&mut self, _: &mut C, sent: &[u8]) {
         (self.patience)(sent);
     }
-}
-
-/// `PB5`, `P1.0`, `RC3`.
-fn is_port(name: &str) -> bool {
-    name.starts_with(['P', 'R']) && name.ends_with(|c: char| c.is_ascii_digit()) && name.len() <= 4
 }
 
 /// A chip as its scenario sees it between two instructions.
@@ -262,13 +241,11 @@ impl<C: Cpu> World for Floor<'_, '_, C> {
         let (tick, time) = self.when(at);
         match given {
             Given::Put(put) => {
-                apply(self.cpu, Drive { at: time, put }, &mut self.stage.supply)?;
-                self.stage.note(Drive { at: time, put });
-                if let Put::Level(pin, _) | Put::Volts(pin, _) | Put::Counts(pin, _) = put
-                    && !self.stage.driven.contains(&pin)
-                {
-                    self.stage.driven.push(pin);
+                if let Put::Supply(millivolts) = put {
+                    self.stage.supplies.push((time, millivolts));
                 }
+                apply(self.cpu, Drive { at: time, put }, &mut self.stage.supply(time))?;
+                self.stage.note(Drive { at: time, put });
             }
             Given::Poke(space, addr, bytes) => {
                 for (addr, byte) in (addr..).zip(bytes) {
@@ -288,7 +265,7 @@ impl<C: Cpu> World for Floor<'_, '_, C> {
         let ((tick, time), clock) = (self.when(at), self.stage.clock);
         let Some(sender) = &mut self.stage.line else { return Ok(()) };
         for drive in sender.send(clock, time, bytes)? {
-            apply(self.cpu, drive, &mut self.stage.supply)?;
+            apply(self.cpu, drive, &mut self.stage.supply(time))?;
             self.stage.note(drive);
         }
         self.stage.record(tick, || Done::Send(bytes.to_vec()));

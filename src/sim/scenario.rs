@@ -4,7 +4,7 @@ use emu_check::Rehearsal;
 use ladder_eval::Evaluator;
 use scenario::bind;
 
-use super::{MAX_SCANS, MAX_VALUES, SimArgs, results, sends, unsupported};
+use super::{MAX_VALUES, SimArgs, results, sends, unsupported};
 use crate::fail::{Failure, exit};
 use crate::input::Read;
 use crate::output;
@@ -34,27 +34,29 @@ pub fn play(args: &SimArgs, read: &Read, used: &[(&str, &str)], terminal: &Termi
         let bound = bind(&stimuli, play.site(), None, None).map_err(|faults| wave.refused(faults))?;
         // It ends with its last change, unless a number of scans or a scenario says otherwise.
         let alone = file.is_none() && args.scans.is_none();
-        play.accompany(bound.limited(Some(MAX_SCANS)), alone);
+        play.accompany(bound.limited(Some(u64::MAX)), alone);
     }
     let symbols = eval.symbols().to_vec();
     let mut trace = Trace::new(&symbols, &eval, sends(program));
-    // A scenario has a limit of its own.
     let traced = !used.is_empty() || file.is_none();
     let most = if traced { MAX_VALUES / (trace.width() as u64).max(1) } else { u64::MAX };
-    let most = if file.is_none() { args.scans.unwrap_or(most.min(MAX_SCANS)) } else { most };
-    while play.scans() < most && play.scan() {
+    // A scenario has a limit of its own.
+    let end = args.scans.filter(|_| file.is_none()).unwrap_or(u64::MAX);
+    while play.scans() < end && play.scan() {
         play.told().iter().for_each(|line| output::tell(&format!("{line}\n")));
+        if play.scans() > most {
+            let (flag, name) = match &args.scenario {
+                Some(file) => ("--scenario <FILE>", file),
+                None => ("--stimulus <FILE>", args.stimulus.as_ref().unwrap_or(&program.file)),
+            };
+            let why = format!("it goes on for more than the {most} scans whose values can be traced at once");
+            return Err(Failure::value(flag, name, &why));
+        }
         if traced {
             trace.note(&play.eval);
         }
     }
     play.told().iter().for_each(|line| output::tell(&format!("{line}\n")));
-    if let (Some(file), true) = (&args.scenario, play.scans() >= most) {
-        let why = format!(
-            "it goes on for more than the {most} scans whose values can be traced at once; a run without traces has no such end"
-        );
-        return Err(Failure::value("--scenario <FILE>", file, &why));
-    }
     let Some(file) = file else {
         results(args, program, &trace, None)?;
         if used.is_empty() {

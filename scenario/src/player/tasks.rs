@@ -35,17 +35,29 @@ pub(super) enum Again {
 }
 
 impl Player {
-    /// The task that is next. One that only looks and is due later than now keeps nobody waiting, since it changes nothing.
+    /// The task that is next. One that is done between two instructions, and later than now, keeps nobody waiting who goes by nothing that
+    /// it changes.
     pub(super) fn next_task(&self, now: u64) -> Option<(usize, u64)> {
-        let tasks = self.tasks.iter().enumerate().filter(|(n, task)| task.next <= now || !self.task_looks(*n));
+        let tasks = self.tasks.iter().enumerate().filter(|(n, task)| task.next <= now || !self.task_is_quiet(*n));
         tasks.min_by_key(|(n, task)| (task.next, *n)).map(|(n, task)| (n, task.next))
     }
 
-    fn task_looks(&self, task: usize) -> bool {
+    /// The next step comes at a time that nobody knows: what it makes of a bit that toggles may come before what a task makes of it.
+    fn waits(&self) -> bool {
+        matches!(self.op(), Some(Op::Wait(..) | Op::Hear(..)))
+    }
+
+    /// The step of what is still to be done at its time beside the steps.
+    pub(super) fn first_once(&self) -> Option<usize> {
+        let once = self.tasks.iter().filter(|task| matches!(task.what, Again::Once(_)));
+        once.min_by_key(|task| task.next).map(|task| task.step)
+    }
+
+    fn task_is_quiet(&self, task: usize) -> bool {
         match self.tasks.get(task).map(|task| &task.what) {
             Some(Again::Once(_)) => true,
             Some(Again::Every { line, .. }) => match self.bound.lines.get(*line).map(|line| &line.op) {
-                Some(Op::Every { act, .. }) => matches!(act, Act::Log(_) | Act::Check(_)),
+                Some(Op::Every { act, .. }) => act.is_quiet() || matches!(act, Act::Check(_)),
                 _ => false,
             },
             _ => false,
@@ -55,10 +67,11 @@ impl Player {
     pub(super) fn task_ahead(&self, task: usize) -> bool {
         match self.tasks.get(task).map(|task| &task.what) {
             Some(Again::Series { values, done, .. }) => {
-                values.get(*done).is_none_or(|(_, puts)| puts.iter().all(|put| put.input.ahead))
+                let free = |put: &Put| put.input.ahead && !(self.waits() && self.bound.shares_bit(put));
+                values.get(*done).is_none_or(|(_, puts)| puts.iter().all(free))
             }
             Some(Again::Every { line, .. }) => match self.bound.lines.get(*line).map(|line| &line.op) {
-                Some(Op::Every { act, .. }) => act.ahead(&self.bound.bits),
+                Some(Op::Every { act, .. }) => act.ahead(&self.bound.bits) && !(self.waits() && self.bound.shares(act)),
                 _ => false,
             },
             Some(Again::Once(_)) | None => false,
@@ -108,7 +121,8 @@ impl Player {
 
     /// Something goes on beside the steps.
     pub(super) fn begin(&mut self, task: Task) -> Result<(), Ended> {
-        if self.tasks.len() >= MOST {
+        // What is only told does not go on.
+        if self.tasks.iter().filter(|task| !matches!(task.what, Again::Once(_))).count() >= MOST {
             return Err((Outcome::Failed, task.step, too_many()));
         }
         self.tasks.push(task);

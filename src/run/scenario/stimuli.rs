@@ -1,11 +1,12 @@
 //! What `emu run` is asked for in scenarios: flags, files, and what is known before the first cycle.
 
 use clap::Args;
+use emu_core::chip::Family;
 use emu_core::cpu::Cpu;
 use emu_core::pins::{PinId, Time};
 use emu_debug::Source;
 use emu_debug::scene::{ChipSite, Table};
-use emu_debug::stimulus::{Put, can, pin};
+use emu_debug::stimulus::{Put, can, pin, supplies};
 use emu_debug::text::unescape;
 use scenario::{Done, Recorder, Value, bind};
 
@@ -104,12 +105,15 @@ impl Asked {
             let mut recorder = Recorder::new(Some(job.clock.clocks_per_cycle.max(1)));
             recorder.program = (args.image != "-").then(|| last(&args.image));
             recorder.mcu = Some(chip.name.to_owned());
+            // There what is driven acts as its cycle begins.
+            recorder.whole = chip.family == Family::Mcs51;
             recorder.baud = (!args.machine.uart_in.is_empty()).then_some(args.machine.baud);
             given(args, job, clocks).into_iter().for_each(|(tick, done)| recorder.push(tick, done));
             recorder
         });
         let (table, shelf) = (std::mem::take(&mut site.table), shelf.clone());
-        Ok(Cast { table, main, beside, baud: args.machine.baud, recorder, shelf })
+        let supplies = supplies(&job.drives);
+        Ok(Cast { table, supplies, main, beside, baud: args.machine.baud, recorder, shelf })
     }
 }
 
