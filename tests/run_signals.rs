@@ -42,7 +42,7 @@ fn begun(folder: &Path) {
 
 #[test]
 fn a_signal_ends_a_run_with_all_its_files() {
-    for signal in ["TERM", "INT"] {
+    for signal in ["TERM", "INT", "HUP"] {
         let folder = folder(signal);
         let flags = "--vcd run.vcd --uart run.bin --eeprom run.eep --trace run.txt --trace-last 3";
         let child = endless(&folder, &flags.split(' ').collect::<Vec<_>>());

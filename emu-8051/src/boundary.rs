@@ -5,6 +5,7 @@ use emu_core::cpu::{Bus, Cpu, NEVER, Probe, Reset, Stop};
 use emu_core::engine::{Engine, Looks, Mark};
 use emu_core::pins::Event;
 
+use crate::chips::{VECTOR_BACK, VECTOR_WORDS};
 use crate::cpu::Mcs51;
 use crate::isa::Kind;
 
@@ -48,7 +49,7 @@ impl Engine for Mcs51 {
         let Some(vector) = self.soc.pending(now) else { return false };
         self.soc.take(vector, now);
         probe.irq(now, vector);
-        self.hot = self.turn(probe).0.interrupt(u32::from(vector) * 8 - 5);
+        self.hot = self.turn(probe).0.interrupt(u32::from(vector) * VECTOR_WORDS - VECTOR_BACK);
         true
     }
 

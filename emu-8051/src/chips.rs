@@ -47,6 +47,10 @@ pub struct Part {
     pub x2: bool,
 }
 
+/// Interrupt n, from 1, begins at 8 n - 5 (user's manual, "Interrupts").
+pub(crate) const VECTOR_WORDS: u32 = 8;
+pub(crate) const VECTOR_BACK: u32 = 5;
+
 /// All chips of this crate.
 pub const PARTS: &[Part] = &[
     Part {
@@ -174,7 +178,8 @@ pub(crate) const I8051: Part = Part {
         pins: dip40!("" "" "" "" "" "" "" ""),
         constants: || [PORT_3, PORT_3_BUS].concat(),
         vectors: &["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL"],
-        vector_words: 8,
+        vector_words: VECTOR_WORDS,
+        vector_back: VECTOR_BACK,
         spaces: &[("code", 0x1_0000, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1), ("xdata", 0x1_0000, 1)],
         told: &[("idata", 0), ("sfr", 0), ("bit", 0), ("xdata", 0)],
         // SP, DPL, DPH, PSW, ACC, B.

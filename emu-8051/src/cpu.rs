@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Bus, Cpu, Probe, RamInit, Reset, Stop, rewrite_bit};
-use emu_core::engine::{self, Looks};
+use emu_core::engine::{self, Engine, Looks};
 use emu_core::image::Image;
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::rng::Rng;
@@ -330,6 +330,10 @@ impl Cpu for Mcs51 {
 
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
         engine::run(self, until, probe)
+    }
+
+    fn sleeps(&self) -> bool {
+        Engine::asleep(self)
     }
 
     fn insist(&mut self, on: bool) {

@@ -94,6 +94,8 @@ pub struct Chip {
     pub vectors: &'static [&'static str],
     /// Program words per vector.
     pub vector_words: u32,
+    /// Program words by which those behind the first stand nearer to the front than that makes them.
+    pub vector_back: u32,
     /// Memory spaces for `--peek`: name, number of addresses, bytes per address (1, or 2 where addresses count words, as
     /// the users of PIC16 have it for program memory).
     pub spaces: &'static [(&'static str, u32, u32)],

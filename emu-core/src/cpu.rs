@@ -187,6 +187,10 @@ pub trait Cpu: Clone {
     fn depth(&self) -> u32 {
         0
     }
+    /// No instruction comes now: the core sleeps, or is held. A family that tells of its rest by [`Stop::Halted`] alone says false.
+    fn sleeps(&self) -> bool {
+        false
+    }
     /// With `on` time passes up to the limit of a run even where nothing can wake the chip: [`Stop::Halted`] does not come. No part of the
     /// machine that a program could see, nor of its saved state.
     fn insist(&mut self, on: bool);

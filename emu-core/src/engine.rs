@@ -187,7 +187,7 @@ fn boundary<E: Engine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Opti
             if !cpu.looks().insists && cpu.halted() {
                 return Some(Stop::Halted);
             }
-            cpu.looks().endless |= next == NEVER;
+            cpu.looks().endless |= next == NEVER && !cpu.interrupt_pending(now);
             // The deadline of this cycle has been served; the interrupt, if any, was not enabled.
             let clock = cpu.clock();
             clock.pass(next.min(until).max(now + 1) - now);
@@ -200,7 +200,8 @@ fn boundary<E: Engine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Opti
         let sight = if blind > now { blind } else { NEVER };
         cpu.clock().set_deadline(deadline.min(sight));
         if std::mem::take(cpu.escaped()) {
-            if let Some(stop) = escape(cpu, deadline, next == NEVER, probe) {
+            let idle = next == NEVER && !cpu.interrupt_pending(now);
+            if let Some(stop) = escape(cpu, deadline, idle, probe) {
                 return Some(stop);
             }
             continue;
@@ -217,7 +218,8 @@ fn went<E: Engine, P: Probe>(cpu: &E, before: u32, probe: &mut P) {
     }
 }
 
-/// The op at the program counter has no body of its own. `deadline` is the cycle up to which it may run; `idle`: nothing is due.
+/// The op at the program counter has no body of its own. `deadline` is the cycle up to which it may run; `idle`: nothing is due, and no interrupt is
+/// there.
 fn escape<E: Engine, P: Probe>(cpu: &mut E, deadline: u64, idle: bool, probe: &mut P) -> Option<Stop> {
     let pc = cpu.pc();
     let trap = cpu.has_trap(pc);

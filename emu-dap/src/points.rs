@@ -253,7 +253,7 @@ impl Adapter<'_> {
             Err(why) => json!({ "dataId": null, "description": why }),
             Ok(expr) => {
                 let memory = matches!(expr, Expr::Place(Place::Memory { .. } | Place::Bit { .. }));
-                let told = memory && machine.session.scope.accessed(&text).is_ok();
+                let told = memory && machine.session.scope.accessed(&text, machine.session.target()).is_ok();
                 let types: &[&str] = if told { &["read", "write", "readWrite"] } else { &["write"] };
                 json!({ "dataId": text, "description": text, "accessTypes": types, "canPersist": true })
             }
@@ -294,15 +294,19 @@ impl Machine {
             Group::Data => {
                 let scope = &self.session.scope;
                 let expr = scope.expr(&wanted.data_id)?;
-                let told = || scope.accessed(&wanted.data_id).map_err(|why| format!("{why}; `write` sees its changes"));
-                let what = match (wanted.access_type.as_deref(), expr.place(self.session.target())) {
-                    (Some("read"), _) => What::Access(told()?, Access::Read),
-                    (Some("readWrite"), _) => What::Access(told()?, Access::Any),
-                    (None | Some("write"), Some(Place::Pin(pin))) => What::Pin(pin, None),
-                    (None | Some("write"), _) => What::Change(expr),
+                let told = || {
+                    let found = scope.accessed(&wanted.data_id, self.session.target());
+                    found.map_err(|why| format!("{why}; `write` sees its changes"))
+                };
+                let access = |access| told().map(|(range, text)| (What::Access(range, access), text));
+                let (what, text) = match (wanted.access_type.as_deref(), expr.place(self.session.target())) {
+                    (Some("read"), _) => access(Access::Read)?,
+                    (Some("readWrite"), _) => access(Access::Any)?,
+                    (None | Some("write"), Some(Place::Pin(pin))) => (What::Pin(pin, None), wanted.data_id.clone()),
+                    (None | Some("write"), _) => (What::Change(expr), wanted.data_id.clone()),
                     (Some(other), _) => return Err(format!("`{other}` is no kind of access")),
                 };
-                Ok(Placed { what, text: wanted.data_id.clone(), line: None })
+                Ok(Placed { what, text, line: None })
             }
         }
     }

@@ -213,7 +213,7 @@ impl BackLine {
     fn slice(&self, session: &mut Session, go_on: GoOn<'_>) -> Halt {
         let scope = session.scope.clone();
         let source = scope.source();
-        session.back_until(go_on, &mut |passed| {
+        session.back_until(go_on, &mut || true, &mut |passed| {
             let (pc, depth) = (passed.target.pc(), passed.target.depth());
             let byte = pc.saturating_mul(scope.chip().word_bytes);
             let here = self.line.as_ref().map(|line| (&*line.0, line.1));

@@ -96,7 +96,7 @@ impl Names<'_> {
                 "accesses are watched in {space} memory from 0x{first:x} on, not in {space}:0x{:x}, a register of the core",
                 range.start
             )),
-            Some(_) if (range.start..range.end).all(|at| self.chip.silent.contains(&(space, at))) => Err(format!(
+            Some(_) if (range.start..range.end).all(|at| self.is_silent(space, at)) => Err(format!(
                 "{space}:0x{:x} is a register of the core, which instructions use without naming it: only its changes are told",
                 range.start
             )),
@@ -107,6 +107,13 @@ impl Names<'_> {
                 Err(format!("accesses are watched in {} memory, not in {space}", told.join(", ")))
             }
         }
+    }
+
+    /// A register of the core, or a bit of one.
+    fn is_silent(&self, space: &str, addr: u32) -> bool {
+        let byte = if space == BIT { bits::byte_of(self.chip, addr).map(|(of, byte, _)| (of, byte)) } else { None };
+        let (space, addr) = byte.unwrap_or((space, addr));
+        self.chip.silent.contains(&(space, addr))
     }
 
     /// `motor=1` as `E1=1`, where the program has given a channel of AP101 a name; else the text as it is.

@@ -355,6 +355,10 @@ impl Cpu for Pic16 {
         engine::run(self, until, probe)
     }
 
+    fn sleeps(&self) -> bool {
+        Engine::asleep(self)
+    }
+
     fn insist(&mut self, on: bool) {
         self.looks.insists = on;
     }

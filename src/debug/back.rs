@@ -145,19 +145,13 @@ fn by_hand(shell: &Shell, place: Place, end: u64) -> Option<(u64, i64)> {
         (.., Some((space, own)), Some((of, set))) => space == of && own.start < set.end && set.start < own.end,
         _ => place == other,
     };
-    // Of a bit that was set with its byte only itself is told.
-    let part = |set: Place, value: i64| match (place, set) {
-        (Place::Bit { addr, bit, .. }, Place::Memory { addr: first, .. }) => {
-            value >> (8 * (addr - first) + u32::from(bit)).min(63) & 1
-        }
-        (Place::RegBit { bit, .. }, Place::Reg(_)) => value >> bit.min(63) & 1,
-        _ => value,
-    };
     let sets = shell.session.deeds().filter_map(|(cycle, action)| match action {
-        Action::Set(set, value) if touches(*set) => Some((cycle, part(*set, *value))),
+        Action::Set(set, _) if touches(*set) => Some(cycle),
         _ => None,
     });
-    sets.filter(|(cycle, _)| *cycle < end).last()
+    let cycle = sets.filter(|cycle| *cycle < end).last()?;
+    // What came of it, in whatever part it was set.
+    Some((cycle, shell.session.value_at(place, cycle)?))
 }
 
 /// The last change of a place, and where there is none the last write to its bytes.

@@ -55,10 +55,11 @@ impl Frames {
         let has_vectors = !scope.chip().vectors.is_empty();
         let frames = RefCell::new(Frames { later: vec![None], ..Frames::default() });
         let halt = session.back_until(
+            go_on,
             &mut || {
                 let mut frames = frames.borrow_mut();
                 frames.end(calls);
-                frames.found.is_none() && go_on()
+                frames.found.is_none()
             },
             &mut |passed| {
                 frames

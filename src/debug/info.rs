@@ -126,12 +126,36 @@ fn pins(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     Ok(())
 }
 
+/// What AP101's timers and counters count to, and where they are.
+const PRESET: &str = "preset";
+const VALUE: &str = "value";
+
+/// Timers and counters of AP101 that are in use, with preset and value.
+fn modules(shell: &Shell, out: &mut String) {
+    let (chip, target) = (shell.session.scope.chip(), shell.session.target());
+    let count = chip.spaces.iter().find(|space| space.0 == PRESET).map_or(0, |space| space.1);
+    let word = |space: &str, at: u32| {
+        let byte = |n: u32| target.peek(space, 2 * at + n).map_or(0, u32::from);
+        byte(0) | byte(1) << 8
+    };
+    let used =
+        (0..count).map(|at| (at, word(PRESET, at), word(VALUE, at))).filter(|(_, preset, value)| preset | value != 0);
+    let values: Vec<String> = used.map(|(at, preset, value)| format!("{at}: {value} of {preset}")).collect();
+    if values.is_empty() {
+        out.push_str("no timer or counter has a preset\n");
+    }
+    columns(&values, 6, out);
+}
+
 /// Names and values of the registers of a part.
 fn part(shell: &mut Shell, part: Part, out: &mut String) -> Done {
     let (chip, target) = (shell.session.scope.chip(), shell.session.target());
     let prefixes = PARTS.iter().find(|(family, of, _)| (*family, *of) == (chip.family, part)).map(|row| row.2);
     let Some(prefixes) = prefixes else {
-        out.push_str(&format!("{} has no registers of that kind\n", chip.name));
+        match part {
+            Part::Timers if chip.spaces.iter().any(|space| space.0 == PRESET) => modules(shell, out),
+            _ => out.push_str(&format!("{} has no registers of that kind\n", chip.name)),
+        }
         return Ok(());
     };
     let of = |name: &str| prefixes.iter().any(|prefix| name.starts_with(prefix));
@@ -150,7 +174,7 @@ fn interrupts(shell: &mut Shell, _: &str, out: &mut String) -> Done {
     part(shell, Part::Interrupts, out)?;
     let chip: &Chip = shell.session.scope.chip();
     for (n, name) in (0u32..).zip(chip.vectors) {
-        let word = n * chip.vector_words;
+        let word = (n * chip.vector_words).saturating_sub(chip.vector_back);
         out.push_str(&format!("{n:>3}  {name:<14} 0x{:04x}\n", chip.code_address(word)));
     }
     Ok(())

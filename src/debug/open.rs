@@ -6,7 +6,7 @@ use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
 use emu_debug::debug::{Options, Rig, Scope, Session, Target};
-use emu_debug::stimulus::queue;
+use emu_debug::stimulus::{queue, supplies};
 use emu_debug::{Clock, Drive, Names, Source};
 use ladder_view::View;
 
@@ -190,7 +190,8 @@ impl Job for Fit<'_> {
             let driven = drives.iter().filter_map(Drive::pin).chain(board.driven()).collect();
             let (baud, deaf) = (self.machine.baud, !self.machine.uart_in.is_empty());
             let (names, shelf) = (source.names, self.shelf);
-            let known = Around { program: self.program, names, clock, baud, deaf, driven, shelf };
+            let supplies = supplies(&drives);
+            let known = Around { program: self.program, names, clock, baud, deaf, driven, supplies, shelf };
             drives.extend(staged(file, self.view, (copy, around), &known)?);
         }
         queue(&mut cpu, &drives).map_err(Failure::Usage)?;

@@ -73,6 +73,9 @@ fn watched(shell: &Shell, text: &str) -> Result<What, String> {
         Expr::Place(Place::Cycle | Place::Instructions) => {
             return Err("time changes with every instruction; run-to-cycle stops at one".to_owned());
         }
+        expr if expr.is_of_time() => {
+            return Err("time goes on in sleep, where nothing is looked at; run-to-cycle stops at one".to_owned());
+        }
         expr => What::Change(expr),
     })
 }
@@ -87,10 +90,11 @@ pub(super) fn awatch(shell: &mut Shell, args: &str, out: &mut String) -> Done {
 
 fn access(shell: &mut Shell, args: &str, access: Access, out: &mut String) -> Done {
     let (text, condition) = with_condition(args);
-    let range = shell.session.scope.accessed(text).map_err(|why| format!("{why}; watch {text} sees its changes"))?;
-    let id = added(shell, What::Access(range, access), text, condition, false)?;
+    let found = shell.session.scope.accessed(text, shell.session.target());
+    let (range, name) = found.map_err(|why| format!("{why}; watch {text} sees its changes"))?;
+    let id = added(shell, What::Access(range, access), &name, condition, false)?;
     let kind = if access == Access::Read { "Read" } else { "Access" };
-    out.push_str(&format!("{kind} watchpoint {id}: {text}\n"));
+    out.push_str(&format!("{kind} watchpoint {id}: {name}\n"));
     Ok(())
 }
 

@@ -40,6 +40,8 @@ pub(super) struct Around<'a> {
     pub deaf: bool,
     /// Pins that the command line and devices drive.
     pub driven: Vec<PinId>,
+    /// What the command line makes of the supply, in millivolts, and when.
+    pub supplies: Vec<(Time, u32)>,
     pub shelf: Shelf,
 }
 
@@ -109,6 +111,7 @@ fn of_image<C: Cpu>(file: &File, (mut cpu, mut board): (C, Board), around: &Arou
     let plan = Plan { limit: bound.cycles(clock.clocks_per_cycle), ..Plan::default() };
     let cast = Cast {
         table,
+        supplies: around.supplies.clone(),
         main: Some(bound),
         beside: Vec::new(),
         baud: around.baud,
@@ -116,7 +119,7 @@ fn of_image<C: Cpu>(file: &File, (mut cpu, mut board): (C, Board), around: &Arou
         shelf: around.shelf.clone(),
     };
     let mut patience = |_: &[u8]| true;
-    let mut stage = Stage::new(chip, clock, cast, around.driven.clone(), &mut patience)?;
+    let mut stage = Stage::new(chip, clock, cast, &mut patience)?;
     stage.drives = Some(Vec::new());
     stage.start(&mut cpu);
     let ended = run_on(&mut board, &mut cpu, &plan, None, &mut stage);
@@ -125,6 +128,9 @@ fn of_image<C: Cpu>(file: &File, (mut cpu, mut board): (C, Board), around: &Arou
         tell(file, &verdict, (cycle, &format!("{} s", clock.seconds(cycle))));
     }
     let mut queued = stage.drives.take().unwrap_or_default();
+    // What it had done up to its end; a byte that has begun goes on.
+    let (end, line) = (Time::at(cpu.cycle()), family::receive_pin(chip));
+    queued.retain(|drive| drive.at <= end || line.is_some() && drive.pin() == line);
     queued.sort_by_key(|drive| drive.at);
     Ok(queued)
 }

@@ -263,7 +263,7 @@ impl Face {
     fn traces(&self, since: u64) -> Vec<Trace> {
         let target = self.shell.session.target();
         let mut edges: BTreeMap<u16, Vec<(u64, bool)>> = BTreeMap::new();
-        for event in self.shell.session.events() {
+        for event in self.shell.session.edges() {
             if let Event::Edge { at, pin, level } = event {
                 let edges = edges.entry(*pin).or_default();
                 if at.cycle >= since {

@@ -15,7 +15,7 @@ use emu_debug::stimulus::queue;
 use emu_debug::wave::Extras;
 use emu_debug::{Board, Clock, Ended, Host, Names, Patience, Range, Reason, Source, Wave};
 use scenario::Verdict;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use super::RunArgs;
 use super::cover::{Cover, Seen};
@@ -201,10 +201,7 @@ fn recorded<C: Cpu>(
             && args.timeout.is_none_or(|limit| start.elapsed() < limit)
     };
     let mut stage = match cast {
-        Some(cast) => {
-            let driven = job.drives.iter().filter_map(|drive| drive.pin()).chain(board.driven()).collect();
-            Some(Stage::new(chip, job.clock, cast, driven, &mut patience)?)
-        }
+        Some(cast) => Some(Stage::new(chip, job.clock, cast, &mut patience)?),
         None => None,
     };
     // Before the waveform begins, so that it begins with what is there from the first cycle on.
@@ -278,12 +275,20 @@ fn filled(file: Pending, name: Option<&str>, bytes: &[u8]) -> Result<(), Failure
 /// refuses so does the first.
 fn interrupts() -> Arc<AtomicBool> {
     let interrupted = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
+    let hangs_up = Some(SIGHUP).filter(|_| !ignores_hangup());
+    for signal in [SIGINT, SIGTERM].into_iter().chain(hangs_up) {
         // In this order: the first signal finds it unset.
         _ = signal_hook::flag::register_conditional_default(signal, Arc::clone(&interrupted));
         _ = signal_hook::flag::register(signal, Arc::clone(&interrupted));
     }
     interrupted
+}
+
+/// Who started `emu` wants it to go on when the terminal is gone, as `nohup` does. Where the system does not tell, so it is taken.
+fn ignores_hangup() -> bool {
+    let Ok(status) = std::fs::read_to_string("/proc/self/status") else { return true };
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_none_or(|mask| mask >> (SIGHUP - 1) & 1 == 1)
 }
 
 /// How a run ended, a scenario in it, and whether what it wrote is in its place.

@@ -8,6 +8,7 @@ use super::eyes::{Eyes, candidates};
 use super::flow::Flow;
 use super::history::Left;
 use super::line::Line;
+use super::place::Place;
 use super::points::{Points, What, code_points};
 use super::session::{GoOn, Halt, Hit, Session, Why};
 use super::target::{Look, Target};
@@ -15,7 +16,10 @@ use super::target::{Look, Target};
 /// Machine cycles that an instruction takes at most, in most cases.
 const CYCLES: u64 = 8;
 
-/// Steps back of which each position is noted.
+/// Steps that are made before somebody is asked whether to go on.
+const UNASKED: u64 = 1 << 16;
+
+/// Steps back of which each position is noted, and cycles that a search looks at first.
 const NEAR: u64 = 1 << 12;
 
 /// A position that a search backwards comes by. In the stretches between two copies it goes forwards.
@@ -111,7 +115,8 @@ impl Session {
         Halt { why: Why::Beginning }
     }
 
-    /// Goes to the last position at or before a cycle, in the past or in the future; points are passed over.
+    /// Goes to a cycle, in the past or in the future, or where an instruction spans it to the position before that; points are passed
+    /// over.
     pub fn goto_cycle(&mut self, cycle: u64, go_on: GoOn<'_>) -> Halt {
         let (cycle, first) = (cycle.min(END_OF_TIME), self.history.first_cycle());
         if cycle >= self.line.cycle() {
@@ -125,8 +130,8 @@ impl Session {
         } else if let Some(line) = self.replayed(cycle.max(first)) {
             self.arrive(line);
         }
-        // It has overshot, or stands in the middle of a sleep; where it has stopped by itself, nothing says that a step ends here.
-        if self.line.cycle() > first {
+        // It has overshot: then it goes to where the step before that ended. In sleep it stays at the cycle.
+        if self.line.cycle() > first.max(cycle) {
             let now = self.line.cycle();
             self.back(1);
             self.step_to(cycle.min(now));
@@ -165,6 +170,12 @@ impl Session {
         Ok(found.and_then(|(line, hits)| Some((line.cycle(), *hits.first()?))))
     }
 
+    /// What a place was at a cycle, behind what was done from outside then. The machine stays where it is.
+    #[must_use]
+    pub fn value_at(&self, place: Place, cycle: u64) -> Option<i64> {
+        place.value(&*self.replayed(cycle)?.target)
+    }
+
     /// The program word of the step that ends at a cycle. The machine stays where it is.
     #[must_use]
     pub fn writer(&self, cycle: u64) -> Option<u32> {
@@ -186,18 +197,30 @@ impl Session {
         }
     }
 
-    /// Goes back to the last position before this one at which `test` holds.
-    pub fn back_until(&mut self, go_on: GoOn<'_>, test: &mut dyn FnMut(&Passed<'_>) -> bool) -> Halt {
+    /// Goes back to the last position before this one at which `test` holds. A stretch is what lies between two copies, or less: near
+    /// ones are looked at before those behind them. `ended` is asked behind each; with false the search is over, and the machine stays.
+    pub fn back_until(
+        &mut self,
+        go_on: GoOn<'_>,
+        ended: &mut dyn FnMut() -> bool,
+        test: &mut dyn FnMut(&Passed<'_>) -> bool,
+    ) -> Halt {
         let now = self.line.cycle();
-        let mut end = now;
-        let starts: Vec<u64> = self.history.before(now).map(Line::cycle).collect();
-        for start in starts {
-            let Some(base) = self.replayed(start) else { break };
+        let (mut end, mut reach) = (now, NEAR);
+        loop {
+            let copy = self.history.before(end).next().map(Line::cycle);
+            let Some(copy) = copy else { break };
+            let Some(base) = self.replayed(end.saturating_sub(reach).max(copy)) else { break };
+            reach = reach.saturating_mul(8);
+            if base.cycle() >= end {
+                continue;
+            }
             let mut line = base.fork();
             let mut found = None;
             let first = Passed { target: &*line.target, first: true, flow: Flow::Plain, from: line.target.pc() };
             test(&first);
             line.set_traps(&BTreeSet::new());
+            let mut steps = 0u64;
             while line.cycle() < end {
                 let from = line.target.pc();
                 let flow = self.flow_on(&line, from);
@@ -209,16 +232,20 @@ impl Session {
                 if stop != Stop::Limit {
                     break;
                 }
+                steps += 1;
+                if steps.is_multiple_of(UNASKED) && !go_on() {
+                    return Halt { why: Why::Interrupted };
+                }
             }
             if let Some(cycle) = found {
                 self.line = base;
                 self.step_to(cycle);
                 return Halt { why: Why::Done };
             }
-            if !go_on() {
+            if !(ended() && go_on()) {
                 return Halt { why: Why::Interrupted };
             }
-            end = start;
+            end = base.cycle();
         }
         if let Some(line) = self.replayed(self.history.first_cycle()) {
             self.arrive(line);
@@ -286,7 +313,7 @@ impl Session {
         let words: BTreeSet<u32> = code_points(points).collect();
         let Some(mut line) = bounds.first().and_then(|start| self.replayed(*start)) else { return Ok(None) };
         let mut eyes = Eyes::new(points, &*line.target);
-        let mut left_start = !words.contains(&line.target.pc());
+        let mut left_start = !words.contains(&line.target.pc()) || line.target.sleeps();
         for &end in bounds.iter().skip(1) {
             while line.cycle() < end {
                 let deeds = &self.history.deeds;
@@ -316,7 +343,7 @@ impl Session {
                 let Some(next) = self.replayed(end) else { return Ok(None) };
                 line = next;
                 eyes = Eyes::new(points, &*line.target);
-                left_start = !words.contains(&line.target.pc());
+                left_start = !words.contains(&line.target.pc()) || line.target.sleeps();
             }
         }
         Ok(Some(line))

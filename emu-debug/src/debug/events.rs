@@ -1,14 +1,50 @@
-//! What the chip has done that can be told in words.
+//! What the chip has done that can be told.
+
+use std::collections::VecDeque;
 
 use emu_core::cpu::Reset;
 use emu_core::pins::Event;
 
 use super::session::Session;
 
+/// Edges that are kept, and as many of all else: the newest.
+const MOST: usize = 1 << 16;
+
+/// What left the chip, in order of time. Edges, of which there may be many, drive nothing else out.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Events {
+    edges: VecDeque<Event>,
+    others: VecDeque<Event>,
+}
+
+impl Events {
+    pub fn push(&mut self, event: Event) {
+        let kept = if matches!(event, Event::Edge { .. }) { &mut self.edges } else { &mut self.others };
+        if kept.len() == MOST {
+            kept.pop_front();
+        }
+        kept.push_back(event);
+    }
+
+    /// Forgets what lies behind a cycle.
+    pub fn forget(&mut self, now: u64) {
+        for kept in [&mut self.edges, &mut self.others] {
+            while kept.back().is_some_and(|event| event.at().cycle > now) {
+                kept.pop_back();
+            }
+        }
+    }
+}
+
 impl Session {
-    /// What left the chip and moved at its pins up to now, in order of time: the newest of it.
+    /// What left the chip up to now besides edges, in order of time: the newest of it.
     pub fn events(&self) -> impl DoubleEndedIterator<Item = &Event> {
-        self.events.iter()
+        self.events.others.iter()
+    }
+
+    /// How its pins moved up to now, in order of time: the newest of it.
+    pub fn edges(&self) -> impl DoubleEndedIterator<Item = &Event> {
+        self.events.edges.iter()
     }
 
     /// Resets behind the machine cycle `cycle`: `reset by its watchdog (3 times)`. One that a user makes falls into the cycle in which the

@@ -85,7 +85,8 @@ impl Expr {
     }
 
     /// Time alone changes its value.
-    pub(super) fn is_of_time(&self) -> bool {
+    #[must_use]
+    pub fn is_of_time(&self) -> bool {
         match self {
             Expr::Place(place) => matches!(place, Place::Cycle | Place::Instructions),
             Expr::Number(_) => false,

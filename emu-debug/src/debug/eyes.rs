@@ -1,11 +1,12 @@
 //! The probe of the debugger: it sees what the points wait for.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::BTreeSet;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Probe, Stop};
 use emu_core::pins::{Event, Level, PinId};
 
+use super::events::Events;
 use super::expr::Expr;
 use super::points::{Access, Points, What};
 use super::session::Hit;
@@ -13,9 +14,6 @@ use super::target::{Look, Target};
 use crate::bits::{self, BIT};
 use crate::close::Watch;
 use crate::place::Range;
-
-/// Events that are kept, the newest.
-const EVENTS: usize = 1 << 16;
 
 /// Something that a point waited for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,7 +42,7 @@ pub(super) struct Eyes {
     /// What was seen in this instruction.
     pub seen: Vec<Sight>,
     /// Events, when somebody keeps them.
-    pub events: Option<VecDeque<Event>>,
+    pub events: Option<Events>,
     pc: u32,
     /// The instruction before which the last stop came: it is not stopped before again.
     stopped: Option<u64>,
@@ -154,10 +152,7 @@ impl Probe for Eyes {
 
     fn event(&mut self, event: Event) -> bool {
         if let Some(events) = &mut self.events {
-            if events.len() == EVENTS {
-                events.pop_front();
-            }
-            events.push_back(event);
+            events.push(event);
         }
         let Event::Edge { pin, level, .. } = event else { return false };
         let before = self.seen.len();

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use emu_core::cpu::{Reset, Stop};
+use emu_core::cpu::{END_OF_TIME, Reset, Stop};
 
 use super::history::{Action, Deed};
 use super::target::{Look, Seer, Target};
@@ -146,7 +146,9 @@ impl Line {
             }
             self.do_due(deeds, look, seer);
             let moved = self.target.pc() != pc || self.target.instructions() != counted;
-            if moved || self.cycle() >= limit || stop == Stop::Probe {
+            // Where nothing is ever due it sleeps cycle by cycle, and somebody is asked in between.
+            let endless = next.min(limit) >= END_OF_TIME && self.cycle() == before + 1;
+            if moved || self.cycle() >= limit || stop == Stop::Probe || endless {
                 self.settled = moved;
                 self.land();
                 return if moved { Stop::Limit } else { stop };

@@ -8,6 +8,7 @@
 //!   expr.rs     expressions over places          line.rs     a machine on its way through that history
 //!   points.rs   breakpoints and watchpoints      eyes.rs     the probe that sees what points wait for
 //!   flow.rs     calls and returns                events.rs   what the chip has done, in words
+//!                                                stroll.rs   running step by step
 //! ```
 //!
 //! **Positions.** The debugger stands between two instructions. A step ends behind an instruction or behind the entry of an
@@ -28,6 +29,7 @@ mod place;
 mod points;
 mod scope;
 mod session;
+mod stroll;
 mod target;
 
 pub use back::Passed;

@@ -1,11 +1,13 @@
 //! Names in expressions and commands: registers, pins, memory, symbols of the program, symbols of a ladder program.
 
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, Family};
 use emu_core::image::{CONSTANT, Lines, SymbolAt};
 
 use super::expr::{self, Expr};
 use super::eyes::byte_of;
 use super::place::Place;
+use super::target::Target;
+use crate::bits;
 use crate::place::{Names, Range};
 use crate::source::Source;
 use crate::stimulus;
@@ -64,19 +66,33 @@ impl Scope {
         }
     }
 
-    /// Memory of whose accesses the machine tells, as [`Scope::range`] reads it.
+    /// Memory of whose accesses the machine tells, as [`Scope::range`] reads it, and what that is called. Of a bit that has no address of
+    /// its own it is its byte.
     ///
     /// # Errors
     /// No such memory or place, or one of which it does not.
-    pub fn accessed(&self, text: &str) -> Result<Range, String> {
-        let range = self.range(text)?;
-        self.source().names.told(&range).map_err(|why| {
-            match self.ladder.iter().any(|(name, _)| name == text.trim()) {
-                true => format!("`{}` is kept in {}:0x{:x}; {why}", text.trim(), range.space, range.start),
-                false => why,
-            }
+    pub fn accessed(&self, text: &str, target: &dyn Target) -> Result<(Range, String), String> {
+        let text = text.trim();
+        let bit = self.expr(text).ok().and_then(|expr| expr.place(target));
+        let (range, name) = match bit {
+            Some(Place::Bit { space, addr, bit }) => match bits::of_byte(self.chip, space, addr) {
+                Some(Range { space, start, .. }) => {
+                    let own = start + u32::from(bit);
+                    (Range { space, start: own, end: own + 1 }, text.to_owned())
+                }
+                // A cell of AP101 is a bit.
+                None if self.chip.family == Family::Ap101 => {
+                    (Range { space, start: addr, end: addr + 1 }, text.to_owned())
+                }
+                None => (Range { space, start: addr, end: addr + 1 }, format!("the byte of {text}")),
+            },
+            _ => (self.range(text)?, text.to_owned()),
+        };
+        self.source().names.told(&range).map_err(|why| match self.ladder.iter().any(|(name, _)| name == text) {
+            true => format!("`{text}` is kept in {}:0x{:x}; {why}", range.space, range.start),
+            false => why,
         })?;
-        Ok(range)
+        Ok((range, name))
     }
 
     /// What a name in an expression stands for. Names with `$` are the debugger's own, as in gdb: `$pc`, `$cycle`, `$r16`. Of the

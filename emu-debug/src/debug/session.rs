@@ -1,30 +1,30 @@
 //! A session: a machine, where it has been, and what stops it.
 
-use std::collections::{BTreeSet, HashMap, VecDeque};
+use std::collections::{BTreeSet, HashMap};
 use std::time::{Duration, Instant};
 
 use emu_core::chip::Family;
 use emu_core::cpu::{END_OF_TIME, Fault, Stop};
-use emu_core::pins::Event;
 use emu_core::state::Damaged;
 
+use super::events::Events;
 use super::eyes::{Eyes, Sight, candidates};
 use super::flow::{Flow, flow};
 use super::history::{Action, History, Left};
 use super::line::{Follow, Line};
-use super::points::{Points, What, code_points};
+use super::points::{Points, code_points};
 use super::scope::Scope;
 use super::target::{Look, Target};
 use crate::time::Clock;
 
 /// How long a stretch of a run takes between two copies, on the host.
-const STRETCH: std::ops::Range<Duration> = Duration::from_micros(300)..Duration::from_millis(1);
+pub(super) const STRETCH: std::ops::Range<Duration> = Duration::from_micros(300)..Duration::from_millis(1);
 
 /// Machine cycles of a stretch.
 const CYCLES: std::ops::RangeInclusive<u64> = 1 << 10..=1 << 40;
 
 /// Machine cycles of the first stretch, and of the last of a program that waits: by then it stands in its waiting loop.
-const SHORT: u64 = 1 << 12;
+pub(super) const SHORT: u64 = 1 << 12;
 
 /// Steps in which a controller at rest comes round: two program cycles of all that its memory holds.
 const ROUND: u32 = 2 << 12;
@@ -117,7 +117,7 @@ pub struct Session {
     /// Names.
     pub scope: Scope,
     clock: Clock,
-    pub(super) events: VecDeque<Event>,
+    pub(super) events: Events,
     /// Cycles of the next stretch.
     stretch: u64,
     flows: HashMap<u32, (u16, Flow, u32)>,
@@ -140,7 +140,7 @@ impl Session {
             points: Points::default(),
             scope,
             clock: options.clock,
-            events: VecDeque::new(),
+            events: Events::default(),
             stretch: 1 << 14,
             flows: HashMap::new(),
         }
@@ -243,7 +243,7 @@ impl Session {
         self.line = Line::new(target, self.first.0.as_ref().map(|follow| follow.fork()));
         self.history = History::new(&self.line, self.first.1);
         self.left = None;
-        self.events.clear();
+        self.events = Events::default();
         self.flows.clear();
         Ok(())
     }
@@ -260,7 +260,7 @@ impl Session {
         let mut left = self.left.take().filter(|left| left.stands == stands && left.at < limit);
         loop {
             let end = left.map_or(limit, |left| left.at);
-            let halt = self.stroll(end, breaks, &mut *go_on, &mut |_, _, _| {
+            let halt = self.walk((end, breaks, false), &mut *go_on, &mut |_, _, _| {
                 *rest = rest.saturating_sub(1);
                 *rest == 0
             });
@@ -281,7 +281,7 @@ impl Session {
     pub fn run(&mut self, goal: &Goal, go_on: GoOn<'_>) -> Halt {
         let until = goal.until.unwrap_or(END_OF_TIME).min(END_OF_TIME);
         let words = code_points(&self.points).chain(goal.words.iter().copied()).collect::<BTreeSet<u32>>();
-        let mut left_start = !words.contains(&self.line.target.pc());
+        let mut left_start = !words.contains(&self.line.target.pc()) || self.line.target.sleeps();
         let mut eyes = Eyes::new(&self.points, &*self.line.target);
         self.line.insists = goal.passes && goal.until.is_some();
         let (mut stretch, mut waits) = (SHORT.min(self.stretch), false);
@@ -331,68 +331,6 @@ impl Session {
         }
     }
 
-    /// Steps until `test` says so: it is given the machine, what the instruction did to the stack of calls, and whether it was the
-    /// entry of an interrupt instead. `breaks`: breakpoints stop it too.
-    pub fn stroll(
-        &mut self,
-        limit: u64,
-        breaks: bool,
-        go_on: GoOn<'_>,
-        test: &mut dyn FnMut(&Session, Flow, bool) -> bool,
-    ) -> Halt {
-        self.line.set_traps(&BTreeSet::new());
-        let mut eyes = Eyes::new(&self.points, &*self.line.target);
-        self.line.insists = limit < END_OF_TIME;
-        let (mut since, mut slept) = (Instant::now(), 0u64);
-        loop {
-            if self.line.cycle() >= limit {
-                return Halt { why: Why::Limit };
-            }
-            let flow = self.flow(self.line.target.pc()).0;
-            let entered = eyes.entered;
-            eyes.events = Some(std::mem::take(&mut self.events));
-            let look = eyes.look().max(Look::Events);
-            let stop = self.line.step(&self.history.deeds, limit, look, &mut eyes);
-            self.events = eyes.events.take().unwrap_or_default();
-            let sights = std::mem::take(&mut eyes.seen);
-            let changes = eyes.changed(&*self.line.target);
-            let irq = eyes.entered > entered;
-            self.forget_events();
-            if since.elapsed() > STRETCH.start {
-                self.keep(since.elapsed(), 0);
-                since = Instant::now();
-            }
-            let pc = self.line.target.pc();
-            let trap = if breaks { Stop::Trap { pc } } else { Stop::Limit };
-            let hits = self.hits(&sights, &changes, if stop == Stop::Limit { trap } else { stop });
-            let done = stop == Stop::Limit && self.line.settled && test(self, flow, irq);
-            if !hits.is_empty() {
-                return Halt { why: Why::Points(hits) };
-            }
-            match stop {
-                _ if done => return Halt { why: Why::Done },
-                Stop::Limit | Stop::Trap { .. } | Stop::Probe => {}
-                stop => return Halt { why: ended(stop) },
-            }
-            // Asked more and more seldom, as it may be long until it wakes.
-            slept = if self.line.settled { 0 } else { slept + 1 };
-            if slept.is_power_of_two() && limit == END_OF_TIME && self.waits() {
-                return Halt { why: Why::Waits };
-            }
-            if !go_on() {
-                return Halt { why: Why::Interrupted };
-            }
-        }
-    }
-
-    /// Only something from outside can change what the program does ([`Target::waits_for_ever`]), none is to come, and no point looks at the time.
-    fn waits(&self) -> bool {
-        let timed = |what: &What| matches!(what, What::Change(expr) if expr.is_of_time());
-        self.line.due(&self.history.deeds) == u64::MAX
-            && !self.points.enabled().any(|point| timed(&point.what))
-            && self.line.target.waits_for_ever()
-    }
-
     /// What the instruction at a program word does to the stack of calls, and its length in program words.
     pub fn flow(&mut self, pc: u32) -> (Flow, u32) {
         let (chip, target) = (self.scope.chip(), &*self.line.target);
@@ -432,7 +370,7 @@ impl Session {
 
     /// Keeps a copy of the machine as it is now, and makes the next stretch longer or shorter; one that was cut short tells nothing of
     /// how long a whole one takes.
-    fn keep(&mut self, took: Duration, cycles: u64) {
+    pub(super) fn keep(&mut self, took: Duration, cycles: u64) {
         if took >= STRETCH.end {
             self.stretch = (self.stretch / 2).max(*CYCLES.start());
         } else if took < STRETCH.start && cycles >= self.stretch {
@@ -445,7 +383,12 @@ impl Session {
     }
 
     /// The points that stop the machine here: what they saw, their conditions and counts considered.
-    fn hits(&mut self, sights: &[Sight], changes: &[(u32, Option<i64>, Option<i64>)], stop: Stop) -> Vec<Hit> {
+    pub(super) fn hits(
+        &mut self,
+        sights: &[Sight],
+        changes: &[(u32, Option<i64>, Option<i64>)],
+        stop: Stop,
+    ) -> Vec<Hit> {
         let target = &*self.line.target;
         let mut hits = candidates(&self.points, target, sights, changes, stop);
         hits.retain(|hit| {
@@ -465,14 +408,11 @@ impl Session {
 
     /// Forgets events behind the present.
     pub(super) fn forget_events(&mut self) {
-        let now = self.line.cycle();
-        while self.events.back().is_some_and(|event| event.at().cycle > now) {
-            self.events.pop_back();
-        }
+        self.events.forget(self.line.cycle());
     }
 }
 
-fn ended(stop: Stop) -> Why {
+pub(super) fn ended(stop: Stop) -> Why {
     match stop {
         Stop::Illegal { pc, word } => Why::Illegal { pc, word },
         Stop::Fault { pc, fault } => Why::Fault { pc, fault },

@@ -70,9 +70,11 @@ pub trait Target {
     }
     /// [`Cpu::step_until`].
     fn step_until(&mut self, until: u64, look: Look, seer: &mut dyn Seer) -> Stop;
+    /// [`Cpu::sleeps`].
+    fn sleeps(&self) -> bool;
     /// [`Cpu::insist`].
     fn insist(&mut self, on: bool);
-    /// [`Cpu::waits_for_ever`], breakpoints considered; never where devices stand at its pins.
+    /// [`Cpu::waits_for_ever`], breakpoints considered. Devices at its pins do nothing by themselves.
     fn waits_for_ever(&self) -> bool;
     /// A copy that goes its own way.
     fn fork(&self) -> Box<dyn Target>;
@@ -203,12 +205,16 @@ impl<C: Cpu + 'static> Target for Rig<C> {
         }
     }
 
+    fn sleeps(&self) -> bool {
+        self.cpu.sleeps()
+    }
+
     fn insist(&mut self, on: bool) {
         self.cpu.insist(on);
     }
 
     fn waits_for_ever(&self) -> bool {
-        self.is_bare() && self.cpu.clone().waits_for_ever()
+        self.cpu.clone().waits_for_ever()
     }
 
     fn fork(&self) -> Box<dyn Target> {
