@@ -218,8 +218,8 @@ fn went<E: Engine, P: Probe>(cpu: &E, before: u32, probe: &mut P) {
     }
 }
 
-/// The op at the program counter has no body of its own. `deadline` is the cycle up to which it may run; `idle`: nothing is due, and no interrupt is
-/// there.
+/// The op at the program counter has no body of its own. `deadline` is the cycle up to which it may run; `idle`: nothing is due, and
+/// no interrupt is there.
 fn escape<E: Engine, P: Probe>(cpu: &mut E, deadline: u64, idle: bool, probe: &mut P) -> Option<Stop> {
     let pc = cpu.pc();
     let trap = cpu.has_trap(pc);
