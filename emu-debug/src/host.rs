@@ -32,11 +32,6 @@ pub struct Watched {
 pub trait Host<C> {
     /// How it goes on; `sent` is all that the chip has sent so far.
     fn going(&mut self, cpu: &mut C, sent: &[u8], watched: &mut Watched) -> Going;
-    /// Nothing can wake the chip any more. True where something was queued that is to come.
-    fn halted(&mut self, cpu: &mut C) -> bool {
-        let _ = cpu;
-        false
-    }
     /// It is not over with the text that a run waits for: the run goes on behind that.
     fn waits(&self) -> bool {
         false

@@ -313,7 +313,6 @@ fn run_with<C: Cpu, L: Looks>(
         match stop {
             Stop::Limit if cpu.cycle() >= plan.limit => break Reason::Limit,
             Stop::Limit | Stop::Probe => {}
-            Stop::Halted if host.halted(cpu) => {}
             Stop::Halted => break Reason::Halted,
             Stop::Illegal { pc, word } => break Reason::Illegal { pc, word },
             Stop::Fault { pc, fault } => break Reason::Fault { pc, fault },
