@@ -4,6 +4,9 @@ use std::fmt::Debug;
 
 use crate::target::Mark;
 
+/// The highest level of a form.
+pub const HIGHEST: u8 = 7;
+
 /// What differs from family to family.
 pub trait Arch {
     /// An instruction of the chip's table.
@@ -21,7 +24,8 @@ pub trait Arch {
     fn encode(&self, kind: Self::Kind, operands: &[i32], at: u32) -> Result<Vec<u16>, String>;
 
     /// Form `level` of `jump` from word `at` to word `to`; nothing where that form does not reach. Levels are tried from 0
-    /// upwards, so the shortest come first; there is one, at most 7, that reaches everything. A level's form has always the same length.
+    /// upwards, so the shortest come first; [`HIGHEST`] reaches everything. A form that reaches has a length that depends on
+    /// `jump` and `level` alone, so code only ever grows while levels rise.
     fn form(&self, jump: Self::Jump, level: u8, at: u32, to: u32) -> Option<Vec<Step<Self::Kind>>>;
 
     /// What an instruction does to the course of the program, and its cycles.
@@ -74,8 +78,8 @@ enum Item<K, J> {
     Refer(K, Vec<i32>, usize, Label, u8, i32),
     /// An instruction one of whose operands is computed from a label's address.
     ReferBy(K, Vec<i32>, usize, Label, fn(u32) -> i32),
-    /// A jump, taken back at most so many times in a row (1 for all that go forward).
-    Jump(J, Label, u32),
+    /// A jump, taken back at most so many times in a row (1 for all that go forward), and the first level that is tried.
+    Jump(J, Label, u32, u8),
     Data(Vec<u16>),
     Label(Label),
     Mark(Mark),
@@ -161,12 +165,18 @@ impl<A: Arch> Asm<A> {
 
     /// A jump forward, or a call.
     pub fn jump(&mut self, jump: A::Jump, to: Label) {
-        self.items.push(Item::Jump(jump, to, 1));
+        self.jump_from(jump, to, 1, 0);
     }
 
     /// A jump back that is taken at most `times` times in a row.
     pub fn repeat(&mut self, jump: A::Jump, to: Label, times: u32) {
-        self.items.push(Item::Jump(jump, to, times));
+        self.jump_from(jump, to, times, 0);
+    }
+
+    /// A jump whose form has at least a level, for back ends that know their addresses. It is taken back at most `times`
+    /// times in a row, 1 where it goes forward.
+    pub fn jump_from(&mut self, jump: A::Jump, to: Label, times: u32, level: u8) {
+        self.items.push(Item::Jump(jump, to, times, level));
     }
 
     /// Words that are no instructions.
@@ -207,7 +217,7 @@ impl<A: Arch> Asm<A> {
                     }
                     self.push(&mut code, *kind, &operands, (None, 1, 0))?;
                 }
-                Item::Jump(jump, to, times) => {
+                Item::Jump(jump, to, times, _) => {
                     let (at, to) = (code.words.len() as u32, code.at_label(*to));
                     let steps = self.arch.form(*jump, level, at, to).ok_or("a jump does not reach its target")?;
                     for step in steps {
@@ -237,9 +247,11 @@ impl<A: Arch> Asm<A> {
         Ok(())
     }
 
-    /// Forms of the items and word addresses of the labels. Everything starts short and only ever grows, so this ends.
+    /// Forms of the items and word addresses of the labels. Levels start as low as they may and only rise, at most to
+    /// [`HIGHEST`], so this ends.
     fn relax(&self) -> (Vec<u8>, Vec<u32>) {
-        let mut levels = vec![0; self.items.len()];
+        let first = |item: &Item<_, _>| if let Item::Jump(.., level) = item { *level } else { 0 };
+        let mut levels: Vec<u8> = self.items.iter().map(first).collect();
         let mut sizes: Vec<u32> = self.items.iter().map(|item| self.shortest(item)).collect();
         loop {
             let mut places = vec![0; self.labels];
@@ -252,35 +264,42 @@ impl<A: Arch> Asm<A> {
                 }
                 pc += size;
             }
-            let (mut pc, mut grown) = (0, false);
+            let (mut pc, mut risen) = (0, false);
             for ((item, size), level) in self.items.iter().zip(sizes.iter_mut()).zip(levels.iter_mut()) {
                 let at = pc;
                 pc += *size;
-                let Item::Jump(jump, to, _) = item else { continue };
+                let Item::Jump(jump, to, ..) = item else { continue };
                 let to = places.get(to.0).copied().unwrap_or(0);
-                while *level < 7 {
-                    if let Some(steps) = self.arch.form(*jump, *level, at, to) {
-                        let needed = steps.iter().map(|step| self.arch.len(step.kind)).sum();
-                        grown |= needed != *size;
-                        *size = needed;
-                        break;
-                    }
-                    *level += 1;
+                let Some((reaches, steps)) = self.reaching(*jump, *level, at, to) else { continue };
+                if reaches > *level {
+                    *level = reaches;
+                    *size = self.length(&steps);
+                    risen = true;
                 }
             }
-            if !grown {
+            if !risen {
                 return (levels, places);
             }
         }
     }
 
+    /// The lowest level from `level` on whose form reaches, with the form.
+    fn reaching(&self, jump: A::Jump, level: u8, at: u32, to: u32) -> Option<(u8, Vec<Step<A::Kind>>)> {
+        (level..=HIGHEST).find_map(|level| self.arch.form(jump, level, at, to).map(|steps| (level, steps)))
+    }
+
+    /// Words of a form.
+    fn length(&self, steps: &[Step<A::Kind>]) -> u32 {
+        steps.iter().map(|step| self.arch.len(step.kind)).sum()
+    }
+
+    /// Words of an item as layout begins.
     fn shortest(&self, item: &Item<A::Kind, A::Jump>) -> u32 {
         match item {
             Item::Op(kind, ..) | Item::Refer(kind, ..) | Item::ReferBy(kind, ..) => self.arch.len(*kind),
             Item::Data(words) => words.len() as u32,
-            Item::Jump(jump, ..) => {
-                let steps = (0..8).find_map(|level| self.arch.form(*jump, level, 0, 0)).unwrap_or_default();
-                steps.iter().map(|step| self.arch.len(step.kind)).sum()
+            Item::Jump(jump, _, _, level) => {
+                self.reaching(*jump, *level, 0, 0).map_or(0, |(_, steps)| self.length(&steps))
             }
             Item::Label(_) | Item::Mark(_) => 0,
         }

@@ -25,30 +25,38 @@ pub enum Jump {
     Goto,
     /// CALL; PCLATH is set back behind it.
     Call,
-    /// GOTO where PCLATH has been set by hand.
-    Bare,
+}
+
+/// The bits of PCLATH that name the page `to`, those in which `from` is another or those in which it is the same.
+fn page_bits(from: u32, to: u32, differ: bool) -> impl Iterator<Item = (i32, bool)> {
+    let (from, to) = (from / PAGE, to / PAGE);
+    (0..2).filter(move |n| ((from ^ to) >> n & 1 == 1) == differ).map(move |n| (PAGE_BITS[n], to >> n & 1 == 1))
 }
 
 /// The bits of PCLATH in which two pages differ, with their value in `to`.
 fn differing(from: u32, to: u32) -> impl Iterator<Item = (i32, bool)> {
-    let (from, to) = (from / PAGE, to / PAGE);
-    (0..2).filter(move |n| (from ^ to) >> n & 1 == 1).map(move |n| (PAGE_BITS[n], to >> n & 1 == 1))
+    page_bits(from, to, true)
+}
+
+/// Exactly `level` bits of PCLATH with their value in `to`: those that differ, then others, which stay what they are.
+fn written(from: u32, to: u32, level: u8) -> impl Iterator<Item = (i32, bool)> {
+    differing(from, to).chain(page_bits(from, to, false)).take(level.into())
 }
 
 fn change_of((bit, value): (i32, bool)) -> (Kind, Vec<i32>) {
     (if value { Kind::Bsf } else { Kind::Bcf }, vec![PCLATH, bit])
 }
 
-/// The instructions that set PCLATH for another page.
-pub fn changes(from: u32, to: u32) -> impl Iterator<Item = (Kind, Vec<i32>)> {
-    differing(from, to).map(change_of)
+/// The level of the shortest form from a page to a page: the number of bits of PCLATH that change.
+#[must_use]
+pub fn level(from: u32, to: u32) -> u8 {
+    differing(from, to).count() as u8
 }
 
-/// Words of a jump from a page to a page.
+/// Words of a form: the changes of PCLATH and the jump; behind a call they are taken back.
 #[must_use]
-pub fn words(jump: Jump, from: u32, to: u32) -> u32 {
-    let bits = differing(from, to).count() as u32;
-    1 + bits * if jump == Jump::Call { 2 } else { 1 }
+pub fn words(jump: Jump, level: u8) -> u32 {
+    1 + u32::from(level) * if jump == Jump::Call { 2 } else { 1 }
 }
 
 impl Arch for Pic {
@@ -64,10 +72,7 @@ impl Arch for Pic {
     }
 
     fn form(&self, jump: Jump, level: u8, at: u32, to: u32) -> Option<Vec<Step<Kind>>> {
-        if jump == Jump::Bare {
-            return Some(vec![Step { kind: Kind::Goto, operands: vec![(to % PAGE) as i32], target: Some(to) }]);
-        }
-        if differing(at, to).count() > usize::from(level) {
+        if self::level(at, to) > level {
             return None;
         }
         let set = |change| {
@@ -75,10 +80,10 @@ impl Arch for Pic {
             Step { kind, operands, target: None }
         };
         let kind = if jump == Jump::Goto { Kind::Goto } else { Kind::Call };
-        let mut steps: Vec<_> = differing(at, to).map(set).collect();
+        let mut steps: Vec<_> = written(at, to, level).map(set).collect();
         steps.push(Step { kind, operands: vec![(to % PAGE) as i32], target: Some(to) });
         if jump == Jump::Call {
-            steps.extend(differing(to, at).map(set));
+            steps.extend(written(to, at, level).map(set));
         }
         Some(steps)
     }

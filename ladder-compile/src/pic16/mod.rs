@@ -76,7 +76,7 @@ pub fn build(job: &Job<'_>) -> Result<Built, Refusal> {
         return Err(Refusal::Code { needed: code.words.len() as u64 * 2, available, rungs });
     }
     // The jump back to the loop that waits, which may change the page.
-    let back = u64::from(arch::words(Jump::Goto, at(Mark::ScanEnd), at(Mark::Poll))) + 1;
+    let back = u64::from(arch::words(Jump::Goto, arch::level(at(Mark::ScanEnd), at(Mark::Poll)))) + 1;
     let worst = worst::longest(&code, at(Mark::ScanStart), at(Mark::ScanEnd)) + back;
     if pace.extension() > 0 && worst + pace.poll() > extend::LONGEST_SCAN {
         return Err(Refusal::Lacks {
@@ -225,12 +225,15 @@ fn image(
         out.items.extend(rest);
     }
     let mut asm = Asm::new(Pic);
-    out::assemble(&out.items, out.labels(), &mut asm).map_err(|cause| Refusal::Lacks {
+    let length = out::assemble(&out.items, out.labels(), &mut asm).map_err(|cause| Refusal::Lacks {
         cause,
         hint: "divide the element".to_owned(),
         element: None,
     })?;
     let code = asm.finish().map_err(Refusal::Internal)?;
+    if code.words.len() as u32 != length {
+        return Err(Refusal::Internal(format!("the code has {} words and was laid out as {length}", code.words.len())));
+    }
     Ok((large || code.words.len() as u32 <= PAGE).then_some(code))
 }
 

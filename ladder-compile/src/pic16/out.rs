@@ -47,9 +47,31 @@ pub enum Item {
     Cut,
 }
 
+/// Words that a change of page takes at most: both bits of PCLATH and GOTO.
+const LEAVE: u32 = 3;
+
 impl Item {
+    /// Words within a page.
     fn words(&self) -> u32 {
-        u32::from(!matches!(self, Item::Place(_) | Item::Mark(_) | Item::Cut))
+        self.words_at(0)
+    }
+
+    /// Words, with the form `level` of an item that goes elsewhere.
+    fn words_at(&self, level: u8) -> u32 {
+        match self {
+            Item::Place(_) | Item::Mark(_) | Item::Cut => 0,
+            Item::Op(..) | Item::Refer(..) => 1,
+            Item::Goto(_) | Item::Back(..) => arch::words(Jump::Goto, level),
+            Item::Call(_) => arch::words(Jump::Call, level),
+        }
+    }
+
+    /// Where it goes.
+    fn goes_to(&self) -> Option<Lab> {
+        match self {
+            Item::Goto(label) | Item::Back(label, _) | Item::Call(label) => Some(*label),
+            _ => None,
+        }
     }
 }
 
@@ -278,63 +300,110 @@ impl<'a> Out<'a> {
     }
 }
 
-/// Hands the code to the assembler. Code of more than a page changes pages at cuts.
+/// Where the items come to lie. Code of more than a page changes pages at cuts, so no piece between two cuts crosses a
+/// border.
+struct Pages {
+    /// The form of every item that goes elsewhere; 0 for the others.
+    levels: Vec<u8>,
+    /// Items before which the page changes, with the words before and behind the change.
+    changes: Vec<(usize, u32, u32)>,
+    /// Length of the code in words.
+    length: u32,
+}
+
+impl Pages {
+    /// Lays out the items. Of a label that stands before, the form follows from its page; of one that follows, a form is
+    /// assumed, which only rises from pass to pass, at most twice.
+    ///
+    /// # Errors
+    /// A piece between two cuts is longer than a page.
+    fn of(items: &[Item]) -> Result<Pages, String> {
+        let mut assumed = vec![0; items.len()];
+        loop {
+            let (pages, needed) = Pages::pass(items, &assumed)?;
+            if needed.iter().zip(&assumed).all(|(needed, assumed)| needed <= assumed) {
+                return Ok(pages);
+            }
+            assumed.iter_mut().zip(needed).for_each(|(assumed, needed)| *assumed = needed.max(*assumed));
+        }
+    }
+
+    /// One pass, and the level that each item needs in it where its label follows.
+    fn pass(items: &[Item], assumed: &[u8]) -> Result<(Pages, Vec<u8>), String> {
+        let small = items.iter().map(Item::words).sum::<u32>() <= PAGE;
+        let mut places: BTreeMap<Lab, u32> = BTreeMap::new();
+        let mut pages = Pages { levels: Vec::new(), changes: Vec::new(), length: 0 };
+        let mut starts = Vec::new();
+        for piece in items.split_inclusive(|item| *item == Item::Cut) {
+            let first = starts.len();
+            let levels = |places: &BTreeMap<Lab, u32>, at: u32| -> Vec<u8> {
+                let level = |(item, assumed): (&Item, &u8)| match item.goes_to() {
+                    Some(label) => places.get(&label).map_or(*assumed, |&to| arch::level(at, to)),
+                    None => 0,
+                };
+                piece.iter().zip(assumed.iter().skip(first)).map(level).collect()
+            };
+            let words =
+                |levels: &[u8]| piece.iter().zip(levels).map(|(item, &level)| item.words_at(level)).sum::<u32>();
+            let mut here = levels(&places, pages.length);
+            let next = (pages.length / PAGE + 1) * PAGE;
+            if !small && pages.length + words(&here) + LEAVE > next {
+                here = levels(&places, next);
+                if words(&here) + LEAVE > PAGE {
+                    return Err("an element is longer than a page of program memory".to_owned());
+                }
+                pages.changes.push((first, pages.length, next));
+                pages.length = next;
+            }
+            for (item, &level) in piece.iter().zip(&here) {
+                starts.push(pages.length);
+                if let Item::Place(label) = item {
+                    places.insert(*label, pages.length);
+                }
+                pages.length += item.words_at(level);
+            }
+            pages.levels.append(&mut here);
+        }
+        let needed = items.iter().zip(&starts).map(|(item, &at)| {
+            item.goes_to().and_then(|label| places.get(&label)).map_or(0, |&to| arch::level(at, to))
+        });
+        let needed =
+            needed.zip(&pages.levels).map(|(needed, &level)| if needed > level { needed } else { 0 }).collect();
+        Ok((pages, needed))
+    }
+}
+
+/// Hands the code to the assembler, with the form of every jump; returns its length in words.
+///
+/// The assembler must not choose forms by itself: a form that grows moves code over the border of a page.
 ///
 /// # Errors
 /// A piece between two cuts is longer than a page.
-pub fn assemble(items: &[Item], labels: u32, asm: &mut Asm<Pic>) -> Result<Vec<Label>, String> {
+pub fn assemble(items: &[Item], labels: u32, asm: &mut Asm<Pic>) -> Result<u32, String> {
     let names: Vec<Label> = (0..labels).map(|_| asm.label()).collect();
     let name = |lab: &Lab| names.get(lab.0 as usize).copied().ok_or("a label has no place");
-    let small = items.iter().map(Item::words).sum::<u32>() <= PAGE;
-    let mut places: BTreeMap<Lab, u32> = BTreeMap::new();
-    let mut pc = 0;
-    for piece in items.split_inclusive(|item| *item == Item::Cut) {
-        if !small {
-            // Calls go to subroutines that stand before, so their lengths are known.
-            let words = |at: u32| {
-                let call = |lab| arch::words(Jump::Call, at, places.get(lab).copied().unwrap_or(at));
-                piece.iter().map(|item| if let Item::Call(lab) = item { call(lab) } else { item.words() }).sum::<u32>()
-            };
-            let next = (pc / PAGE + 1) * PAGE;
-            // Behind the piece there must be room for the change of page.
-            if pc + words(pc) + 3 > next {
-                if words(next) + 3 > PAGE {
-                    return Err("an element is longer than a page of program memory".to_owned());
-                }
-                let there = asm.label();
-                // By hand: the assembler would choose the form by where the label comes to stand without the filler.
-                arch::changes(pc, next).for_each(|(kind, operands)| asm.op(kind, &operands));
-                asm.jump(Jump::Bare, there);
-                let used = arch::words(Jump::Goto, pc, next);
-                asm.data(&vec![0x3FFF; (next - pc).saturating_sub(used) as usize]);
-                asm.place(there);
-                pc = next;
-            }
+    let pages = Pages::of(items)?;
+    let mut changes = pages.changes.iter().peekable();
+    for (n, (item, &level)) in items.iter().zip(&pages.levels).enumerate() {
+        if let Some(&(_, from, to)) = changes.next_if(|(first, ..)| *first == n) {
+            let (there, level) = (asm.label(), arch::level(from, to));
+            asm.jump_from(Jump::Goto, there, 1, level);
+            asm.data(&vec![0x3FFF; (to - from).saturating_sub(arch::words(Jump::Goto, level)) as usize]);
+            asm.place(there);
         }
-        for item in piece {
-            match item {
-                Item::Op(kind, operands, 0) => asm.op(*kind, operands),
-                Item::Op(kind, operands, extra) => asm.costly(*kind, operands, *extra),
-                Item::Refer(kind, lab, byte) => asm.refer(*kind, &[0], 0, name(lab)?, *byte, 0),
-                Item::Goto(lab) => asm.jump(Jump::Goto, name(lab)?),
-                Item::Back(lab, times) => asm.repeat(Jump::Goto, name(lab)?, *times),
-                Item::Call(lab) => asm.jump(Jump::Call, name(lab)?),
-                Item::Place(lab) => {
-                    places.insert(*lab, pc);
-                    asm.place(name(lab)?);
-                }
-                Item::Mark(mark) => asm.mark(*mark),
-                Item::Cut => {}
-            }
-            let to = |lab| places.get(lab).copied().unwrap_or(pc);
-            pc += match item {
-                Item::Call(lab) => arch::words(Jump::Call, pc, to(lab)),
-                Item::Back(lab, _) => arch::words(Jump::Goto, pc, to(lab)),
-                item => item.words(),
-            };
+        match item {
+            Item::Op(kind, operands, 0) => asm.op(*kind, operands),
+            Item::Op(kind, operands, extra) => asm.costly(*kind, operands, *extra),
+            Item::Refer(kind, lab, byte) => asm.refer(*kind, &[0], 0, name(lab)?, *byte, 0),
+            Item::Goto(lab) => asm.jump_from(Jump::Goto, name(lab)?, 1, level),
+            Item::Back(lab, times) => asm.jump_from(Jump::Goto, name(lab)?, *times, level),
+            Item::Call(lab) => asm.jump_from(Jump::Call, name(lab)?, 1, level),
+            Item::Place(lab) => asm.place(name(lab)?),
+            Item::Mark(mark) => asm.mark(*mark),
+            Item::Cut => {}
         }
     }
-    Ok(names)
+    Ok(pages.length)
 }
 
 impl Out<'_> {

@@ -9,6 +9,7 @@ mod avr_devices;
 mod huge;
 mod image;
 mod ir;
+mod layout;
 mod mcs51;
 mod mcs51_random;
 mod meaning;
