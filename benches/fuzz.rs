@@ -4,12 +4,16 @@
 #![allow(missing_docs)]
 
 use std::hint::black_box;
+use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use emu_check::fuzz::{FAMILIES, Plan, program, trial};
 
 /// Programs of one measurement.
 const PROGRAMS: u64 = 40;
+
+/// Longest time for a program, far beyond what one takes.
+const LIMIT: Duration = Duration::from_secs(60);
 
 fn fuzz(c: &mut Criterion) {
     let mut group = c.benchmark_group("fuzz");
@@ -22,7 +26,7 @@ fn fuzz(c: &mut Criterion) {
         let plan = Plan { seed: 1, programs: u64::MAX, scans: 100, mcus: vec![mcu.to_owned()] };
         group.throughput(Throughput::Elements(PROGRAMS));
         group.bench_function(mcu, |b| {
-            b.iter(|| numbers.iter().for_each(|&number| _ = black_box(trial(&plan, number))));
+            b.iter(|| numbers.iter().for_each(|&number| _ = black_box(trial(&plan, number, LIMIT))));
         });
     }
     group.finish();

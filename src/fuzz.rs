@@ -39,6 +39,9 @@ const SAVING: Duration = Duration::from_millis(500);
 /// Most programs of a job before results are collected.
 const BATCH: usize = 16;
 
+/// Programs beyond their time after which a campaign ends: each may keep a processor busy for as long as it goes on.
+const TIMED_OUT_MAX: usize = 8;
+
 /// The largest figure of a record that is believed; sums of very many of them still fit.
 const FIGURE_MAX: u64 = 1 << 48;
 
@@ -64,6 +67,9 @@ pub struct FuzzArgs {
     /// Only every N-th program, beginning with the I-th.
     #[arg(long, value_name = "I/N", value_parser = shard, default_value = "1/1")]
     shard: Shard,
+    /// Longest time for a program on a chip, in seconds; one that takes longer is saved and counted as a finding.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "60")]
+    timeout: Duration,
     /// Folder for the programs that show a difference, each with the command that replays it. It is made at the start.
     #[arg(long, value_name = "DIR")]
     save: Option<String>,
@@ -107,6 +113,11 @@ fn shard(text: &str) -> Result<Shard, String> {
     }
 }
 
+fn seconds(text: &str) -> Result<Duration, String> {
+    let limit = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    limit.filter(|limit| !limit.is_zero()).ok_or_else(|| "write seconds above 0, such as 60 or 0.5".to_owned())
+}
+
 /// Runs a campaign or a shard of one, or adds records.
 pub fn fuzz(args: &FuzzArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let printed = if args.json { "--json" } else { "the figures" };
@@ -146,12 +157,14 @@ pub fn fuzz(args: &FuzzArgs, terminal: &Terminal) -> Result<u8, Failure> {
         output::tell(&format!("note: shard {index}/{of} has none of {} programs\n", record.plan.programs));
     }
     let (start, mut saved) = (Instant::now(), Instant::now());
-    let (mut bar, mut next, mut batch) = (None, done, threads);
-    while next < mine {
+    let (mut bar, mut next, mut batch, mut timed_out) = (None, done, threads, 0);
+    while next < mine && timed_out < TIMED_OUT_MAX {
         let numbers: Vec<u64> = (next..mine).take(batch).map(|k| args.shard.number(k)).collect();
         next += numbers.len() as u64;
         let (plan, begun) = (&record.plan, Instant::now());
-        let trials: Vec<Trial> = pool.install(|| numbers.par_iter().map(|&number| fuzz::trial(plan, number)).collect());
+        let trial = |&number| fuzz::trial(plan, number, args.timeout);
+        let trials: Vec<Trial> = pool.install(|| numbers.par_iter().map(trial).collect());
+        timed_out += trials.iter().map(Trial::timed_out).sum::<usize>();
         // Jobs wait for each other at the end of a batch, so it is made longer, but not for long.
         batch = if begun.elapsed() > SAVING / 2 { threads } else { (batch * 2).min(threads * BATCH) };
         trials.iter().for_each(|trial| record.add(trial));
@@ -169,6 +182,13 @@ pub fn fuzz(args: &FuzzArgs, terminal: &Terminal) -> Result<u8, Failure> {
         bar.finish_and_clear();
     }
     keep(args, &record, &[])?;
+    if timed_out >= TIMED_OUT_MAX && next < mine {
+        output::tell(&format!(
+            "note: the campaign ends early: {timed_out} programs took longer than {} s and may still run beside it; \
+             --resume goes on behind them\n",
+            args.timeout.as_secs_f64()
+        ));
+    }
     finish(args, &record)
 }
 

@@ -1,7 +1,7 @@
 //! A campaign: which programs, on which chips, how far it is, and what was found. It can be spread over shards, whose records
 //! are added again.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Duration;
 
 use diag::Diagnostic;
 use ladder::Program;
@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::draw::{own_seed, program};
 use super::smaller::{noted, smallest};
 use super::tally::Tally;
+use super::watchdog::{Cancellation, Lost, within};
 use crate::{Options, Report, check};
 
 /// Version of the record.
@@ -110,9 +111,16 @@ pub struct Record {
 pub struct Trial {
     tallies: Vec<Tally>,
     findings: Vec<Finding>,
+    timed_out: usize,
 }
 
 impl Trial {
+    /// On how many chips its compile and check took longer than the limit.
+    #[must_use]
+    pub fn timed_out(&self) -> usize {
+        self.timed_out
+    }
+
     /// What was found with this program.
     #[must_use]
     pub fn findings(&self) -> &[Finding] {
@@ -120,11 +128,13 @@ impl Trial {
     }
 }
 
-/// Draws program `number`, compiles it for each chip and checks it.
+/// Draws program `number`, compiles it for each chip and checks it, each within `limit` of wall-clock time: what takes
+/// longer is a finding and is left alone. Its thread ends with the next scans of its check, or, where the compiler does not
+/// end, with the process.
 #[must_use]
-pub fn trial(plan: &Plan, number: u64) -> Trial {
+pub fn trial(plan: &Plan, number: u64, limit: Duration) -> Trial {
     let (drawn, profile) = program(plan.seed, number);
-    let mut trial = Trial { tallies: Vec::new(), findings: Vec::new() };
+    let mut trial = Trial { tallies: Vec::new(), findings: Vec::new(), timed_out: 0 };
     for mcu in &plan.mcus {
         let mut tally = Tally::new(mcu);
         if !ladder_compile::target(mcu).is_some_and(|target| profile.fits(target)) {
@@ -140,14 +150,15 @@ pub fn trial(plan: &Plan, number: u64) -> Trial {
             explain: false,
             ..Options::default()
         };
-        let result = attempt(&drawn, &options);
+        let result = attempt(&drawn, &options, limit);
         match &result {
             Outcome::Checked(program, report) => tally.check(program, report),
             Outcome::Refused(code, message) => tally.refuse(code, message.clone()),
-            Outcome::Panicked => {}
+            Outcome::Lost(Lost::Panicked) => {}
+            Outcome::Lost(Lost::TimedOut) => trial.timed_out += 1,
         }
         if let Some(kind) = result.fault() {
-            trial.findings.push(finding(plan, number, &drawn, &options, kind));
+            trial.findings.push(finding(plan, number, &drawn, &options, kind, limit));
         }
         trial.tallies.push(tally);
     }
@@ -160,8 +171,8 @@ pub(super) enum Outcome {
     Checked(Box<Program>, Box<Report>),
     /// It was refused: code and message of the first reason.
     Refused(String, String),
-    /// Compiler or checker broke down.
-    Panicked,
+    /// Compiler or checker broke down or did not end.
+    Lost(Lost),
 }
 
 /// Sorts of findings.
@@ -169,7 +180,7 @@ pub(super) enum Outcome {
 pub(super) enum Fault {
     Differs,
     Contradicts,
-    Panics,
+    Lost(Lost),
 }
 
 impl Outcome {
@@ -177,53 +188,64 @@ impl Outcome {
         match self {
             Outcome::Checked(_, report) => (!report.agreed).then_some(Fault::Differs),
             Outcome::Refused(code, _) => (code == INTERNAL).then_some(Fault::Contradicts),
-            Outcome::Panicked => Some(Fault::Panics),
+            Outcome::Lost(lost) => Some(Fault::Lost(*lost)),
         }
     }
 }
 
 /// Checks the program as its text is read again, so that what is saved is what was checked.
-pub(super) fn attempt(drawn: &Program, options: &Options) -> Outcome {
-    let told = |errors: Vec<Diagnostic>| {
+pub(super) fn attempt(drawn: &Program, options: &Options, limit: Duration) -> Outcome {
+    let (file, text, options) = (drawn.file.clone(), ladder::write(drawn), options.clone());
+    let work = move |cancellation: &Cancellation| checked(&file, &text, &options, cancellation);
+    within(limit, work).unwrap_or_else(Outcome::Lost)
+}
+
+fn checked(file: &str, text: &str, options: &Options, cancellation: &Cancellation) -> Outcome {
+    let refused = |errors: Vec<Diagnostic>| {
         let first = errors.first();
         Outcome::Refused(
             first.map_or_else(String::new, |d| d.code.to_owned()),
             first.map_or_else(String::new, |d| d.cause.clone()),
         )
     };
-    let program = match ladder::parse(&drawn.file, &ladder::write(drawn)) {
+    let program = match ladder::parse(file, text) {
         Ok(parsed) => parsed.program,
-        Err(errors) => return told(errors),
+        Err(errors) => return refused(errors),
     };
-    let checked = catch_unwind(AssertUnwindSafe(|| check(&program, options, &mut |_, _| {})));
-    match checked {
-        Ok(Ok(report)) => Outcome::Checked(Box::new(program), Box::new(report)),
-        Ok(Err(errors)) => told(errors),
-        Err(_) => Outcome::Panicked,
+    match check(&program, options, &mut |_, _| cancellation.check()) {
+        Ok(report) => Outcome::Checked(Box::new(program), Box::new(report)),
+        Err(errors) => refused(errors),
     }
 }
 
-/// Shrinks what was found and writes it down.
-fn finding(plan: &Plan, number: u64, drawn: &Program, options: &Options, kind: Fault) -> Finding {
+/// Shrinks what was found and writes it down. What took too long stays as it is: every smaller program could leave another
+/// thread behind.
+fn finding(plan: &Plan, number: u64, drawn: &Program, options: &Options, kind: Fault, limit: Duration) -> Finding {
     let file = format!("fuzz-{}-{number}-{}.ld", plan.seed, options.mcu);
     let mut shows = |program: &Program| {
-        let outcome = attempt(program, options);
+        let outcome = attempt(program, options, limit);
         let scan = match &outcome {
             Outcome::Checked(_, report) => report.difference.as_ref().map(|difference| difference.scan),
             _ => None,
         };
         (outcome.fault() == Some(kind)).then_some(scan.unwrap_or(options.scans))
     };
-    let (program, scans) = smallest(drawn, options.scans, &mut shows);
+    let timed_out = kind == Fault::Lost(Lost::TimedOut);
+    let (program, scans) =
+        if timed_out { (drawn.clone(), options.scans) } else { smallest(drawn, options.scans, &mut shows) };
     let command =
         |scans: u64| format!("emu check {file} --mcu {} --seed {} --scans {scans}", options.mcu, options.seed);
     let found = format!("found by emu fuzz --seed {} as program {number}", plan.seed);
     let program = noted(&program, &[&found, &command(scans)]);
     let last = Options { scans, explain: true, ..options.clone() };
-    let what = match attempt(&program, &last) {
+    let outcome = if timed_out { Outcome::Lost(Lost::TimedOut) } else { attempt(&program, &last, limit) };
+    let what = match outcome {
         Outcome::Checked(_, report) => report.text(),
         Outcome::Refused(code, message) => format!("{code}: {message}"),
-        Outcome::Panicked => "the compiler or the checker broke down".to_owned(),
+        Outcome::Lost(Lost::Panicked) => "the compiler or the checker broke down".to_owned(),
+        Outcome::Lost(Lost::TimedOut) => {
+            format!("compile and check took longer than {} s", limit.as_secs_f64())
+        }
     };
     let mcu = options.mcu.clone();
     Finding { number, mcu, what, program: ladder::write(&program), replay: command(scans), file }

@@ -14,6 +14,7 @@ mod element;
 mod smaller;
 mod style;
 mod tally;
+mod watchdog;
 
 pub use campaign::{FAMILIES, FUZZ_SCHEMA, Finding, Plan, Record, Shard, Trial, trial};
 pub use draw::{own_seed, program};

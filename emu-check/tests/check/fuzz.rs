@@ -2,9 +2,13 @@
 //! shards. EMU_FUZZ_PROGRAMS and EMU_FUZZ_SEED make another one, without the floors.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use emu_check::fuzz::{FAMILIES, Plan, Profile, Record, Shard, program, trial};
 use ladder_compile::target;
+
+/// Longest time for a program, far beyond what one takes on a busy machine.
+const LIMIT: Duration = Duration::from_secs(600);
 
 /// A number from the environment.
 fn number(name: &str) -> Option<u64> {
@@ -21,7 +25,7 @@ fn run(plan: &Plan, index: u64, of: u64) -> Record {
     let mut record = Record::new(plan.clone(), shard);
     for k in 0..shard.programs(plan.programs) {
         assert!(!record.complete);
-        record.add(&trial(plan, shard.number(k)));
+        record.add(&trial(plan, shard.number(k), LIMIT));
     }
     record
 }

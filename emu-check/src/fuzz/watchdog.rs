@@ -1,0 +1,93 @@
+//! A time limit for work that may never end.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::Duration;
+
+/// Whether work is still wanted.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Cancellation(Arc<AtomicBool>);
+
+impl Cancellation {
+    /// Ends the work, by unwinding to [`within`], where nobody waits for it any more.
+    pub(super) fn check(&self) {
+        if self.0.load(Ordering::Relaxed) {
+            resume_unwind(Box::new(()));
+        }
+    }
+}
+
+/// How work ended that did not return.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Lost {
+    /// It panicked.
+    Panicked,
+    /// The time was over. Its thread ends when it next asks, or with the process.
+    TimedOut,
+}
+
+/// Does `work` on a thread of its own and waits at most `limit`, of wall-clock time, for its value.
+///
+/// # Errors
+/// Why there is none.
+pub(super) fn within<T: Send + 'static>(
+    limit: Duration,
+    work: impl FnOnce(&Cancellation) -> T + Send + 'static,
+) -> Result<T, Lost> {
+    let (send, receive) = channel();
+    let cancellation = Cancellation::default();
+    let watched = cancellation.clone();
+    let body = move || {
+        let result: Result<T, Box<dyn Any + Send>> = catch_unwind(AssertUnwindSafe(|| work(&watched)));
+        // Nobody listens once the time is over.
+        let _ = send.send(result.map_err(drop));
+    };
+    if thread::Builder::new().spawn(body).is_err() {
+        return Err(Lost::TimedOut);
+    }
+    match receive.recv_timeout(limit) {
+        Ok(result) => result.map_err(|()| Lost::Panicked),
+        Err(RecvTimeoutError::Disconnected) => Err(Lost::Panicked),
+        Err(RecvTimeoutError::Timeout) => {
+            cancellation.0.store(true, Ordering::Relaxed);
+            Err(Lost::TimedOut)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SOON: Duration = Duration::from_millis(1);
+    const LATE: Duration = Duration::from_secs(600);
+
+    #[test]
+    fn a_value_a_panic_or_the_end_of_the_time() {
+        assert_eq!(within(LATE, |_| 7), Ok(7));
+        assert_eq!(within(LATE, |_| resume_unwind(Box::new("broke"))), Err::<(), _>(Lost::Panicked));
+        // Nothing is ever sent: only the time ends this.
+        let (keep, never) = channel::<()>();
+        assert_eq!(within(SOON, move |_| never.recv()), Err(Lost::TimedOut));
+        drop(keep);
+    }
+
+    #[test]
+    fn work_that_asks_is_ended() {
+        let (alive, ended) = channel::<()>();
+        let work = move |cancellation: &Cancellation| {
+            let _alive = alive;
+            loop {
+                cancellation.check();
+                thread::yield_now();
+            }
+        };
+        assert_eq!(within::<()>(SOON, work), Err(Lost::TimedOut));
+        // The thread is over when it has dropped its end.
+        assert!(ended.recv().is_err());
+    }
+}
