@@ -88,8 +88,8 @@ pub enum Verb {
     Explain(explain::ExplainArgs),
     /// Print completions for a shell.
     Completions(shell::CompletionsArgs),
-    /// Print the manual page (roff).
-    Man,
+    /// Print a manual page, or write all of them (roff).
+    Man(shell::ManArgs),
 }
 
 impl Verb {
@@ -107,7 +107,7 @@ impl Verb {
             Verb::Lockstep(args) => args.json,
             Verb::Diff(args) => args.json,
             Verb::Dap(_) | Verb::Debug(_) | Verb::Wave(_) | Verb::Draw(_) | Verb::Explain(_) => false,
-            Verb::Completions(_) | Verb::Man => false,
+            Verb::Completions(_) | Verb::Man(_) => false,
         }
     }
 
@@ -130,7 +130,7 @@ impl Verb {
             Verb::Chips(_) => "chips",
             Verb::Explain(_) => "explain",
             Verb::Completions(_) => "completions",
-            Verb::Man => "man",
+            Verb::Man(_) => "man",
         }
     }
 }
@@ -139,7 +139,7 @@ impl Verb {
 #[derive(Debug, Args)]
 pub struct Mcu {
     /// The chip, such as `atmega328p` (`emu chips` lists them).
-    #[arg(long = "mcu", value_name = "CHIP", value_parser = family::chip)]
+    #[arg(long = "mcu", value_name = "CHIP", value_parser = family::ChipParser, hide_possible_values = true)]
     pub chip: &'static Chip,
 }
 

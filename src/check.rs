@@ -19,7 +19,7 @@ use crate::args::dialect;
 use crate::codes;
 use crate::compile::Target;
 use crate::fail::{Failure, exit};
-use crate::family;
+use crate::family::{self, ChipChoice, ChipChoiceParser};
 use crate::input::{self, Read};
 use crate::output;
 use crate::report::{Terminal, Texts, report};
@@ -52,9 +52,9 @@ pub struct CheckArgs {
     #[arg(long, value_name = "DIALECT", value_parser = dialect)]
     dialect: Option<Dialect>,
     /// The chips, separated by commas, or `all` that there is a compiler for: a chip that lacks what a program needs is then
-    /// listed with the reason.
-    #[arg(long, value_name = "CHIP", value_parser = which, value_delimiter = ',', required_unless_present_any = ["via", "image"])]
-    mcu: Vec<Which>,
+    /// listed with the reason. Without it each program is checked on the chip that its MICRO= names.
+    #[arg(long, value_name = "CHIP", value_parser = ChipChoiceParser { compiled: false }, hide_possible_values = true, value_delimiter = ',')]
+    mcu: Vec<ChipChoice>,
     /// Check an emitted source instead of the image, compiled by compilers on the PATH: `native`, C by gcc on this computer;
     /// `c`, by avr-gcc or sdcc on the chip; `bytecode` on the chip; `arduino`, a sketch on the atmega328p. Without --mcu the
     /// chip is the atmega328p.
@@ -91,17 +91,6 @@ pub struct CheckArgs {
     pub json: bool,
 }
 
-/// Chips of the command line.
-#[derive(Debug, Clone, Copy)]
-enum Which {
-    All,
-    One(&'static Chip),
-}
-
-fn which(name: &str) -> Result<Which, String> {
-    if name.eq_ignore_ascii_case("all") { Ok(Which::All) } else { family::chip(name).map(Which::One) }
-}
-
 /// Checks programs on chips.
 pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
     if args.files.iter().filter(|file| *file == "-").count() > 1 {
@@ -118,12 +107,12 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
     }
     let programs = args.files.iter().map(|file| input::program(file, args.dialect, true, terminal));
     let programs = programs.collect::<Result<Vec<Read>, Failure>>()?;
-    let all = args.mcu.iter().any(|which| matches!(which, Which::All));
+    let all = args.mcu.iter().any(|which| matches!(which, ChipChoice::All));
     let mut chips: Vec<&'static str> = Vec::new();
     for which in &args.mcu {
         let named: Vec<&'static Chip> = match which {
-            Which::All => ladder_compile::CHIPS.to_vec(),
-            Which::One(chip) => vec![chip],
+            ChipChoice::All => ladder_compile::CHIPS.to_vec(),
+            ChipChoice::One(chip) => vec![chip],
         };
         for chip in named {
             if !chips.contains(&chip.name) {
@@ -137,6 +126,7 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
     if let Some(file) = &args.scenario {
         scenario::usable(args, programs.len())?;
         let Some(read) = programs.first() else { return Ok(exit::USAGE) };
+        let chips = chips_of(&chips, read)?;
         let options: Vec<Options> = chips.iter().map(|chip| slowed(options(args, chip), read, all)).collect();
         return scenario::check(args, file, read, &options, all, terminal);
     }
@@ -167,6 +157,7 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
     }
     let mut pairs: Vec<(&Read, Options)> = Vec::new();
     for read in &programs {
+        let chips = chips_of(&chips, read)?;
         pairs.extend(chips.iter().map(|chip| (read, slowed(options(args, chip), read, all))));
     }
     let bar = Bar::new(terminal, (pairs.len() as u64).saturating_mul(args.scans.unwrap_or(Options::default().scans)));
@@ -219,6 +210,11 @@ fn page(pairs: &[(&Read, Options)], outcomes: &[Outcome]) -> String {
     emu_check::html(&entries)
 }
 
+/// The chips that were named, else that of the program.
+fn chips_of(named: &[&'static str], read: &Read) -> Result<Vec<&'static str>, Failure> {
+    if named.is_empty() { Ok(vec![read.chip()?]) } else { Ok(named.to_vec()) }
+}
+
 /// An image that another compiler made.
 fn foreign(
     args: &CheckArgs,
@@ -230,14 +226,9 @@ fn foreign(
     let [read] = programs else {
         return Err(Failure::Usage("--image is of one program; give one".to_owned()));
     };
-    let micro = read.program.settings.micro.as_deref().and_then(ladder::chip_of);
-    let chip = match (chips, micro) {
-        ([chip], _) => *chip,
-        ([], Some(chip)) => chip,
-        ([], None) => {
-            return Err(Failure::Usage("the program names no known chip in MICRO=; give --mcu CHIP".to_owned()));
-        }
-        _ => return Err(Failure::Usage("--image is for one chip; give one with --mcu".to_owned())),
+    let chips = chips_of(chips, read)?;
+    let [chip] = chips.as_slice() else {
+        return Err(Failure::Usage("--image is for one chip; give one with --mcu".to_owned()));
     };
     let row = family::chip(chip).map_err(Failure::Usage)?;
     let image = input::image(file, row, terminal)?;

@@ -27,8 +27,9 @@ Examples:
 pub struct CompileArgs {
     #[command(flatten)]
     program: Ladder,
-    /// The chip, such as `atmega328p` (`emu chips` lists them). Not for C and byte code, not needed for sketches.
-    #[arg(long, value_name = "CHIP", value_parser = family::chip)]
+    /// The chip, such as `atmega328p` (`emu chips` lists them); without it the one that MICRO= names. Not for C and byte
+    /// code, not needed for sketches.
+    #[arg(long, value_name = "CHIP", value_parser = family::ChipParser, hide_possible_values = true)]
     mcu: Option<&'static Chip>,
     /// What to write.
     #[arg(long, value_name = "KIND", value_enum, default_value_t = Emit::Hex)]
@@ -147,10 +148,11 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
     if args.emit.is_source() {
         return source(args, &main, terminal);
     }
-    let Some(chip) = args.mcu else {
-        return Err(Failure::Usage("the chip is missing; give --mcu CHIP (`emu chips` lists them)".to_owned()));
-    };
     let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
+    let chip = match args.mcu {
+        Some(chip) => chip,
+        None => family::chip(read.chip()?).map_err(Failure::Usage)?,
+    };
     let options = Options {
         mcu: chip.name.to_owned(),
         pins: args.target.pins.clone(),

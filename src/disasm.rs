@@ -37,7 +37,7 @@ pub struct DisasmArgs {
     #[arg(value_name = "IMAGE")]
     image: String,
     /// The chip, which decides what the words mean and how far they reach.
-    #[arg(long = "mcu", value_name = "CHIP", value_parser = family::chip, default_value = "atmega328p")]
+    #[arg(long = "mcu", value_name = "CHIP", value_parser = family::ChipParser, hide_possible_values = true, default_value = "atmega328p")]
     chip: Chosen,
     /// Names for addresses: for the 8051 family a .map, .cdb or .rst file of SDCC, for the PIC16 family a .cod, .lst or .map
     /// file of gputils. Repeatable.

@@ -11,25 +11,12 @@ use emu_core::image::{Image, SymbolSpaces};
 use emu_core::pins::PinId;
 use emu_pic16::Pic16;
 
-use crate::nearest::nearest;
+pub use crate::chip_names::{ChipChoice, ChipChoiceParser, ChipParser, chip};
 
 /// All chips, family by family.
 pub fn chips() -> impl Iterator<Item = &'static Chip> {
     let avr = emu_avr::chips::CHIPS.iter().copied();
     avr.chain(emu_8051::chips::chips()).chain(emu_pic16::chips::chips()).chain(emu_ap101::chips::chips())
-}
-
-/// The chip `name` (case aside).
-pub fn chip(name: &str) -> Result<&'static Chip, String> {
-    chips().find(|c| c.name.eq_ignore_ascii_case(name)).ok_or_else(|| {
-        let names = || chips().map(|c| c.name);
-        // The makers' tools leave out the first syllable: 16f877a.
-        let whole = names().find(|full| full.strip_prefix("pic").is_some_and(|rest| rest.eq_ignore_ascii_case(name)));
-        match whole.or_else(|| nearest(&name.to_ascii_lowercase(), names())) {
-            Some(near) => format!("no chip of this name; did you mean `{near}`? (`emu chips` lists all)"),
-            None => format!("no chip of this name; chips are {}", names().collect::<Vec<_>>().join(", ")),
-        }
-    })
 }
 
 /// Name of a family, for documents.

@@ -1,18 +1,16 @@
 //! `emu fuzz`: random programs, compiled and checked on a chip of each family, in shards whose records are added again.
 
-use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use clap::Args;
 use emu_check::fuzz::{self, FAMILIES, Finding, Plan, Record, Shard, Trial};
-use emu_core::chip::Chip;
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
-use crate::codes::{self, RECORD, UNWRITABLE, about_file};
+use crate::codes::{RECORD, about_file};
 use crate::fail::{Failure, exit};
-use crate::family;
+use crate::family::{ChipChoice, ChipChoiceParser};
 use crate::input;
 use crate::output;
 use crate::report::{Terminal, Texts};
@@ -50,8 +48,8 @@ const FIGURE_MAX: u64 = 1 << 48;
 #[command(after_help = EXAMPLES)]
 pub struct FuzzArgs {
     /// The chips, separated by commas, or `all` for one of each family.
-    #[arg(long, value_name = "CHIP", value_parser = which, value_delimiter = ',', required_unless_present = "merge")]
-    mcu: Vec<Which>,
+    #[arg(long, value_name = "CHIP", value_parser = ChipChoiceParser { compiled: true }, hide_possible_values = true, value_delimiter = ',', required_unless_present = "merge")]
+    mcu: Vec<ChipChoice>,
     /// Number of programs, numbered from 0.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), required_unless_present = "merge")]
     programs: Option<u64>,
@@ -87,24 +85,6 @@ pub struct FuzzArgs {
     pub json: bool,
 }
 
-/// Chips of the command line.
-#[derive(Debug, Clone, Copy)]
-enum Which {
-    All,
-    One(&'static Chip),
-}
-
-fn which(name: &str) -> Result<Which, String> {
-    if name.eq_ignore_ascii_case("all") {
-        return Ok(Which::All);
-    }
-    let chip = family::chip(name)?;
-    match ladder_compile::chip(chip.name) {
-        Some(chip) => Ok(Which::One(chip)),
-        None => Err(format!("there is no compiler for {}", chip.name)),
-    }
-}
-
 fn shard(text: &str) -> Result<Shard, String> {
     let numbers = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
     match numbers {
@@ -131,8 +111,8 @@ pub fn fuzz(args: &FuzzArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let mut mcus: Vec<String> = Vec::new();
     for which in &args.mcu {
         let named = match which {
-            Which::All => FAMILIES.to_vec(),
-            Which::One(chip) => vec![chip.name],
+            ChipChoice::All => FAMILIES.to_vec(),
+            ChipChoice::One(chip) => vec![chip.name],
         };
         mcus.extend(named.into_iter().map(str::to_owned).filter(|name| !mcus.contains(name)).collect::<Vec<_>>());
     }
@@ -213,16 +193,9 @@ fn finish(args: &FuzzArgs, record: &Record) -> Result<u8, Failure> {
     Ok(if record.findings.is_empty() { exit::OK } else { exit::FAILED })
 }
 
-/// Makes the folder of --save, and sees that files can be made in it: a campaign of days must not find out at its first
-/// difference.
+/// Makes the folder of --save. A campaign of days must not find out at its first difference that it cannot.
 fn folder(args: &FuzzArgs) -> Result<(), Failure> {
-    let Some(folder) = &args.save else { return Ok(()) };
-    fs::create_dir_all(folder).map_err(|error| {
-        let cause = format!("the folder cannot be made: {}", codes::reason(&error));
-        Failure::Refused(vec![about_file(UNWRITABLE, folder, cause, "check the path")], Texts::default())
-    })?;
-    // Dropped, it leaves nothing behind.
-    output::Pending::new(&Path::new(folder).join("fuzz.ld").to_string_lossy()).map(drop)
+    args.save.as_deref().map_or(Ok(()), output::folder)
 }
 
 /// Writes the record, whole or not at all, and then the programs that show something: where there is no room for them, the

@@ -186,6 +186,24 @@ pub struct Read {
     pub texts: Texts,
 }
 
+impl Read {
+    /// The chip that the program names.
+    ///
+    /// # Errors
+    /// It names none that is known.
+    pub fn chip(&self) -> Result<&'static str, Failure> {
+        let micro = self.program.settings.micro.as_deref();
+        micro.and_then(ladder::chip_of).ok_or_else(|| {
+            let file = &self.program.file;
+            let why = match micro {
+                Some(micro) => format!("{file} names `{micro}` in MICRO=, which is not known"),
+                None => format!("{file} names no chip in MICRO="),
+            };
+            Failure::Usage(format!("{why}; give --mcu CHIP (`emu chips` lists them)"))
+        })
+    }
+}
+
 /// Reads a ladder program; with `checked`, also looks for what cannot be meant.
 pub fn program(file: &str, dialect: Option<Dialect>, checked: bool, terminal: &Terminal) -> Result<Read, Failure> {
     let text = bytes(file)?;

@@ -28,6 +28,7 @@ mod asm;
 mod attach;
 mod avr;
 mod check;
+mod chip_names;
 mod chips;
 mod cod;
 mod codes;
@@ -130,6 +131,6 @@ fn verb(verb: Verb, terminal: &Terminal) -> Result<u8, Failure> {
         Verb::Chips(args) => chips::chips(&args),
         Verb::Explain(args) => explain::explain(&args),
         Verb::Completions(args) => shell::completions(&args),
-        Verb::Man => shell::man(),
+        Verb::Man(args) => shell::man(&args),
     }
 }

@@ -7,7 +7,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use serde::Serialize;
 
+use crate::codes;
 use crate::fail::Failure;
+use crate::report::Texts;
 use crate::sink::{Sink, sink};
 
 /// Writes to standard output.
@@ -26,6 +28,16 @@ pub fn json(document: &impl Serialize) -> Result<(), Failure> {
     let mut text = serde_json::to_string_pretty(document).map_err(|e| Failure::writing("-", &e.into()))?;
     text.push('\n');
     print(text)
+}
+
+/// Makes the folder `name` where it is not there, and sees that files can be made in it.
+pub fn folder(name: &str) -> Result<(), Failure> {
+    fs::create_dir_all(name).map_err(|error| {
+        let cause = format!("the folder cannot be made: {}", codes::reason(&error));
+        Failure::Refused(vec![codes::about_file(codes::UNWRITABLE, name, cause, "check the path")], Texts::default())
+    })?;
+    // Dropped, it leaves nothing behind.
+    Pending::new(&Path::new(name).join("emu.tmp").to_string_lossy()).map(drop)
 }
 
 /// A file that appears under its name only when it is complete. Until then it lies beside it; dropped, it disappears.

@@ -28,6 +28,10 @@ use value::Doubt;
 /// Cycles after the last write of a port's settings from which on they count as what the program wants.
 const SETTLED: u64 = 256;
 
+/// Greatest error of a baud rate that is accepted, in thousandths. At 16 MHz the usual rates 57,600 and 115,200 are 2.1 %
+/// off, and every Arduino board runs so (ATmega328P data sheet, tables 19-9 to 19-12).
+const BAUD_TOLERANCE: u64 = 25;
+
 /// Where the linker of avr-libc ends static data: the last of these that there is.
 const ENDS: [&str; 4] = ["__data_end", "__bss_end", "_end", "__heap_start"];
 
@@ -269,7 +273,7 @@ impl Live {
         let baud = u32::try_from((hz + clocks / 2) / clocks).unwrap_or(u32::MAX);
         let usual = u64::from(emu_core::lint::usual_baud(baud));
         let off = hz.abs_diff(usual * clocks);
-        if off * 50 > usual * clocks && std::mem::replace(&mut self.told_bauds[n], baud) != baud {
+        if off * 1_000 > BAUD_TOLERANCE * usual * clocks && std::mem::replace(&mut self.told_bauds[n], baud) != baud {
             self.found.push((pc, Lint::Baud { uart: n as u8, baud }));
         }
     }

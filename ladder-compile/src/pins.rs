@@ -73,11 +73,13 @@ pub fn assign(
     let none = Pos::default();
     let mut wanted: HashMap<&str, (String, Pos)> = HashMap::new();
     let micro = program.settings.micro.as_deref().unwrap_or_default();
-    let serves = ladder::chip_of(micro).and_then(row).is_some_and(|named| same_pins(named, target));
+    let named = ladder::chip_of(micro).and_then(row);
+    let serves = named.is_some_and(|named| same_pins(named, target));
     let pwm_name = pwm_output(program);
     if serves {
+        let overridden = |name: &str| given.iter().any(|(symbol, _)| symbol == name);
         let known = |name: &str| wanted_pins.iter().any(|s| s.name == name) || pwm_name == Some(name);
-        for entry in program.io.iter().filter(|e| e.pin != 0 && known(&e.name)) {
+        for entry in program.io.iter().filter(|e| e.pin != 0 && known(&e.name) && !overridden(&e.name)) {
             match ladder::package_pin(micro, entry.pin) {
                 Some(pin) => _ = wanted.insert(&entry.name, (pin.to_owned(), entry.pos)),
                 None => tell(
@@ -166,7 +168,11 @@ pub fn assign(
         return Vec::new();
     }
     if !assigned.is_empty() {
-        let cause = format!("pins assigned in order: {}", assigned.join(" "));
+        let why = match named.filter(|_| !serves) {
+            Some(named) => format!("MICRO= names {}, which has other pins, so its IO LIST is left out; ", named.name),
+            None => String::new(),
+        };
+        let cause = format!("{why}pins assigned in order: {}", assigned.join(" "));
         let hint = format!("choose with --pin {}", assigned.first().map_or("", |a| a.as_str()));
         told.push(Diagnostic::new(Severity::Note, codes::PINS_NOTE, &program.file, none, cause, hint));
     }

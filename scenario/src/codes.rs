@@ -55,7 +55,7 @@ pub const CODES: &[Code] = &[
                   or none and only a time, which is a pause. pulse needs for, ramp needs over, repeat needs steps; at and after exclude each other." },
     Code { code: NO_NAME, title: "a name that the machine does not have",
         explain: "For ladder programs names are those of symbols (Xstart, Ymotor, Rflag, Tdelay, Cparts). For images they are pins (PB5, P1.0, \
-                  RC3, E7), the supply (VDD, VCC), memory places (data:0x100, iram:0x30) and symbols of the image." },
+                  RC3, E7), the supply (VDD, VCC), memory places (data:0x100, idata:0x30) and symbols of the image." },
     Code { code: NO_LEVEL, title: "a value that the named thing cannot have",
         explain: "A pin takes 0, 1, \"z\", \"pullup\", \"pulldown\", a voltage (\"1.25V\") or a reading of a converter (\"512counts\"), a symbol what its \
                   width holds, an analog input of a ladder program 0 to 1023. What a program writes itself in every scan cannot be set." },
