@@ -126,7 +126,7 @@ fn document(piece: &Piece, source: &Source<'_>, listing: Option<&mut Listing<'_>
     let Piece::Instruction(at, words, Line { text, operands, .. }) = piece else { return None };
     let names = &source.names;
     let mut entry = json!({ "addr": names.chip.code_address(*at), "words": words, "text": text });
-    let labels: Vec<&str> = labels(names, *at, words.len()).map(|(_, name)| name).collect();
+    let labels: Vec<&str> = labels(names, *at, words.len()).map(|symbol| symbol.name.as_str()).collect();
     if !labels.is_empty() {
         entry["labels"] = json!(labels);
     }

@@ -136,7 +136,7 @@ pub fn image_with_symbols(
         Ok(found) => {
             report(terminal, &found.warnings, &texts);
             report(terminal, &strangers(&found, symbols, &image, chip), Texts::NONE);
-            let constant = |(name, value)| SymbolAt { name, space: CONSTANT, addr: value, size: 0 };
+            let constant = |(name, value)| SymbolAt::new(name, CONSTANT, value, 0);
             image.symbols.extend(found.symbols);
             image.symbols.extend(found.unplaced.into_iter().map(constant));
             if !symbols.is_empty() {

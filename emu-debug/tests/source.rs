@@ -7,7 +7,7 @@ use emu_core::image::{LineAt, LineKind, Lines, SymbolAt};
 use emu_debug::{Names, Range, Source, Until};
 
 fn symbol(name: &str, space: &'static str, addr: u32, size: u32) -> SymbolAt {
-    SymbolAt { name: name.to_owned(), space, addr, size }
+    SymbolAt::new(name, space, addr, size)
 }
 
 fn line(addr: u32, kind: LineKind, file: &str, line: u32, len: u32) -> LineAt {

@@ -37,7 +37,11 @@ impl Completer for Words {
         let before = line.get(..at).unwrap_or_default();
         let of_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | '-');
         // What precedes may be of more than one byte.
-        let start = before.trim_end_matches(of_word).len();
+        let mut start = before.trim_end_matches(of_word).len();
+        // The colons of `app::result` are of the name, that of `data:buf` is not.
+        while let Some(outer) = before.get(..start).and_then(|outer| outer.strip_suffix("::")) {
+            start = outer.trim_end_matches(of_word).len();
+        }
         let word = before.get(start..).unwrap_or_default();
         let first = before.get(..start).unwrap_or_default().trim().is_empty();
         let pool = if first { &self.commands } else { &self.names };

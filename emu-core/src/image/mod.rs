@@ -14,6 +14,7 @@
 //! ```
 
 mod codes;
+mod demangle;
 mod dwarf;
 mod elf;
 mod faults;
@@ -27,6 +28,7 @@ mod write;
 
 use diag::Diagnostic;
 
+pub use demangle::Mangled;
 pub use codes::{CODES, LINE_CODES, SYMBOL_CODES};
 pub use elf::load_elf;
 pub use faults::LIMIT;
@@ -79,7 +81,8 @@ pub const CONSTANT: &str = "constant";
 /// A name for an address.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SymbolAt {
-    /// The name as the linker wrote it, or one of the names that [`load_symbols`] derives from it.
+    /// The name in the language of the program: as the linker wrote it, demangled ([`SymbolAt::mangled`]), or one of the names
+    /// that [`load_symbols`] derives from it.
     pub name: String,
     /// Name of the memory; [`CONSTANT`] for a mere number.
     pub space: &'static str,
@@ -87,6 +90,46 @@ pub struct SymbolAt {
     pub addr: u32,
     /// Size in bytes; 0 for a mere label.
     pub size: u32,
+    /// What the linker calls it, where a compiler of C++ or Rust has mangled the name.
+    pub mangled: Option<Box<Mangled>>,
+}
+
+impl SymbolAt {
+    /// A symbol whose name is the linker's.
+    #[must_use]
+    pub fn new(name: impl Into<String>, space: &'static str, addr: u32, size: u32) -> SymbolAt {
+        SymbolAt { name: name.into(), space, addr, size, mangled: None }
+    }
+
+    /// What the linker calls it.
+    #[must_use]
+    pub fn linkage(&self) -> &str {
+        self.mangled.as_ref().map_or(&self.name, |mangled| &mangled.linkage)
+    }
+
+    /// True for the whole name, with or without spaces where a compiler has mangled it, and for that of the linker.
+    #[must_use]
+    pub fn is_named(&self, text: &str) -> bool {
+        let spaced = |name: &str| name.bytes().filter(|b| *b != b' ').eq(text.bytes().filter(|b| *b != b' '));
+        self.name == text || self.mangled.as_ref().is_some_and(|mangled| mangled.linkage == text || spaced(&self.name))
+    }
+
+    /// How well a text that is not the whole name stands for a symbol of C++ or Rust, 0 best, as gdb lets one leave out
+    /// parts: the name without parameters (`app::compute`, 0), without those of templates too (1), and without outer
+    /// namespaces (`compute`, 2). Nothing where it does not.
+    #[must_use]
+    pub fn is_shortened_to(&self, text: &str) -> Option<u8> {
+        let path = &*self.mangled.as_ref()?.path;
+        let tail = |path: &str| path.strip_suffix(text).is_some_and(|before| before.ends_with("::"));
+        let plain = demangle::without_arguments(path);
+        match () {
+            () if text.is_empty() => None,
+            () if path == text => Some(0),
+            () if plain == text => Some(1),
+            () if tail(path) || tail(plain) => Some(2),
+            () => None,
+        }
+    }
 }
 
 /// What a file puts into the memories of a chip.

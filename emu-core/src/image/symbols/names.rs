@@ -164,7 +164,7 @@ pub(super) fn settle(entries: &[Entry], files: &[SymbolFile], refused: &mut Vec<
             None => {
                 let same = claims.iter().filter(|(_, entry)| entry.addr == first.addr);
                 let size = same.map(|(_, entry)| entry.size).max().unwrap_or(0);
-                symbols.push((mem, SymbolAt { name: name.to_owned(), space: mem.name(), addr: first.addr, size }));
+                symbols.push((mem, SymbolAt::new(name, mem.name(), first.addr, size)));
             }
             Some(other) if best == Rank::Exact && refused.len() < crate::image::LIMIT => {
                 refused.push(disagreement(name, first, other, files));
