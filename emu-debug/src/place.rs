@@ -278,7 +278,8 @@ impl Names<'_> {
                 return Err(format!("`{text}` is the name of several places in {space}: {}", several.join(", ")));
             }
         }
-        if let Some((name, offset)) = text.rsplit_once('+').filter(|(name, _)| !name.trim().is_empty()) {
+        let behind = text.rsplit_once('+').filter(|(name, _)| !name.trim().is_empty());
+        if let Some((name, offset)) = behind.filter(|_| self.shortened(space, text).is_empty()) {
             let offset = number(offset.trim()).ok_or_else(|| format!("`{offset}` is no number of addresses"))?;
             let addr = self.address(space, name)?.checked_add(offset);
             return addr.ok_or_else(|| format!("`{text}` is no address"));
@@ -326,8 +327,7 @@ impl Names<'_> {
     fn ambiguous(&self, space: &str, text: &str, symbols: &[&SymbolAt]) -> String {
         const MOST: usize = 8;
         let each = symbols.iter().take(MOST);
-        let each: Vec<String> =
-            each.map(|s| format!("{} (0x{:x})", s.name, s.addr / self.chip.width(space))).collect();
+        let each: Vec<String> = each.map(|s| format!("{} (0x{:x})", s.name, s.addr / self.chip.width(space))).collect();
         let more = if symbols.len() > MOST { ", .." } else { "" };
         format!("`{text}` is part of several names, write one whole: {}{more}", each.join(", "))
     }

@@ -12,9 +12,9 @@ use object::elf::{
 use object::read::Error;
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, SectionTable, Sym};
 
+use super::demangle::demangle;
 use super::faults::Faults;
 use super::place::{Origin, Placed, Trouble, describe, window};
-use super::demangle::demangle;
 use super::{ElfMachine, Image, Lines, Loaded, Mangled, Space, SymbolAt};
 
 /// The first bytes of every ELF file.

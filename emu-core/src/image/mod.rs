@@ -1,12 +1,13 @@
 //! Images: what a HEX or ELF file puts into the memories of a chip.
 //!
-//! [`load`] looks at the first bytes and hands on to [`load_elf`] or [`load_hex`]. Both are strict: a file is either
+//! [`load`] looks at the first bytes and hands on to [`load_elf`], [`load_omf51`] or [`load_hex`]. All are strict: a file is either
 //! taken whole or refused with all its faults, each with a place, a stable code (see [`CODES`]) and a hint. What is
-//! accepted stands in `docs/formats/hex.md` and `elf.md`. [`write_hex`] is the way back.
+//! accepted stands in `docs/formats/hex.md`, `elf.md` and `omf51.md`. [`write_hex`] is the way back.
 //!
 //! ```text
 //!   hex.rs   lines to records to addresses          elf.rs   sections to load addresses, symbols
 //!   line.rs  one line and its faults                place.rs bytes into memories: outside, overlap, half words
+//!   omf51/   records of absolute object files for MCS-51
 //!   write.rs segments to HEX                        faults.rs the list of faults and its limit
 //!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC and gputils write
 //!   lines.rs source lines by address, and back      dwarf.rs those in ELF files
@@ -22,19 +23,21 @@ mod hex;
 mod line;
 mod lines;
 mod note;
+mod omf51;
 mod place;
 mod symbols;
 mod write;
 
 use diag::Diagnostic;
 
-pub use demangle::Mangled;
 pub use codes::{CODES, LINE_CODES, SYMBOL_CODES};
+pub use demangle::Mangled;
 pub use elf::load_elf;
 pub use faults::LIMIT;
 pub use hex::load_hex;
 pub use lines::{LineAt, LineKind, Lines};
 pub use note::{avr_device, avr_signature};
+pub use omf51::{OMF_CODES, load_omf51};
 pub use symbols::{Message, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols};
 pub use write::write_hex;
 
@@ -214,7 +217,8 @@ impl ElfMachine {
     }
 }
 
-/// Loads an image, ELF if the file begins with the ELF magic and Intel HEX otherwise. `file` is the name for messages.
+/// Loads an image: ELF if the file begins with the ELF magic, OMF-51 if it is for MCS-51 and begins with a record of that format, and
+/// Intel HEX otherwise. `file` is the name for messages.
 ///
 /// # Errors
 /// All faults of the file in the order of their places; at most [`LIMIT`] and a closing note with the number of others.
@@ -227,6 +231,8 @@ pub fn load(
 ) -> Result<Loaded, Vec<Diagnostic>> {
     if bytes.starts_with(elf::MAGIC) {
         load_elf(file, bytes, elf_spaces, machine.0)
+    } else if machine == ElfMachine::MCS51 && omf51::guess(bytes).is_some() {
+        load_omf51(file, bytes, hex_spaces)
     } else {
         load_hex(file, bytes, hex_spaces)
     }
