@@ -136,6 +136,9 @@ app::area(int,int)             0x84
 _ZN3app4areaEii                0x84
 app::area                      `app::area` is part of several names, write one whole: app::area(int) (0x80), app::area(int, int) (0x84)
 area                           `area` is part of several names, write one whole: app::area(int) (0x80), app::area(int, int) (0x84)
+area(int)                      0x80
+area(int,int)                  0x84
+area(byte)                     the image has no symbol `area(byte)` in flash
 Sq::Sq                         0x88
 Sq                             0x88
 Sq+2                           0x8a
@@ -170,7 +173,8 @@ fn names_of_cpp_and_rust_may_be_shortened() {
     assert_eq!(range("flash:log(char const*, ...)"), Ok(("flash", 0x90, 0x94)));
     // The chip's registers are known by their own names.
     assert_eq!(range("PORTB").map(|found| found.1), Ok(0x25));
-    assert_eq!(range("app::PORTB").unwrap_err(), "`app::PORTB` is in several memories: flash, data");
+    // A whole name comes before part of another one.
+    assert_eq!(range("app::PORTB"), Ok(("data", 0x104, 0x108)));
     // Breakpoints and conditions name them in the same way, and addresses are told as gdb tells them.
     let lines = Lines::default();
     let source = Source { names, lines: &lines };

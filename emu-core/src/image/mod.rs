@@ -113,26 +113,39 @@ impl SymbolAt {
     /// True for the whole name, with or without spaces where a compiler has mangled it, and for that of the linker.
     #[must_use]
     pub fn is_named(&self, text: &str) -> bool {
-        let spaced = |name: &str| name.bytes().filter(|b| *b != b' ').eq(text.bytes().filter(|b| *b != b' '));
-        self.name == text || self.mangled.as_ref().is_some_and(|mangled| mangled.linkage == text || spaced(&self.name))
+        let is_whole = |mangled: &Mangled| mangled.linkage == text || unspaced(&self.name).eq(unspaced(text));
+        self.name == text || self.mangled.as_ref().is_some_and(|mangled| is_whole(mangled))
     }
 
     /// How well a text that is not the whole name stands for a symbol of C++ or Rust, 0 best, as gdb lets one leave out
     /// parts: the name without parameters (`app::compute`, 0), without those of templates too (1), and without outer
-    /// namespaces (`compute`, 2). Nothing where it does not.
+    /// namespaces (`compute`, `compute(int)`, 2). Nothing where it does not.
     #[must_use]
     pub fn is_shortened_to(&self, text: &str) -> Option<u8> {
         let path = &*self.mangled.as_ref()?.path;
-        let tail = |path: &str| path.strip_suffix(text).is_some_and(|before| before.ends_with("::"));
         let plain = demangle::without_arguments(path);
+        let is_tail = |name: &str| {
+            let before = name.len().checked_sub(text.len()).and_then(|at| name.split_at_checked(at));
+            before.is_some_and(|(before, tail)| before.ends_with("::") && tail == text)
+        };
         match () {
             () if text.is_empty() => None,
             () if path == text => Some(0),
             () if plain == text => Some(1),
-            () if tail(path) || tail(plain) => Some(2),
+            () if is_tail(path) || is_tail(plain) => Some(2),
+            // With parameters; those of the name come without its namespaces, which may have some themselves.
+            () if text.contains('(') => {
+                let mut outer = path.match_indices("::").filter_map(|(at, _)| self.name.get(at + 2..));
+                outer.any(|tail| unspaced(tail).eq(unspaced(text))).then_some(2)
+            }
             () => None,
         }
     }
+}
+
+/// The bytes of a name without spaces.
+fn unspaced(name: &str) -> impl Iterator<Item = u8> {
+    name.bytes().filter(|byte| *byte != b' ')
 }
 
 /// What a file puts into the memories of a chip.

@@ -104,7 +104,7 @@ impl Scopes {
     pub fn public(&mut self, mem: Mem, addr: u32, name: &str, pos: Pos, found: &mut Found, faults: &mut Faults) {
         self.spell(mem, addr, name);
         // A register of the chip has a name of its own in every module, of which two may differ.
-        let own = mem == Mem::Sfr && addr >= 0x80 || mem == Mem::Bit && addr >= 0x80;
+        let own = matches!(mem, Mem::Sfr | Mem::Bit) && addr >= 0x80;
         let names = if own {
             vec![(Rank::Full, format!("{}.{name}", self.module)), (Rank::Plain, name.to_owned())]
         } else {
@@ -175,7 +175,7 @@ pub(super) fn bit_address(byte: u32, bit: u32) -> Option<u32> {
     match byte {
         _ if bit > 7 => None,
         0x20..=0x2F => Some((byte - 0x20) * 8 + bit),
-        0x80..=0xFF if byte % 8 == 0 => Some(byte + bit),
+        0x80..=0xFF if byte.is_multiple_of(8) => Some(byte + bit),
         _ => None,
     }
 }
