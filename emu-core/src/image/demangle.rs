@@ -154,4 +154,37 @@ mod tests {
         assert_eq!(demangle(&format!("_Z{}", "N".repeat(5000))), None);
         assert_eq!(demangle(&format!("_Z1f{}i", "P".repeat(4000))), None);
     }
+
+    /// Names come from files: whatever they are, there is an answer.
+    #[test]
+    fn damaged_names_are_answered() {
+        let names: [&[u8]; 6] = [
+            b"_ZN3app7computeIN1A1BEEEvR5ShapeT_S2_DpT0_",
+            b"_ZNK3std4pairIiSt6vectorIcSaIcEEE5firstEPFvS1_EM1CKFivE",
+            b"_ZZN1A1fEvENKUlT_E_clIiEEDaS0_",
+            b"_ZN12_GLOBAL__N_1L3fooILi3EXadL_Z3barvEEEEDTcl1gfp_EET_",
+            b"_RINvNtC3std3mem8align_ofNtNtC3std3mem12DiscriminantE",
+            b"_RNvXs_NtC5crate3fooINtB4_3BarTRlAshj4_FG_EuEENtNtB4_5trait1T1f",
+        ];
+        let letters = b"SNTILEKRPFDACMUZXcdtvij_0123456789.$ ";
+        let mut rng = crate::rng::Rng::new(5);
+        let mut below = |n: usize| usize::try_from(rng.below(n as u64)).unwrap_or(0);
+        for round in 0..60_000 {
+            let mut name = names[round % names.len()].to_vec();
+            for _ in 0..=below(6) {
+                let (at, letter) = (2 + below(name.len() - 2), letters[below(letters.len())]);
+                match below(4) {
+                    0 => name.insert(at, letter),
+                    1 if name.len() > 8 => _ = name.remove(at),
+                    2 => name.extend_from_within(at..),
+                    _ => name[at] = letter,
+                }
+                name.truncate(600);
+            }
+            let name = String::from_utf8_lossy(&name).into_owned();
+            if let Some((whole, path)) = demangle(&name) {
+                assert!(whole.len() <= super::LONGEST && path.len() <= super::LONGEST, "{name}");
+            }
+        }
+    }
 }
