@@ -201,7 +201,7 @@ fn what_is_no_program_is_refused() {
             "OMF006",
             with(&|m| m.content(0x1FFE, &[1, 2, 3, 4])),
             format!(
-                "the contents at 0x{at:X} fill 0x2000 to 0x2001, outside the memories of the chip: code 0x0000 to 0x1FFF (8192 bytes)"
+                "the contents at 0x{at:X} fill 0x2000 to 0x2001, outside the memories of the chip: code 0x0000 to 0x1FFF, 8192 bytes"
             ),
         ),
         (

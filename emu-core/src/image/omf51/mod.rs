@@ -154,7 +154,7 @@ impl Reader<'_> {
     fn read(&mut self, bytes: &[u8], faults: &mut Faults) {
         let mut offset = 0;
         loop {
-            if faults.full() {
+            if faults.hopeless() {
                 return;
             }
             let rest = bytes.get(offset..).unwrap_or_default();
