@@ -33,14 +33,15 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct DisasmArgs {
-    /// A HEX or ELF file, or an assembly source by its name (.asm, .s, .a51, .src); - is standard input.
+    /// A HEX or ELF file, for the 8051 family also an absolute object file (OMF-51), or an assembly source by its name (.asm, .s,
+    /// .a51, .src); - is standard input.
     #[arg(value_name = "IMAGE")]
     image: String,
     /// The chip, which decides what the words mean and how far they reach.
     #[arg(long = "mcu", value_name = "CHIP", value_parser = family::ChipParser, hide_possible_values = true, default_value = "atmega328p")]
     chip: Chosen,
-    /// Names for addresses: for the 8051 family a .map, .cdb or .rst file of SDCC, for the PIC16 family a .cod, .lst or .map
-    /// file of gputils. Repeatable.
+    /// Names for addresses: for the 8051 family a .map, .cdb or .rst file of SDCC or a .m51 of Keil, for the PIC16 family a
+    /// .cod, .lst or .map file of gputils. Repeatable.
     #[arg(long, value_name = "FILE")]
     symbols: Vec<String>,
     /// First address: bytes (on PIC16 words), as a number (0x80, 128), a symbol of the program (main, main+0x10) or a source
@@ -126,7 +127,7 @@ fn document(piece: &Piece, source: &Source<'_>, listing: Option<&mut Listing<'_>
     let Piece::Instruction(at, words, Line { text, operands, .. }) = piece else { return None };
     let names = &source.names;
     let mut entry = json!({ "addr": names.chip.code_address(*at), "words": words, "text": text });
-    let labels: Vec<&str> = labels(names, *at, words.len()).map(|(_, name)| name).collect();
+    let labels: Vec<&str> = labels(names, *at, words.len()).map(|symbol| symbol.name.as_str()).collect();
     if !labels.is_empty() {
         entry["labels"] = json!(labels);
     }

@@ -32,6 +32,7 @@ pub fn all() -> Vec<&'static Code> {
         run::COVER_CODES,
         lockstep::CODES,
         emu_core::image::CODES,
+        emu_core::image::OMF_CODES,
         emu_core::image::LINE_CODES,
         emu_core::image::SYMBOL_CODES,
         emu_asm::CODES,

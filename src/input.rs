@@ -58,7 +58,7 @@ pub fn read(file: &str) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > MAX_BYTES { Err(io::ErrorKind::FileTooLarge.into()) } else { Ok(bytes) }
 }
 
-/// The image in a HEX or ELF file, or made of a source, for `chip`; warnings are told.
+/// The image in a HEX, ELF or object file, or made of a source, for `chip`; warnings are told.
 pub fn image(file: &str, chip: &'static Chip, terminal: &Terminal) -> Result<Image, Failure> {
     let bytes = bytes(file)?;
     if asm::is_source(file) || file == "-" && is_text(&bytes) {
@@ -122,7 +122,7 @@ pub fn image_with_symbols(
         return match symbols.first() {
             None => image(file, chip, terminal),
             Some(_) => Err(Failure::Usage(format!(
-                "--symbols reads what SDCC and gputils write for the 8051 and PIC16 families; a program for {} has its symbols in its ELF file or source",
+                "--symbols reads what SDCC, Keil and gputils write for the 8051 and PIC16 families; a program for {} has its symbols in its ELF file or source",
                 chip.name
             ))),
         };
@@ -136,7 +136,7 @@ pub fn image_with_symbols(
         Ok(found) => {
             report(terminal, &found.warnings, &texts);
             report(terminal, &strangers(&found, symbols, &image, chip), Texts::NONE);
-            let constant = |(name, value)| SymbolAt { name, space: CONSTANT, addr: value, size: 0 };
+            let constant = |(name, value)| SymbolAt::new(name, CONSTANT, value, 0);
             image.symbols.extend(found.symbols);
             image.symbols.extend(found.unplaced.into_iter().map(constant));
             if !symbols.is_empty() {

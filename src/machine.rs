@@ -43,8 +43,8 @@ pub struct MachineArgs {
     /// Bits per second of --uart-in; 8 bits, no parity, a stop bit. It is not the chip's: a wrong one is received wrong.
     #[arg(long, value_name = "RATE", default_value = "9600", requires = "uart_in", value_parser = baud)]
     pub baud: u64,
-    /// Names for addresses: for the 8051 family a .map, .cdb or .rst file of SDCC, for the PIC16 family a .cod, .lst or .map
-    /// file of gputils. Repeatable.
+    /// Names for addresses: for the 8051 family a .map, .cdb or .rst file of SDCC or a .m51 of Keil, for the PIC16 family a
+    /// .cod, .lst or .map file of gputils. Repeatable.
     #[arg(long, value_name = "FILE")]
     pub symbols: Vec<String>,
     /// What the EEPROM holds: read before the run, where the file exists, and written back after it, however it ends (`emu debug`

@@ -50,7 +50,8 @@ const DEFAULT_LIMIT: &str = "60s";
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RunArgs {
-    /// A HEX or ELF file, or an assembly source by its name (.asm, .s, .a51, .src), which is assembled on the fly; - is standard
+    /// A HEX or ELF file, for the 8051 family also an absolute object file (OMF-51), or an assembly source by its name (.asm, .s, .a51,
+    /// .src), which is assembled on the fly; - is standard
     /// input.
     #[arg(value_name = "IMAGE")]
     image: String,

@@ -130,7 +130,7 @@ fn image_of(asm: &mut Asm<'_>) -> Image {
                 Kind::Equ | Kind::Set => (CONSTANT, symbol.value.n as u32),
                 Kind::Alias { ref of, .. } => bit_of(asm.chip, of)?,
             };
-            Some(SymbolAt { name: name.to_string(), space, addr, size: 0 })
+            Some(SymbolAt::new(name.to_string(), space, addr, 0))
         })
         .collect();
     let memory = |space: &str| asm.chip.spaces.iter().position(|(name, ..)| *name == space).unwrap_or(usize::MAX);

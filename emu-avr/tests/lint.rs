@@ -43,7 +43,7 @@ fn machine(chip: &str, program: &str, wiring: &str) -> (Avr, u64) {
             ("hz", number) => hz = number.parse().expect("a clock"),
             ("fill", addr) => image.segments.push(Segment { space: "data", addr: hex(addr), bytes: vec![0] }),
             (name, addr) if name.starts_with('_') => {
-                image.symbols.push(SymbolAt { name: name.to_owned(), space: "data", addr: hex(addr), size: 0 });
+                image.symbols.push(SymbolAt::new(name, "data", hex(addr), 0));
             }
             (pin, level) => {
                 let level = match level {
@@ -132,7 +132,7 @@ fn whatever_runs_is_looked_at_and_nothing_changes() {
             };
             pair.copy_from_slice(&word.to_le_bytes());
         }
-        let symbol = |name: &str, addr| SymbolAt { name: name.into(), space: "data", addr, size: 2 };
+        let symbol = |name: &str, addr| SymbolAt::new(name, "data", addr, 2);
         let symbols = vec![symbol("_end", rng.below(0x1000) as u32), symbol("__brkval", rng.below(0x1_0000) as u32)];
         let segments = vec![Segment { space: "flash", addr: 0, bytes }];
         let image = Image { segments, symbols, ..Image::default() };

@@ -110,7 +110,7 @@ fn faults_have_a_cause() {
     assert!(wrong.is_empty(), "{wrong:#?}");
     let docs = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/formats/gputils.md");
     let docs = std::fs::read_to_string(docs).unwrap_or_else(|e| panic!("{docs}: {e}"));
-    for row in SYMBOL_CODES.iter().filter(|row| row.code >= "SYM013") {
+    for row in SYMBOL_CODES.iter().filter(|row| ("SYM013".."SYM016").contains(&row.code)) {
         assert!(told.contains(row.code) && docs.contains(row.code), "{}", row.code);
     }
 }

@@ -5,6 +5,8 @@
 mod avr_gcc;
 #[path = "lines/damage.rs"]
 mod damage;
+#[path = "lines/dropped.rs"]
+mod dropped;
 #[path = "lines/elf.rs"]
 mod elf;
 #[path = "lines/versions.rs"]

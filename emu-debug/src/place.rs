@@ -36,7 +36,7 @@ impl Names<'_> {
     /// No such memory, no address, a range without bytes or beyond the memory.
     pub fn range(&self, text: &str) -> Result<Range, String> {
         let spaces = || self.chip.spaces.iter().map(|(name, ..)| *name).collect::<Vec<_>>().join(", ");
-        let (space, addresses) = match text.split_once(':') {
+        let (space, addresses) = match split_memory(text) {
             Some(parts) => parts,
             None => match self.memories_of(text).as_slice() {
                 [space] => (*space, text),
@@ -63,15 +63,24 @@ impl Names<'_> {
             });
             format!("`{text}` reaches beyond {space}, whose last address is 0x{:x}{hint}", size - 1)
         };
-        let (start, end) = match addresses.split_once("..") {
+        let name = addresses.trim();
+        let own = |s: &&SymbolAt| s.space == space && s.is_named(name);
+        // The parameters of a function may end with three dots.
+        let limits = addresses.split_once("..").filter(|_| !self.symbols.iter().any(|s| own(&s)));
+        let (start, end) = match limits {
             Some((start, end)) => (self.address(space, start)?, self.address(space, end)?),
             None => {
                 let start = self.address(space, addresses)?;
                 // A number of the program is no object, even where it has a size.
-                let object = self.symbols.iter().find(|s| s.space == space && s.name == addresses.trim());
-                let pair =
-                    self.register(addresses.trim()).filter(|_| space == self.chip.reg_space).map(|found| found.1);
-                let size = object.map_or(pair.unwrap_or(1), |symbol| symbol.size.div_ceil(width).max(1));
+                let object = self.symbols.iter().find(own);
+                let pair = self.register(name).filter(|_| space == self.chip.reg_space).map(|found| found.1);
+                let short = || self.shortened(space, name).first().map(|symbol| symbol.size);
+                let size = match (object, pair) {
+                    (Some(object), _) => object.size.div_ceil(width),
+                    (None, Some(pair)) => pair,
+                    (None, None) => short().unwrap_or(0).div_ceil(width),
+                };
+                let size = size.max(1);
                 (start, start.checked_add(size).ok_or_else(|| beyond(start))?)
             }
         };
@@ -127,15 +136,32 @@ impl Names<'_> {
 
     /// The memories that have the name with which a text without a memory begins; the program's names go before the chip's.
     fn memories_of(&self, text: &str) -> Vec<&'static str> {
+        let whole = text.trim();
         let first = text.split("..").next().unwrap_or_default().trim();
         let name = first.split_once('+').map_or(first, |(name, _)| name).trim_end();
-        let has = |space: &str| self.symbols.iter().any(|s| s.space == space && s.name == name);
+        let is = |s: &SymbolAt| s.is_named(whole) || s.is_named(name);
+        let has = |space: &str| self.symbols.iter().any(|s| s.space == space && is(s));
+        let short = |space: &str| [whole, name].iter().any(|name| !self.shortened(space, name).is_empty());
         let spaces = self.chip.spaces.iter().map(|(space, ..)| *space);
         let found: Vec<&str> = spaces.clone().filter(|space| has(space)).collect();
         let register = || self.register(name).map(|_| self.chip.reg_space);
         let bit = || self.chip.bit(name).map(|_| BIT).filter(|bit| spaces.clone().any(|space| space == *bit));
         let channel = || self.channel(name).map(|found| found.0);
-        if found.is_empty() { register().into_iter().chain(bit()).chain(channel()).collect() } else { found }
+        if !found.is_empty() {
+            return found;
+        }
+        let found: Vec<&str> = register().into_iter().chain(bit()).chain(channel()).collect();
+        if found.is_empty() { spaces.clone().filter(|space| short(space)).collect() } else { found }
+    }
+
+    /// The symbols of a memory that a name of C++ or Rust stands for of which parts are left out: those that it fits best
+    /// ([`SymbolAt::is_shortened_to`]).
+    #[must_use]
+    pub fn shortened(&self, space: &str, text: &str) -> Vec<&SymbolAt> {
+        let found = self.symbols.iter().filter(|s| s.space == space);
+        let found: Vec<(u8, &SymbolAt)> = found.filter_map(|s| Some((s.is_shortened_to(text)?, s))).collect();
+        let best = found.iter().map(|(rank, _)| *rank).min();
+        found.into_iter().filter(|(rank, _)| Some(*rank) == best).map(|(_, symbol)| symbol).collect()
     }
 
     /// Address and bytes of a register of the chip: of one that has two halves next to each other, as TCNT1 has TCNT1L and TCNT1H, of
@@ -241,7 +267,7 @@ impl Names<'_> {
     fn address(&self, space: &str, text: &str) -> Result<u32, String> {
         let text = text.trim();
         let mut places: Vec<u32> =
-            self.symbols.iter().filter(|s| s.space == space && s.name == text).map(|s| s.addr).collect();
+            self.symbols.iter().filter(|s| s.space == space && s.is_named(text)).map(|s| s.addr).collect();
         places.dedup();
         match places.as_slice() {
             [] => {}
@@ -252,7 +278,8 @@ impl Names<'_> {
                 return Err(format!("`{text}` is the name of several places in {space}: {}", several.join(", ")));
             }
         }
-        if let Some((name, offset)) = text.rsplit_once('+').filter(|(name, _)| !name.trim().is_empty()) {
+        let behind = text.rsplit_once('+').filter(|(name, _)| !name.trim().is_empty());
+        if let Some((name, offset)) = behind.filter(|_| self.shortened(space, text).is_empty()) {
             let offset = number(offset.trim()).ok_or_else(|| format!("`{offset}` is no number of addresses"))?;
             let addr = self.address(space, name)?.checked_add(offset);
             return addr.ok_or_else(|| format!("`{text}` is no address"));
@@ -275,7 +302,17 @@ impl Names<'_> {
         let first = if space == self.chip.ram { self.chip.ram_start.into() } else { 0 };
         let constants = self.symbols.iter().filter(|s| s.space == CONSTANT && s.name == text);
         let constant = constants.map(|s| s.addr).max();
-        named.or(constant.filter(|&value| value >= first)).ok_or_else(|| match text {
+        if let Some(found) = named.or(constant.filter(|&value| value >= first)) {
+            return Ok(found);
+        }
+        let short = self.shortened(space, text);
+        if let Some(one) = short.first() {
+            if short.iter().all(|symbol| symbol.addr == one.addr) {
+                return Ok(one.addr / self.chip.width(space));
+            }
+            return Err(self.ambiguous(space, text, &short));
+        }
+        Err(match text {
             "" => "an address is missing".to_owned(),
             _ if constant.is_some() => format!("the constant `{text}` is below RAM, which begins at 0x{first:x}"),
             _ if space == self.chip.reg_space && space != self.chip.ram => {
@@ -284,6 +321,15 @@ impl Names<'_> {
             _ if self.symbols.is_empty() => format!("`{text}` is no address (the image has no symbols)"),
             _ => format!("the image has no symbol `{text}` in {space}"),
         })
+    }
+
+    /// What a name may stand for, with the addresses.
+    fn ambiguous(&self, space: &str, text: &str, symbols: &[&SymbolAt]) -> String {
+        const MOST: usize = 8;
+        let each = symbols.iter().take(MOST);
+        let each: Vec<String> = each.map(|s| format!("{} (0x{:x})", s.name, s.addr / self.chip.width(space))).collect();
+        let more = if symbols.len() > MOST { ", .." } else { "" };
+        format!("`{text}` is part of several names, write one whole: {}{more}", each.join(", "))
     }
 
     /// Address of the bit `position` of a byte, which is a number or a name in RAM or among the registers of the chip.
@@ -312,6 +358,13 @@ impl Names<'_> {
 fn strongest<'a>(symbols: impl Iterator<Item = &'a SymbolAt>) -> Option<&'a SymbolAt> {
     let bare = |name: &str| std::cmp::Reverse(name.bytes().take_while(|byte| *byte == b'_').count());
     symbols.max_by_key(|s| (s.addr, s.size, bare(&s.name)))
+}
+
+/// `data:0x100` as memory and place. The colons of `app::result` are of the name.
+#[must_use]
+pub fn split_memory(text: &str) -> Option<(&str, &str)> {
+    let (memory, place) = text.split_once(':')?;
+    (!place.starts_with(':')).then_some((memory, place))
 }
 
 /// A number, decimal or with 0x.

@@ -60,7 +60,7 @@ fn seen(waits: &str, done: &str) -> String {
 }
 
 fn read(section: &str, text: &str) -> Result<String, String> {
-    let symbol = |name: &str, space, addr| SymbolAt { name: name.to_owned(), space, addr, size: 1 };
+    let symbol = |name: &str, space, addr| SymbolAt::new(name, space, addr, 1);
     let symbols = [
         symbol("_main", "code", 0x62),
         symbol("_flags", "idata", 0x21),

@@ -62,7 +62,7 @@ fn messages(messages: &[Said], cycle: u64) -> Result<Outcome, String> {
     let message = |&(addr, kind, text): &Said| Message { addr, kind, text: text.to_owned() };
     let script = Script::read(&messages.iter().map(message).collect::<Vec<_>>());
     let script = script.map_err(|refused| refused[0].to_string())?;
-    let symbol = |name: &str, space, addr| SymbolAt { name: name.to_owned(), space, addr, size: 0 };
+    let symbol = |name: &str, space, addr| SymbolAt::new(name, space, addr, 0);
     let symbols = [symbol("done", "flash", 10), symbol("count", "data", 0x20)];
     let names = Names { chip: chip(), symbols: &symbols };
     let mut cpu = nops();

@@ -82,7 +82,7 @@ fn nothing_is_found_unasked() {
 
 #[test]
 fn names_of_registers_pins_and_symbols() {
-    let symbol = |name: &str, space, addr| SymbolAt { name: name.into(), space, addr, size: 1 };
+    let symbol = |name: &str, space, addr| SymbolAt::new(name, space, addr, 1);
     let symbols = [symbol("count", "data", 0x20), symbol("far", "flash", 2 * 0x810)];
     let names = Names { chip: &emu_pic16::chips::PIC16F873.chip, symbols: &symbols };
     #[rustfmt::skip]
@@ -102,7 +102,7 @@ fn names_of_registers_pins_and_symbols() {
         assert_eq!(describe(lint, &names), wanted);
     }
 
-    let symbol = |name: &str, addr, size| SymbolAt { name: name.into(), space: "data", addr, size };
+    let symbol = |name: &str, addr, size| SymbolAt::new(name, "data", addr, size);
     let symbols = [symbol("buf", 0x100, 8), symbol("_end", 0x120, 0)];
     let names = Names { chip: &emu_avr::chips::ATMEGA328P, symbols: &symbols };
     #[rustfmt::skip]

@@ -9,7 +9,7 @@ use emu_debug::until::until;
 use emu_debug::{Clock, Names};
 
 fn read(section: &str, text: &str) -> Result<String, String> {
-    let symbol = |name: &str, space, addr| SymbolAt { name: name.to_owned(), space, addr, size: 2 };
+    let symbol = |name: &str, space, addr| SymbolAt::new(name, space, addr, 2);
     let constant = |name: &str, value| symbol(name, CONSTANT, value);
     let places = [
         symbol("main", "flash", 0x80),

@@ -3,11 +3,11 @@
 use emu_8051::chips;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::chip::Chip;
-use emu_core::image::{LineAt, LineKind, Lines, SymbolAt};
+use emu_core::image::{LineAt, LineKind, Lines, Mangled, SymbolAt};
 use emu_debug::{Names, Range, Source, Until};
 
 fn symbol(name: &str, space: &'static str, addr: u32, size: u32) -> SymbolAt {
-    SymbolAt { name: name.to_owned(), space, addr, size }
+    SymbolAt::new(name, space, addr, size)
 }
 
 fn line(addr: u32, kind: LineKind, file: &str, line: u32, len: u32) -> LineAt {
@@ -103,4 +103,82 @@ fn lines_without_an_end() {
     assert_eq!(told, ["", "main.c:3", "main.c:3", "", "library.asm:9"]);
     let meant = source.operands(&[("target", 0x12), ("direct address", 9), ("direct address", 0x90), ("constant", 8)]);
     assert_eq!(meant, ["main+0x2", "count+0x1"]);
+}
+
+/// A symbol as a compiler of C++ or Rust has mangled it: whole name, what the linker calls it, and the name without parameters.
+fn mangled(name: &str, linkage: &str, path: &str, space: &'static str, addr: u32) -> SymbolAt {
+    let mangled = Mangled { linkage: linkage.to_owned(), path: path.to_owned() };
+    SymbolAt { mangled: Some(Box::new(mangled)), ..SymbolAt::new(name, space, addr, 4) }
+}
+
+fn cpp() -> Vec<SymbolAt> {
+    vec![
+        mangled("app::area(int)", "_ZN3app4areaEi", "app::area", "flash", 0x80),
+        mangled("app::area(int, int)", "_ZN3app4areaEii", "app::area", "flash", 0x84),
+        mangled("Sq::Sq(int)", "_ZN2SqC1Ei", "Sq::Sq", "flash", 0x88),
+        mangled("Sq::Sq(int)", "_ZN2SqC2Ei", "Sq::Sq", "flash", 0x88),
+        mangled("app::twice<int>(int)", "_ZN3app5twiceIiEET_S1_", "app::twice<int>", "flash", 0x8C),
+        mangled("log(char const*, ...)", "_Z3logPKcz", "log", "flash", 0x90),
+        mangled("other::twice", "_RNvC5other5twice", "other::twice", "flash", 0x94),
+        mangled("app::PORTB(int)", "_ZN3app5PORTBEi", "app::PORTB", "flash", 0x98),
+        mangled("A::operator+(A)", "_ZN1AplES_", "A::operator+", "flash", 0x9C),
+        symbol("area_of", "flash", 0xA0, 4),
+        mangled("app::result", "_ZN3app6resultE", "app::result", "data", 0x100),
+        mangled("app::PORTB", "_ZN3app5PORTBE", "app::PORTB", "data", 0x104),
+    ]
+}
+
+/// What is written, and the address that it stands for or what is said of it.
+const WRITTEN: &str = "
+app::area(int)                 0x80
+app::area(int, int)            0x84
+app::area(int,int)             0x84
+_ZN3app4areaEii                0x84
+app::area                      `app::area` is part of several names, write one whole: app::area(int) (0x80), app::area(int, int) (0x84)
+area                           `area` is part of several names, write one whole: app::area(int) (0x80), app::area(int, int) (0x84)
+area(int)                      0x80
+area(int,int)                  0x84
+area(byte)                     the image has no symbol `area(byte)` in flash
+Sq::Sq                         0x88
+Sq                             0x88
+Sq+2                           0x8a
+app::twice<int>                0x8c
+app::twice                     0x8c
+twice                          `twice` is part of several names, write one whole: app::twice<int>(int) (0x8c), other::twice (0x94)
+log                            0x90
+log(char const*, ...)          0x90
+operator+                      0x9c
+A::operator+(A)                0x9c
+area_of                        0xa0
+_of                            the image has no symbol `_of` in flash
+rea                            the image has no symbol `rea` in flash
+::area                         the image has no symbol `::area` in flash
+";
+
+#[test]
+fn names_of_cpp_and_rust_may_be_shortened() {
+    let symbols = cpp();
+    let names = Names { chip: &ATMEGA328P, symbols: &symbols };
+    for row in WRITTEN.lines().filter(|row| !row.is_empty()) {
+        let (text, wanted) = row.split_at(31);
+        let found = names.program_word(text.trim()).map_or_else(|why| why, |word| format!("0x{:x}", word * 2));
+        assert_eq!(found, wanted, "{text}");
+    }
+    let range = |text: &str| names.range(text).map(|range| (range.space, range.start, range.end));
+    for text in ["app::result", "result", "data:app::result", "data:result", "_ZN3app6resultE"] {
+        assert_eq!(range(text), Ok(("data", 0x100, 0x104)), "{text}");
+    }
+    assert_eq!(range("result+1"), Ok(("data", 0x101, 0x102)));
+    assert_eq!(range("app::result..app::result+2"), Ok(("data", 0x100, 0x102)));
+    assert_eq!(range("flash:log(char const*, ...)"), Ok(("flash", 0x90, 0x94)));
+    // The chip's registers are known by their own names.
+    assert_eq!(range("PORTB").map(|found| found.1), Ok(0x25));
+    // A whole name comes before part of another one.
+    assert_eq!(range("app::PORTB"), Ok(("data", 0x104, 0x108)));
+    // Breakpoints and conditions name them in the same way, and addresses are told as gdb tells them.
+    let lines = Lines::default();
+    let source = Source { names, lines: &lines };
+    assert_eq!(source.until("pc=app::area(int, int)"), Ok(Until::Pc(0x42)));
+    assert_eq!(source.words("app::twice"), Ok(vec![0x46]));
+    assert_eq!(source.place(0x43), "0x0086 (app::area(int, int)+0x2)");
 }

@@ -212,7 +212,7 @@ fn symbols(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     let mut lines: Vec<String> = scope
         .symbols
         .iter()
-        .filter(|symbol| symbol.name.contains(args))
+        .filter(|symbol| symbol.name.contains(args) || symbol.linkage().contains(args))
         .map(|symbol| {
             let width = scope.chip().width(symbol.space);
             let size = if symbol.size > 0 { format!(", {} bytes", symbol.size) } else { String::new() };

@@ -18,7 +18,10 @@ impl Shell {
         let pins = chip.pins.iter().filter(|pin| pin.dip != 0).map(|pin| pin.name).take(MANY);
         let registers = chip.cpu_regs.iter().copied().chain(chip.regs.iter().map(|reg| reg.name));
         let own = registers.chain(pins).chain(info::names()).map(str::to_owned);
-        let symbols = scope.symbols.iter().map(|symbol| symbol.name.clone());
+        let symbols = scope.symbols.iter().flat_map(|symbol| {
+            let path = symbol.mangled.iter().map(|mangled| mangled.path.clone());
+            path.chain([symbol.name.clone()])
+        });
         let ladder = scope.ladder.iter().map(|(name, _)| name.clone());
         let mut names: Vec<String> = own.chain(symbols).chain(ladder).collect();
         names.sort();

@@ -27,7 +27,8 @@ use crate::{input, pic16, store};
 /// What is debugged, and how its machine is wired.
 #[derive(Debug, Args)]
 pub struct Subject {
-    /// A HEX or ELF file, an assembly source by its name (.asm, .s, .a51, .src), or a ladder program (.ld), which is compiled first.
+    /// A HEX or ELF file, for the 8051 family also an absolute object file (OMF-51), an assembly source by its name (.asm, .s, .a51,
+    /// .src), or a ladder program (.ld), which is compiled first.
     #[arg(value_name = "FILE")]
     pub file: String,
     #[command(flatten)]

@@ -35,14 +35,24 @@ impl Completer for Words {
 
     fn complete(&self, line: &str, at: usize, _: &Context<'_>) -> rustyline::Result<(usize, Vec<String>)> {
         let before = line.get(..at).unwrap_or_default();
-        let of_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | '-');
-        // What precedes may be of more than one byte.
-        let start = before.trim_end_matches(of_word).len();
+        let start = word_start(before);
         let word = before.get(start..).unwrap_or_default();
         let first = before.get(..start).unwrap_or_default().trim().is_empty();
         let pool = if first { &self.commands } else { &self.names };
         Ok((start, pool.iter().filter(|name| name.starts_with(word)).cloned().collect()))
     }
+}
+
+/// Where the word begins with which a text ends.
+fn word_start(text: &str) -> usize {
+    let of_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | '-');
+    // What precedes may be of more than one byte.
+    let mut start = text.trim_end_matches(of_word).len();
+    // The colons of `app::result` are of the name, that of `data:buf` is not.
+    while let Some(outer) = text.get(..start).and_then(|outer| outer.strip_suffix("::")) {
+        start = outer.trim_end_matches(of_word).len();
+    }
+    start
 }
 
 impl Hinter for Words {

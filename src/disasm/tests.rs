@@ -105,12 +105,8 @@ fn chip(name: &str) -> &'static Chip {
 fn only_names_that_mean_nothing_else_are_labels() {
     for &(name, bytes, names, wanted) in CASES {
         let chip = chip(name);
-        let symbols = names.split(' ').filter_map(|name| name.split_once('@')).map(|(name, addr)| SymbolAt {
-            name: name.to_owned(),
-            space: chip.code,
-            addr: addr.parse().expect("an address"),
-            size: 0,
-        });
+        let symbols = names.split(' ').filter_map(|name| name.split_once('@'));
+        let symbols = symbols.map(|(name, addr)| SymbolAt::new(name, chip.code, addr.parse().expect("an address"), 0));
         let symbols: Vec<SymbolAt> = symbols.collect();
         let segments = vec![Segment { space: chip.code, addr: 0, bytes: bytes.to_vec() }];
         let image = Image { segments, ..Image::default() };

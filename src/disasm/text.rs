@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 
 use emu_core::chip::{Chip, Family};
-use emu_core::image::{Bits, Image};
+use emu_core::image::{Bits, Image, SymbolAt};
 use emu_core::table::Line;
 use emu_debug::{Names, Source};
 
@@ -153,9 +153,12 @@ impl<'a> Text<'a> {
     /// instruction, is only told.
     fn labels(&mut self, word: u32, len: usize) {
         let start = self.chip.code_address(word);
-        for (addr, name) in labels(&self.source.names, word, len) {
-            let line = match addr - word * self.chip.word_bytes {
-                0 if self.label(name) => format!("{name}:\n"),
+        for symbol in labels(&self.source.names, word, len) {
+            // A label is what a linker calls it: other names of C++ are none.
+            let name = symbol.linkage();
+            let meant = if symbol.mangled.is_some() { format!("  ; {}", symbol.name) } else { String::new() };
+            let line = match symbol.addr - word * self.chip.word_bytes {
+                0 if self.label(name) => format!("{name}:{meant}\n"),
                 0 => format!("; {name}:\n"),
                 within => format!("; {name} = {start:04X} + {within}\n"),
             };
@@ -199,12 +202,11 @@ fn values(bytes: &[u8], unit: u32, mask: u16) -> String {
     format!("{directive} {}", words.join(", "))
 }
 
-/// Names of the words of an instruction, with their byte addresses.
-pub(super) fn labels<'a>(names: &Names<'a>, word: u32, len: usize) -> impl Iterator<Item = (u32, &'a str)> + use<'a> {
+/// The symbols at the words of an instruction.
+pub(super) fn labels<'a>(names: &Names<'a>, word: u32, len: usize) -> impl Iterator<Item = &'a SymbolAt> + use<'a> {
     let (code, size) = (names.chip.code, names.chip.word_bytes);
     let (start, end) = (word * size, (word + len as u32) * size);
-    let here = names.symbols.iter().filter(move |s| s.space == code && (start..end).contains(&s.addr));
-    here.map(|s| (s.addr, s.name.as_str()))
+    names.symbols.iter().filter(move |s| s.space == code && (start..end).contains(&s.addr))
 }
 
 /// What every dialect takes for a name.

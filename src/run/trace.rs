@@ -5,6 +5,7 @@ use std::io::{BufWriter, Write, stdout};
 use clap::{Args, ValueEnum};
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
+use emu_core::image::SymbolAt;
 use emu_debug::trace::{Format, Lines, Look, Signals, Sink, Trace, Words};
 use emu_debug::wave::Column;
 use emu_debug::{Ended, Source};
@@ -176,11 +177,13 @@ fn only(words: &mut Words, text: &str, source: &Source<'_>, map: Option<&Map>) -
         }
         return Ok(());
     }
-    let (start, end) = match text.split_once("..") {
+    let whole = names.symbols.iter().any(|symbol| symbol.is_named(text.trim()));
+    let (start, end) = match text.split_once("..").filter(|_| !whole) {
         Some((start, end)) => (start.trim(), Some(end.trim())),
         None => (text.trim(), None),
     };
-    if let Some((file, first)) = start.rsplit_once(':') {
+    let line = start.rsplit_once(':').filter(|(file, _)| !file.ends_with(':'));
+    if let Some((file, first)) = line {
         return lines(words, (file, first), end, source);
     }
     let first = names.program_word(start)?;
@@ -189,9 +192,10 @@ fn only(words: &mut Words, text: &str, source: &Source<'_>, map: Option<&Map>) -
         None => {
             let byte = first * chip.word_bytes;
             let code = || names.symbols.iter().filter(|symbol| symbol.space == chip.code);
-            let here = code().filter(|s| s.addr == byte && (s.name == start || start.starts_with(char::is_numeric)));
+            let is = |s: &SymbolAt| s.is_named(start) || s.is_shortened_to(start).is_some();
+            let here = code().filter(|s| s.addr == byte && (is(s) || start.starts_with(char::is_numeric)));
             let size = here.map(|symbol| symbol.size).max().unwrap_or(0);
-            let named = code().any(|symbol| symbol.name == start);
+            let named = code().any(is);
             // Without a size a function reaches to the next symbol.
             let next = code().map(|s| s.addr).filter(|&addr| addr > byte).min();
             match (size, named) {

@@ -141,8 +141,8 @@ pub const LINE_CODES: &[Code] = &[
 pub const SYMBOL_CODES: &[Code] = &[
     row("SYM001", "not a file of symbols",
         "Symbols are read from what SDCC's tools write for the 8051: the linker's .map, the .cdb of a build with --debug, \
-         the .rst listings that the linker updates, and .lst listings whose areas are absolute; and from the .cod, .map \
-         and .lst of gputils for a PIC. They are told apart by their first lines. Mend: give one of these; an image (HEX, ELF) is given as the program."),
+         the .rst listings that the linker updates, and .lst listings whose areas are absolute; from the map of Keil's linkers (.m51, \
+         or .map of LX51); and from the .cod, .map and .lst of gputils for a PIC. They are told apart by their first lines. Mend: give one of these; an image (HEX, ELF) is given as the program."),
     row("SYM002", "the file is empty",
         "There is nothing but white space in the file. Mend: look at the messages of the tool that wrote it."),
     row("SYM003", "a damaged record in a .cdb file",
@@ -170,7 +170,8 @@ pub const SYMBOL_CODES: &[Code] = &[
          message names both places. Mend: build anew and give the files of one build."),
     row("SYM009", "a damaged line in a map",
         "In a map the line of a symbol has a value, a name and a module; the value is in the radix that the head of the \
-         page names. In one of gplink it has a name, an address, a location, a storage and a file. Mend: link anew."),
+         page names. In one of gplink it has a name, an address, a location, a storage and a file; in one of Keil's linkers a \
+         value such as C:0183H, a type and a name. Mend: link anew."),
     row("SYM010", "a damaged line in a listing",
         "Left of the source a line of a listing has an address of 4 to 8 hexadecimal digits or none, bytes of two digits \
          and the line's number, in fixed columns. Listings in octal (-q) or decimal (-d) are not read. Mend: assemble \
@@ -190,8 +191,11 @@ pub const SYMBOL_CODES: &[Code] = &[
     row("SYM015", "a .cod file for another family",
         "The file names its processor, and it is no mid-range PIC, whose program memory has words of 14 bits. Mend: give the \
          .cod of the program that is run."),
+    row("SYM016", "a map of Keil's without symbols",
+        "The linker was told to leave out its table of symbols, so the map has segments alone. Mend: link without NOSYMBOLS, NOPUBLICS, \
+         NOLINES and NOPRINT (in the IDE: Options for Target, Listing, all boxes under Linker Listing), and compile with DEBUG."),
 ];
 
-const fn row(code: &'static str, title: &'static str, explain: &'static str) -> Code {
+pub(super) const fn row(code: &'static str, title: &'static str, explain: &'static str) -> Code {
     Code { code, title, explain }
 }

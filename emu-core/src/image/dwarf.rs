@@ -5,12 +5,14 @@
 //!   .debug_line   line programs: rows of address, file, line
 //! ```
 //!
-//! A linker that drops a section leaves its line program behind, at address 0. It is told by the ranges of its unit, in which the
-//! section is empty; rows outside of them are left out. Several units may name one line program (AVR-LibC describes
+//! A linker that drops a section leaves its rows behind, at address 0. Rows outside of the ranges of their unit are left out;
+//! what the ranges do not tell is judged in `dropped.rs`. Several units may name one line program (AVR-LibC describes
 //! the chip in a unit without code, which names whatever comes first), so it is read once, with the ranges of all of them.
 //!
 //! Whatever the bytes are, reading ends: every table is read once, and what could be named again and again (line programs,
 //! ranges) has a budget of the order of the file's size.
+
+mod dropped;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
@@ -24,6 +26,7 @@ use gimli::{
 
 use super::elf::{self, DebugSection};
 use super::lines::{Found, LineAt, LineKind};
+use dropped::{Scan, Sequence};
 
 type Slice<'b> = EndianSlice<'b, Le>;
 
@@ -56,7 +59,7 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Found {
     };
     let mut reader = Reader::default();
     if let Ok(dwarf) = Dwarf::load(section) {
-        reader.read(&dwarf);
+        reader.read(&dwarf, &bytes);
     }
     let damaged = reader.fault.map(|fault| {
         let cause = format!("the debugging information is damaged, so source lines may be missing: {fault}");
@@ -84,6 +87,8 @@ struct Program<'b> {
     ranges: Vec<Range<u64>>,
     /// True when a unit tells where it has code, be it nowhere.
     told: bool,
+    /// The units.
+    units: Vec<Unit<Slice<'b>>>,
 }
 
 #[derive(Default)]
@@ -102,7 +107,7 @@ impl Reader {
         self.fault.get_or_insert_with(|| why.to_string());
     }
 
-    fn read(&mut self, dwarf: &Dwarf<Slice<'_>>) {
+    fn read(&mut self, dwarf: &Dwarf<Slice<'_>>, elf: &[u8]) {
         let mut headers = Vec::new();
         let mut units = dwarf.units();
         loop {
@@ -142,19 +147,36 @@ impl Reader {
             }
         }
         let mut rows = dwarf.debug_line.reader().len();
-        for program in programs.into_values() {
-            if let Err(error) = self.program(dwarf, program, &mut rows) {
+        let (mut scan, mut doubtful) = (Scan::new(dwarf, elf), Vec::new());
+        for mut program in programs.into_values() {
+            let units = std::mem::take(&mut program.units);
+            let mut low = Vec::new();
+            if let Err(error) = self.program(dwarf, program, &mut rows, &mut low) {
                 self.damaged(error);
             }
+            if !low.is_empty() {
+                let (kept, unsure) = scan.judge(low, &units);
+                self.lines.extend(kept);
+                doubtful.extend(unsure);
+            }
         }
+        dropped::add_where_free(&mut self.lines, doubtful);
     }
 
-    /// Adds the rows of a line program. A row takes a byte of it at least, so that `most` rows of all programs suffice.
-    fn program(&mut self, dwarf: &Dwarf<Slice<'_>>, program: Program<'_>, most: &mut usize) -> Result<(), Error> {
-        let Program { program, folder, ranges, told } = program;
+    /// Adds the rows of a line program; those of sequences that begin where dropped code is put go to `low`. A row takes a byte of the
+    /// program at least, so that `most` rows of all programs suffice.
+    fn program(
+        &mut self,
+        dwarf: &Dwarf<Slice<'_>>,
+        program: Program<'_>,
+        most: &mut usize,
+        low: &mut Vec<Sequence>,
+    ) -> Result<(), Error> {
+        let Program { program, folder, ranges, told, .. } = program;
         let mut files: HashMap<u64, Option<Arc<str>>> = HashMap::new();
         let mut rows = program.rows();
         let mut last: Option<(u64, u64, u32)> = None;
+        let mut sequence: Option<Sequence> = None;
         while let Some((header, row)) = rows.next_row()? {
             let Some(left) = most.checked_sub(1) else {
                 self.damaged("its line programs overlap");
@@ -162,6 +184,8 @@ impl Reader {
             };
             *most = left;
             let (addr, index) = (row.address(), row.file_index());
+            let current = sequence.get_or_insert_with(|| Sequence::new(addr));
+            current.end = addr;
             if let Some((start, file, line)) = last.take().filter(|(start, ..)| *start < addr) {
                 let known = !told || ranges.iter().any(|range| range.contains(&start));
                 let name = files.entry(file).or_insert_with(|| self.file(dwarf, header, file, &folder));
@@ -169,12 +193,16 @@ impl Reader {
                     (known && line > 0, name, u32::try_from(start), u32::try_from(addr - start))
                 {
                     let (kind, file) = (kind(file), Arc::clone(file));
-                    self.lines.push(LineAt { addr: at, kind, file, line, len });
+                    let into = if current.is_low() { &mut current.lines } else { &mut self.lines };
+                    into.push(LineAt { addr: at, kind, file, line, len });
                 }
             }
             // Of several rows at one address the last is that of the code.
             let line = row.line().map_or(0, |line| u32::try_from(line.get()).unwrap_or(0));
             last = (!row.end_sequence()).then_some((addr, index, line));
+            if row.end_sequence() {
+                low.extend(sequence.take().filter(|sequence| !sequence.lines.is_empty()));
+            }
         }
         Ok(())
     }
@@ -242,12 +270,14 @@ fn add_unit<'b>(
         folder: String::new(),
         ranges: Vec::new(),
         told: false,
+        units: Vec::new(),
     });
     if ranges.is_some() || known.folder.is_empty() {
         known.folder = folder;
     }
     known.told |= ranges.is_some();
     known.ranges.extend(ranges.unwrap_or_default());
+    known.units.push(unit);
     Ok(())
 }
 

@@ -12,9 +12,10 @@ use object::elf::{
 use object::read::Error;
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, SectionTable, Sym};
 
+use super::demangle::demangle;
 use super::faults::Faults;
 use super::place::{Origin, Placed, Trouble, describe, window};
-use super::{ElfMachine, Image, Lines, Loaded, Space, SymbolAt};
+use super::{ElfMachine, Image, Lines, Loaded, Mangled, Space, SymbolAt};
 
 /// The first bytes of every ELF file.
 pub(super) const MAGIC: &[u8] = &elf::ELFMAG;
@@ -85,6 +86,22 @@ pub(super) fn debug_sections(bytes: &[u8]) -> Option<Vec<(&str, DebugSection<'_>
         }
     }
     Some(found)
+}
+
+/// Names of the symbols at an address that lie in sections with code; none where the file has no such table.
+pub(super) fn code_names_at(bytes: &[u8], addr: u32) -> Vec<&[u8]> {
+    let named = || {
+        let header = FileHeader32::<Le>::parse(bytes).ok()?;
+        let sections = header.sections(Le, bytes).ok()?;
+        let table = sections.symbols(Le, bytes, SHT_SYMTAB).ok()?;
+        let here = table.iter().filter(|symbol| symbol.st_value(Le) == addr && symbol.st_type() != STT_SECTION);
+        let code = here.filter(|symbol| {
+            let home = object::SectionIndex(symbol.st_shndx(Le).into());
+            sections.section(home).is_ok_and(|home| home.sh_flags(Le) & SHF_EXECINSTR != 0)
+        });
+        Some(code.filter_map(|symbol| symbol.name(Le, table.strings()).ok()).filter(|name| !name.is_empty()).collect())
+    };
+    named().unwrap_or_default()
 }
 
 /// Checks what can be read without knowing the layout of the rest.
@@ -289,11 +306,12 @@ fn symbols(
         let Some(space) = spaces.get(at) else { continue };
         let (local, weak) = (symbol.st_bind() == STB_LOCAL, symbol.st_bind() == STB_WEAK);
         let name = String::from_utf8_lossy(name).into_owned();
-        let at_addr = SymbolAt { name, space: space.name, addr: addr - space.start, size: symbol.st_size(Le) };
+        let at_addr = SymbolAt::new(name, space.name, addr - space.start, symbol.st_size(Le));
         let module = if local { module.get(..module.len().min(MOST_MODULE)).unwrap_or_default() } else { &[] };
         found.push(Named { at, weak, module, symbol: at_addr });
     }
-    tell_apart(&mut found);
+    let shared = tell_apart(&found);
+    found.iter_mut().zip(shared).for_each(|(named, shared)| named.give_name(shared));
     found.sort_by(|a, b| a.key().cmp(&b.key()));
     Ok(found.into_iter().map(|named| named.symbol).collect())
 }
@@ -315,22 +333,31 @@ impl Named<'_> {
     fn key(&self) -> (usize, u32, bool, &str, u32) {
         (self.at, self.symbol.addr, !self.weak, &self.symbol.name, self.symbol.size)
     }
+
+    /// The name in the language of the program; with that of the module, as `main.count`, where another symbol has the same.
+    fn give_name(&mut self, shared: bool) {
+        let file = String::from_utf8_lossy(self.module);
+        let stem = file.rsplit('/').next().unwrap_or_default().split('.').next().unwrap_or_default();
+        let full = |name: String| if shared { format!("{stem}.{name}") } else { name };
+        let linkage = std::mem::take(&mut self.symbol.name);
+        match demangle(&linkage) {
+            Some((name, path)) => {
+                let mangled = Mangled { linkage: full(linkage), path: full(path) };
+                (self.symbol.name, self.symbol.mangled) = (full(name), Some(Box::new(mangled)));
+            }
+            None => self.symbol.name = full(linkage),
+        }
+    }
 }
 
-/// Statics of several modules that have one name are named by their module, as `main.count`; a global keeps the name.
-fn tell_apart(found: &mut [Named<'_>]) {
+/// The statics of several modules that have one name; a global keeps the name.
+fn tell_apart(found: &[Named<'_>]) -> Vec<bool> {
     let mut places: HashMap<(usize, &str), HashSet<u32>> = HashMap::new();
-    for named in found.iter() {
+    for named in found {
         places.entry((named.at, &named.symbol.name)).or_default().insert(named.symbol.addr);
     }
     let several = |named: &Named<'_>| places.get(&(named.at, &*named.symbol.name)).is_some_and(|all| all.len() > 1);
-    let shared: Vec<bool> = found.iter().map(|named| !named.module.is_empty() && several(named)).collect();
-    for (named, _) in found.iter_mut().zip(shared).filter(|(_, shared)| *shared) {
-        let file = String::from_utf8_lossy(named.module);
-        let stem = file.rsplit('/').next().unwrap_or_default();
-        let stem = stem.split('.').next().unwrap_or_default();
-        named.symbol.name = format!("{stem}.{}", named.symbol.name);
-    }
+    found.iter().map(|named| !named.module.is_empty() && several(named)).collect()
 }
 
 /// A section's name for messages, of bearable length.

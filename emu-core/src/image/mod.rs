@@ -1,12 +1,13 @@
 //! Images: what a HEX or ELF file puts into the memories of a chip.
 //!
-//! [`load`] looks at the first bytes and hands on to [`load_elf`] or [`load_hex`]. Both are strict: a file is either
+//! [`load`] looks at the first bytes and hands on to [`load_elf`], [`load_omf51`] or [`load_hex`]. All are strict: a file is either
 //! taken whole or refused with all its faults, each with a place, a stable code (see [`CODES`]) and a hint. What is
-//! accepted stands in `docs/formats/hex.md` and `elf.md`. [`write_hex`] is the way back.
+//! accepted stands in `docs/formats/hex.md`, `elf.md` and `omf51.md`. [`write_hex`] is the way back.
 //!
 //! ```text
 //!   hex.rs   lines to records to addresses          elf.rs   sections to load addresses, symbols
 //!   line.rs  one line and its faults                place.rs bytes into memories: outside, overlap, half words
+//!   omf51/   records of absolute object files for MCS-51
 //!   write.rs segments to HEX                        faults.rs the list of faults and its limit
 //!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC and gputils write
 //!   lines.rs source lines by address, and back      dwarf.rs those in ELF files
@@ -14,6 +15,7 @@
 //! ```
 
 mod codes;
+mod demangle;
 mod dwarf;
 mod elf;
 mod faults;
@@ -21,6 +23,7 @@ mod hex;
 mod line;
 mod lines;
 mod note;
+mod omf51;
 mod place;
 mod symbols;
 mod write;
@@ -28,11 +31,13 @@ mod write;
 use diag::Diagnostic;
 
 pub use codes::{CODES, LINE_CODES, SYMBOL_CODES};
+pub use demangle::Mangled;
 pub use elf::load_elf;
 pub use faults::LIMIT;
 pub use hex::load_hex;
 pub use lines::{LineAt, LineKind, Lines};
 pub use note::{avr_device, avr_signature};
+pub use omf51::{OMF_CODES, load_omf51};
 pub use symbols::{Message, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols};
 pub use write::write_hex;
 
@@ -79,7 +84,8 @@ pub const CONSTANT: &str = "constant";
 /// A name for an address.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SymbolAt {
-    /// The name as the linker wrote it, or one of the names that [`load_symbols`] derives from it.
+    /// The name in the language of the program: as the linker wrote it, demangled ([`SymbolAt::mangled`]), or one of the names
+    /// that [`load_symbols`] derives from it.
     pub name: String,
     /// Name of the memory; [`CONSTANT`] for a mere number.
     pub space: &'static str,
@@ -87,6 +93,59 @@ pub struct SymbolAt {
     pub addr: u32,
     /// Size in bytes; 0 for a mere label.
     pub size: u32,
+    /// What the linker calls it, where a compiler of C++ or Rust has mangled the name.
+    pub mangled: Option<Box<Mangled>>,
+}
+
+impl SymbolAt {
+    /// A symbol whose name is the linker's.
+    #[must_use]
+    pub fn new(name: impl Into<String>, space: &'static str, addr: u32, size: u32) -> SymbolAt {
+        SymbolAt { name: name.into(), space, addr, size, mangled: None }
+    }
+
+    /// What the linker calls it.
+    #[must_use]
+    pub fn linkage(&self) -> &str {
+        self.mangled.as_ref().map_or(&self.name, |mangled| &mangled.linkage)
+    }
+
+    /// True for the whole name, with or without spaces where a compiler has mangled it, and for that of the linker.
+    #[must_use]
+    pub fn is_named(&self, text: &str) -> bool {
+        let is_whole = |mangled: &Mangled| mangled.linkage == text || unspaced(&self.name).eq(unspaced(text));
+        self.name == text || self.mangled.as_ref().is_some_and(|mangled| is_whole(mangled))
+    }
+
+    /// How well a text that is not the whole name stands for a symbol of C++ or Rust, 0 best, as gdb lets one leave out
+    /// parts: the name without parameters (`app::compute`, 0), without those of templates too (1), and without outer
+    /// namespaces (`compute`, `compute(int)`, 2). Nothing where it does not.
+    #[must_use]
+    pub fn is_shortened_to(&self, text: &str) -> Option<u8> {
+        let path = &*self.mangled.as_ref()?.path;
+        let plain = demangle::without_arguments(path);
+        let is_tail = |name: &str| {
+            let before = name.len().checked_sub(text.len()).and_then(|at| name.split_at_checked(at));
+            before.is_some_and(|(before, tail)| before.ends_with("::") && tail == text)
+        };
+        match () {
+            () if text.is_empty() => None,
+            () if path == text => Some(0),
+            () if plain == text => Some(1),
+            () if is_tail(path) || is_tail(plain) => Some(2),
+            // With parameters; those of the name come without its namespaces, which may have some themselves.
+            () if text.contains('(') => {
+                let mut outer = path.match_indices("::").filter_map(|(at, _)| self.name.get(at + 2..));
+                outer.any(|tail| unspaced(tail).eq(unspaced(text))).then_some(2)
+            }
+            () => None,
+        }
+    }
+}
+
+/// The bytes of a name without spaces.
+fn unspaced(name: &str) -> impl Iterator<Item = u8> {
+    name.bytes().filter(|byte| *byte != b' ')
 }
 
 /// What a file puts into the memories of a chip.
@@ -171,7 +230,8 @@ impl ElfMachine {
     }
 }
 
-/// Loads an image, ELF if the file begins with the ELF magic and Intel HEX otherwise. `file` is the name for messages.
+/// Loads an image: ELF if the file begins with the ELF magic, OMF-51 if it is for MCS-51 and begins with a record of that format, and
+/// Intel HEX otherwise. `file` is the name for messages.
 ///
 /// # Errors
 /// All faults of the file in the order of their places; at most [`LIMIT`] and a closing note with the number of others.
@@ -184,6 +244,8 @@ pub fn load(
 ) -> Result<Loaded, Vec<Diagnostic>> {
     if bytes.starts_with(elf::MAGIC) {
         load_elf(file, bytes, elf_spaces, machine.0)
+    } else if machine == ElfMachine::MCS51 && omf51::guess(bytes).is_some() {
+        load_omf51(file, bytes, hex_spaces)
     } else {
         load_hex(file, bytes, hex_spaces)
     }

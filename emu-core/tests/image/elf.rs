@@ -249,7 +249,7 @@ fn faults_are_all_reported() {
 #[test]
 fn a_program_goes_to_its_load_addresses() {
     let seg = |space, addr, bytes: &[u8]| Segment { space, addr, bytes: bytes.to_vec() };
-    let sym = |name: &str, space, addr, size| SymbolAt { name: name.to_owned(), space, addr, size };
+    let sym = |name: &str, space, addr, size| SymbolAt::new(name, space, addr, size);
     let segments = [seg("flash", 0, &[0x0C, 0x94, 0x34, 0x00, 0xAB, 0xCD]), seg("eeprom", 0, &[1, 2, 3])];
     let symbols = [
         sym("start", "flash", 0, 0),

@@ -5,18 +5,41 @@ pub type Section<'a> = (&'a str, u32, &'a [u8]);
 
 const HEADER: usize = 52;
 const PROGBITS: u32 = 1;
+const SYMTAB: u32 = 2;
+const STRTAB: u32 = 3;
 
 /// An AVR executable that has these sections and no program headers.
 pub fn build(sections: &[Section<'_>]) -> Vec<u8> {
+    build_with(sections, &[])
+}
+
+/// The same with functions: name and address. The first section holds them.
+pub fn build_with(sections: &[Section<'_>], functions: &[(&str, u32)]) -> Vec<u8> {
     let mut names = vec![0];
     let mut bytes = vec![0; HEADER];
     let mut headers = vec![[0u32; 10]];
-    for (name, flags, data) in sections.iter().copied().chain([(".shstrtab", 0, &[][..])]) {
+    let (mut table, mut texts) = (vec![0; 16], vec![0]);
+    for (name, addr) in functions {
+        table.extend([texts.len() as u32, *addr, 0].into_iter().flat_map(u32::to_le_bytes));
+        // A global function of section 1.
+        table.extend([0x12, 0, 1, 0]);
+        texts.extend(name.as_bytes());
+        texts.push(0);
+    }
+    let tables: &[Section<'_>] = &[(".symtab", 0, &table), (".strtab", 0, &texts)];
+    let tables = if functions.is_empty() { &[] } else { tables };
+    let all = sections.iter().chain(tables).copied().chain([(".shstrtab", 0, &[][..])]);
+    for (name, flags, data) in all {
         let at = names.len() as u32;
         names.extend(name.as_bytes());
         names.push(0);
         let data = if name == ".shstrtab" { &names[..] } else { data };
-        headers.push([at, PROGBITS, flags, 0, bytes.len() as u32, data.len() as u32, 0, 0, 1, 0]);
+        let (kind, link, info, entry) = match name {
+            ".symtab" => (SYMTAB, headers.len() as u32 + 1, 1, 16),
+            ".strtab" => (STRTAB, 0, 0, 0),
+            _ => (PROGBITS, 0, 0, 0),
+        };
+        headers.push([at, kind, flags, 0, bytes.len() as u32, data.len() as u32, link, info, 1, entry]);
         bytes.extend(data);
         bytes.resize(bytes.len().next_multiple_of(4), 0);
     }

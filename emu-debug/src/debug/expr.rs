@@ -273,6 +273,7 @@ impl<'a> Parser<'a> {
         }
         let word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | ':' | '$' | '@' | '#');
         let end = self.rest.find(|c: char| !word(c)).unwrap_or(self.rest.len());
+        let end = self.scope.mangled_name(self.rest).map_or(end, |name| name.max(end));
         let (name, rest) = self.rest.split_at(end);
         self.rest = rest.trim_start();
         if name.is_empty() {

@@ -8,7 +8,7 @@ use super::eyes::byte_of;
 use super::place::Place;
 use super::target::Target;
 use crate::bits;
-use crate::place::{Names, Range};
+use crate::place::{Names, Range, split_memory};
 use crate::source::Source;
 use crate::stimulus;
 
@@ -118,11 +118,17 @@ impl Scope {
         if let Some((_, place)) = self.ladder.iter().find(|(known, _)| known == name) {
             return Ok(Expr::Place(*place));
         }
-        let own = self.symbols.iter().any(|symbol| symbol.name == name);
+        let own = self.symbols.iter().any(|symbol| symbol.is_named(name));
         if !own && let Some(place) = self.register(name).or_else(|| self.pin(name)) {
             return Ok(Expr::Place(place));
         }
         self.memory(name).or_else(|why| self.bit(name).unwrap_or(Err(why)))
+    }
+
+    /// Length of the longest name of a C++ or Rust symbol with which a text begins: those have brackets and spaces in them.
+    pub(super) fn mangled_name(&self, text: &str) -> Option<usize> {
+        let names = self.symbols.iter().filter_map(|s| Some([s.name.as_str(), &s.mangled.as_ref()?.path]));
+        names.flatten().filter(|name| text.starts_with(*name)).map(str::len).max()
     }
 
     fn register(&self, name: &str) -> Option<Place> {
@@ -139,7 +145,7 @@ impl Scope {
     /// `data:0x100`, `buf`, `TCNT1`, `P1`, `main` (its address), a constant (its value).
     fn memory(&self, name: &str) -> Result<Expr, String> {
         let names = self.source().names;
-        let known = |space: &str| self.symbols.iter().find(|s| s.name == name && s.space == space);
+        let known = |space: &str| self.symbols.iter().find(|s| s.space == space && s.is_named(name));
         if let Some(label) = known(self.chip.code) {
             return Ok(Expr::Number(i64::from(label.addr / self.chip.width(self.chip.code))));
         }
@@ -147,6 +153,9 @@ impl Scope {
             return Ok(Expr::Number(constant.addr.into()));
         }
         let range = names.range(name)?;
+        if range.space == self.chip.code && split_memory(name).is_none() {
+            return Ok(Expr::Number(range.start.into()));
+        }
         Ok(Expr::Place(self.place_of(&range)))
     }
 

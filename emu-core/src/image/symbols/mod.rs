@@ -6,19 +6,21 @@
 //!   main.cdb   debugging records of the compiler and linker    cdb.rs
 //!   main.rst   a module's listing with final addresses         listing.rs, gutter.rs
 //!   main.lst   the same before linking; taken only where all its areas are absolute
+//!   main.m51   the map of Keil's linkers                       keil/
 //!   names.rs   debugging names taken apart; which place gets which name
 //!   spaces.rs  the memories of both families
 //! ```
 //!
 //! Each of the files knows something that the others do not, so several are read together. What each gives and how
-//! names are chosen stands in `docs/formats/sdcc.md` and `docs/formats/gputils.md`.
+//! names are chosen stands in `docs/formats/sdcc.md`, `keil.md` and `gputils.md`.
 
 mod cdb;
 mod gputils;
 mod gutter;
+pub(super) mod keil;
 mod listing;
 mod map;
-mod names;
+pub(super) mod names;
 mod spaces;
 
 use diag::{Diagnostic, Pos};
@@ -27,7 +29,7 @@ use super::faults::Faults;
 use super::{Image, LineAt, LineKind, SymbolAt};
 pub use gputils::message::{Message, load_messages};
 use names::Entry;
-use spaces::Mem;
+pub(super) use spaces::Mem;
 pub use spaces::SymbolSpaces;
 
 /// A file of symbols, read into memory.
@@ -102,14 +104,14 @@ const CUT: &str = "SYM011";
 
 /// What the readers find.
 #[derive(Default)]
-struct Found {
+pub(super) struct Found {
     /// Number of the file that is being read.
     file: usize,
     /// True when a file was read that has long names whole.
     whole: bool,
-    entries: Vec<Entry>,
-    lines: Vec<LineAt>,
-    unplaced: Vec<(String, u32)>,
+    pub entries: Vec<Entry>,
+    pub lines: Vec<LineAt>,
+    pub unplaced: Vec<(String, u32)>,
     processors: Vec<(String, String)>,
 }
 
@@ -172,6 +174,10 @@ fn read(file: &SymbolFile, spaces: SymbolSpaces, found: &mut Found, faults: &mut
     }
     match kind(file, &text) {
         Some(Kind::Map) => map::read(&text, found, faults),
+        Some(Kind::Keil) => {
+            found.whole = true;
+            keil::m51::read(&text, found, faults);
+        }
         Some(Kind::Cdb) => {
             found.whole = true;
             cdb::read(&text, found, faults);
@@ -181,12 +187,12 @@ fn read(file: &SymbolFile, spaces: SymbolSpaces, found: &mut Found, faults: &mut
             listing::read(file.name, &text, found, faults);
         }
         None => {
-            let cause = || format!("{}, wanted an SDCC .map, .cdb, .rst or .lst", what(file.bytes));
+            let cause = || format!("{}, wanted an SDCC .map, .cdb, .rst or .lst, or a .m51 of Keil", what(file.bytes));
             faults.error(
                 "SYM001",
                 Pos::default(),
                 cause,
-                "give the linker's map, the .cdb of a --debug build or a .rst",
+                "give the linker's map (.map, .m51), the .cdb of a --debug build or a .rst",
             );
         }
     }
@@ -194,6 +200,7 @@ fn read(file: &SymbolFile, spaces: SymbolSpaces, found: &mut Found, faults: &mut
 
 enum Kind {
     Map,
+    Keil,
     Cdb,
     Listing,
 }
@@ -207,6 +214,9 @@ fn kind(file: &SymbolFile, text: &str) -> Option<Kind> {
     let first = heads.next()?.trim_start_matches('\u{c}');
     if first.starts_with("ASxxxx Linker") {
         return Some(Kind::Map);
+    }
+    if keil::m51::is(first) {
+        return Some(Kind::Keil);
     }
     if first.starts_with("ASxxxx Assembler") || gutter::width(first).is_some() {
         return Some(Kind::Listing);

@@ -16,12 +16,12 @@ use super::{Mem, SymbolFile};
 use crate::image::SymbolAt;
 
 /// A name and how strong its claim is.
-pub(super) type Name = (Rank, String);
+pub(in crate::image) type Name = (Rank, String);
 
 /// How strong the claim of a place on a name is. The strongest has it; of several equal ones none has it, except that
 /// two places for one [`Rank::Exact`] name are an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Rank {
+pub(in crate::image) enum Rank {
     /// A name as the linker knows it.
     Exact,
     /// A static with all that tells it from others: `module.name`, `module.function.name$block`.
@@ -37,7 +37,7 @@ pub(super) enum Rank {
 }
 
 /// A place with its names.
-pub(super) struct Entry {
+pub(in crate::image) struct Entry {
     pub mem: Mem,
     pub addr: u32,
     pub size: u32,
@@ -109,13 +109,13 @@ fn some(text: &str) -> Option<&str> {
 }
 
 /// The names of a symbol that the linker calls `name`.
-pub(super) fn linked(name: &str) -> Vec<Name> {
+pub(in crate::image) fn linked(name: &str) -> Vec<Name> {
     let plain = name.strip_prefix('_').and_then(some).map(|plain| (Rank::Plain, plain.to_owned()));
     std::iter::once((Rank::Exact, name.to_owned())).chain(plain).collect()
 }
 
 /// The names of a label that only its module knows.
-pub(super) fn local(module: &str, name: &str) -> Vec<Name> {
+pub(in crate::image) fn local(module: &str, name: &str) -> Vec<Name> {
     let plain = name.strip_prefix('_').and_then(some);
     let each = [Some(name), plain].into_iter().flatten();
     let full = |name: &str| (!module.is_empty()).then(|| (Rank::Full, format!("{module}.{name}")));
@@ -148,7 +148,11 @@ pub(super) fn in_c(scope: Scope, name: &str, block: &str) -> Vec<Name> {
 }
 
 /// Gives each name to the place with the strongest claim, and adds a fault for each name on which files disagree.
-pub(super) fn settle(entries: &[Entry], files: &[SymbolFile], refused: &mut Vec<Diagnostic>) -> Vec<SymbolAt> {
+pub(in crate::image) fn settle(
+    entries: &[Entry],
+    files: &[SymbolFile],
+    refused: &mut Vec<Diagnostic>,
+) -> Vec<SymbolAt> {
     let mut claims: BTreeMap<(Mem, &str), Vec<(Rank, &Entry)>> = BTreeMap::new();
     for entry in entries {
         for (rank, name) in &entry.names {
@@ -164,7 +168,7 @@ pub(super) fn settle(entries: &[Entry], files: &[SymbolFile], refused: &mut Vec<
             None => {
                 let same = claims.iter().filter(|(_, entry)| entry.addr == first.addr);
                 let size = same.map(|(_, entry)| entry.size).max().unwrap_or(0);
-                symbols.push((mem, SymbolAt { name: name.to_owned(), space: mem.name(), addr: first.addr, size }));
+                symbols.push((mem, SymbolAt::new(name, mem.name(), first.addr, size)));
             }
             Some(other) if best == Rank::Exact && refused.len() < crate::image::LIMIT => {
                 refused.push(disagreement(name, first, other, files));

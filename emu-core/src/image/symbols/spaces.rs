@@ -21,7 +21,7 @@ impl SymbolSpaces {
 
 /// The memories of both families, in the order in which symbols are listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Mem {
+pub(in crate::image) enum Mem {
     Code,
     Idata,
     Sfr,

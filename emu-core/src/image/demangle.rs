@@ -1,0 +1,190 @@
+//! Names as programmers write them, for those that compilers of C++ and Rust give to linkers.
+//!
+//! C++ by the Itanium ABI (`_Z...`), parsed by `cpp_demangle`; Rust in both schemes (`_R...`, and `_ZN...17h<hash>E`), parsed by
+//! `rustc-demangle`. Names come from files, so both lengths, of what is read and of what is made, have a limit: a name of a few
+//! bytes may refer to parts of itself and become longer than any memory.
+
+use std::fmt::{self, Write};
+
+use cpp_demangle::{BorrowedSymbol, DemangleOptions};
+
+/// Longest name that is taken apart, and longest that is made, in bytes.
+const LONGEST: usize = 4096;
+
+/// A name in the language of the program, and parts of it.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Mangled {
+    /// The name as the linker wrote it: `_ZN3app7computeER5Shapei`.
+    pub linkage: String,
+    /// Namespaces and name without parameters: `app::compute`.
+    pub path: String,
+}
+
+/// What a name of the linker is in the language of the program, whole as gdb prints it, and its [`Mangled::path`]; nothing for
+/// names that no compiler has mangled.
+#[must_use]
+pub(super) fn demangle(name: &str) -> Option<(String, String)> {
+    if name.len() > LONGEST || !name.starts_with("_Z") && !name.starts_with("_R") {
+        return None;
+    }
+    if let Ok(rust) = rustc_demangle::try_demangle(name) {
+        // Without the hash, which no source names.
+        let whole = limited(|out| write!(out, "{rust:#}"))?;
+        return Some((whole.clone(), whole));
+    }
+    let symbol = BorrowedSymbol::new(name.as_bytes()).ok()?;
+    let options = DemangleOptions::new().no_return_type();
+    let whole = limited(|out| symbol.structured_demangle(out, &options).map_err(|_| fmt::Error))?;
+    if let Some(special) = special(name, &whole) {
+        return Some((special.clone(), special));
+    }
+    let path = limited(|out| symbol.structured_demangle(out, &options.no_params()).map_err(|_| fmt::Error))?;
+    Some((whole, path))
+}
+
+/// What compilers make of a class, as c++filt prints it: `vtable for Shape` where `cpp_demangle` has `{vtable(Shape)}`.
+fn special(name: &str, whole: &str) -> Option<String> {
+    let (what, of) = whole.strip_prefix('{')?.strip_suffix(")}")?.split_once('(')?;
+    Some(match what {
+        "virtual override thunk" => {
+            let kind = if name.starts_with("_ZTv") { "virtual" } else { "non-virtual" };
+            format!("{kind} thunk to {}", of.split_once("}), ").or(of.split_once(", ")).map_or(of, |(_, of)| of))
+        }
+        "vtt" => format!("VTT for {of}"),
+        "static initialization guard" => format!("guard variable for {of}"),
+        _ => format!("{what} for {of}"),
+    })
+}
+
+/// A path without the arguments of its last template: `app::twice` for `app::twice<int>`.
+pub(super) fn without_arguments(path: &str) -> &str {
+    let mut depth = 0u32;
+    for (at, c) in path.char_indices().rev() {
+        match c {
+            '>' => depth += 1,
+            '<' => {
+                depth = depth.saturating_sub(1);
+                if depth == 0 {
+                    return path.get(..at).unwrap_or(path);
+                }
+            }
+            _ if depth == 0 => return path,
+            _ => {}
+        }
+    }
+    path
+}
+
+/// What is written, if it is short enough.
+fn limited(write: impl FnOnce(&mut Limited) -> fmt::Result) -> Option<String> {
+    let mut out = Limited(String::new());
+    write(&mut out).ok()?;
+    (!out.0.is_empty()).then_some(out.0)
+}
+
+/// A text that refuses to become longer than [`LONGEST`].
+struct Limited(String);
+
+impl Write for Limited {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        if self.0.len() + text.len() > LONGEST {
+            return Err(fmt::Error);
+        }
+        self.0.push_str(text);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::demangle;
+
+    fn both(name: &str) -> String {
+        demangle(name).map_or("-".to_owned(), |(whole, path)| format!("{whole} | {path}"))
+    }
+
+    #[test]
+    fn names_of_every_scheme() {
+        let table = [
+            ("_ZN3app7computeER5Shapei", "app::compute(Shape&, int) | app::compute"),
+            ("_ZN3app6resultE", "app::result | app::result"),
+            ("_ZN2SqC2Ei", "Sq::Sq(int) | Sq::Sq"),
+            ("_ZN2SqD0Ev", "Sq::~Sq() | Sq::~Sq"),
+            ("_ZTV2Sq", "vtable for Sq | vtable for Sq"),
+            ("_ZTI2Sq", "typeinfo for Sq | typeinfo for Sq"),
+            ("_ZGVZ4mainE1s", "guard variable for main::s | guard variable for main::s"),
+            ("_ZThn2_N2Sq4areaEv", "non-virtual thunk to Sq::area() | non-virtual thunk to Sq::area()"),
+            ("_ZL5count", "count | count"),
+            ("_Z5twiceIiET_S0_", "twice<int>(int) | twice<int>"),
+            ("_ZN1AclEi", "A::operator()(int) | A::operator()"),
+            ("_ZN12_GLOBAL__N_14fourEv", "(anonymous namespace)::four() | (anonymous namespace)::four"),
+            ("_Z5scalei.constprop.0", "scale(int) [clone .constprop.0] | scale"),
+            ("_ZN3app7compute17h0123456789abcdefE", "app::compute | app::compute"),
+            ("_RNvNtC7mycrate3app7compute", "mycrate::app::compute | mycrate::app::compute"),
+            ("main", "- | -"),
+            ("_", "- | -"),
+            ("_Z", "- | -"),
+            ("_Rest", "- | -"),
+            ("_ZN3ap", "- | -"),
+            ("__vector_16", "- | -"),
+        ];
+        for (name, wanted) in table {
+            assert_eq!(both(name), wanted.replace("- | -", "-"), "{name}");
+        }
+    }
+
+    #[test]
+    fn arguments_of_templates_are_left_out() {
+        for (path, wanted) in
+            [("twice<int>", "twice"), ("a::b<c<d>, e>", "a::b"), ("a<b>::c", "a<b>::c"), (">", ">"), ("", "")]
+        {
+            assert_eq!(super::without_arguments(path), wanted);
+        }
+    }
+
+    #[test]
+    fn a_name_without_end_has_a_limit() {
+        // Each pair is made of the one before, twice.
+        let mut name = "_Z1fSt4pairIiiE".to_owned();
+        for depth in 0..40 {
+            let earlier = if depth == 0 { "S_".to_owned() } else { format!("S{}_", depth - 1) };
+            name.push_str(&format!("St4pairI{earlier}{earlier}E"));
+        }
+        assert!(demangle(&name).is_none_or(|(whole, _)| whole.len() <= super::LONGEST));
+        assert_eq!(demangle(&format!("_Z{}", "N".repeat(5000))), None);
+        assert_eq!(demangle(&format!("_Z1f{}i", "P".repeat(4000))), None);
+    }
+
+    /// Names come from files: whatever they are, there is an answer.
+    #[test]
+    fn damaged_names_are_answered() {
+        let names: [&[u8]; 6] = [
+            b"_ZN3app7computeIN1A1BEEEvR5ShapeT_S2_DpT0_",
+            b"_ZNK3std4pairIiSt6vectorIcSaIcEEE5firstEPFvS1_EM1CKFivE",
+            b"_ZZN1A1fEvENKUlT_E_clIiEEDaS0_",
+            b"_ZN12_GLOBAL__N_1L3fooILi3EXadL_Z3barvEEEEDTcl1gfp_EET_",
+            b"_RINvNtC3std3mem8align_ofNtNtC3std3mem12DiscriminantE",
+            b"_RNvXs_NtC5crate3fooINtB4_3BarTRlAshj4_FG_EuEENtNtB4_5trait1T1f",
+        ];
+        let letters = b"SNTILEKRPFDACMUZXcdtvij_0123456789.$ ";
+        let mut rng = crate::rng::Rng::new(5);
+        let mut below = |n: usize| usize::try_from(rng.below(n as u64)).unwrap_or(0);
+        for round in 0..60_000 {
+            let mut name = names[round % names.len()].to_vec();
+            for _ in 0..=below(6) {
+                let (at, letter) = (2 + below(name.len() - 2), letters[below(letters.len())]);
+                match below(4) {
+                    0 => name.insert(at, letter),
+                    1 if name.len() > 8 => _ = name.remove(at),
+                    2 => name.extend_from_within(at..),
+                    _ => name[at] = letter,
+                }
+                name.truncate(600);
+            }
+            let name = String::from_utf8_lossy(&name).into_owned();
+            if let Some((whole, path)) = demangle(&name) {
+                assert!(whole.len() <= super::LONGEST && path.len() <= super::LONGEST, "{name}");
+            }
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! Rows of dropped functions among those that begin at address 0.
+//!
+//! A linker that drops a section (`--gc-sections`) has no address for what is said of it. For .debug_line GNU ld writes 0, in lists of
+//! ranges 0 or 1, LLD writes the highest addresses (which `gimli` leaves out). DWARF 5 gives such ranges their real length, so a
+//! dropped function seems to lie on the code at address 0: the vector table, and what follows. But code may really be there: vectors
+//! in assembler, or the `main` of a program without them.
+//!
+//! The table of symbols decides. A function that is there has a symbol at 0 and an entry of that name in its unit; a dropped one has
+//! the entry alone. What has no entry (assembler, files without symbols) stays doubtful: it gives way to every other line.
+
+use std::collections::HashSet;
+
+use gimli::{AttributeValue, DebugInfoOffset, DebuggingInformationEntry, Dwarf, Reader as _, Section as _, Unit};
+
+use super::{MOST_NAME, Slice};
+use crate::image::elf;
+use crate::image::lines::LineAt;
+
+/// The highest address that stands for no address; 1 is odd or within the first instruction.
+const LAST: u64 = 1;
+/// References from entry to entry that are followed for a name.
+const HOPS: usize = 4;
+
+/// Rows that belong together: they ascend, and lie in one section.
+pub(super) struct Sequence {
+    start: u64,
+    /// The address behind the last row.
+    pub end: u64,
+    pub lines: Vec<LineAt>,
+}
+
+impl Sequence {
+    pub fn new(start: u64) -> Sequence {
+        Sequence { start, end: start, lines: Vec::new() }
+    }
+
+    /// It begins where dropped code is put.
+    pub fn is_low(&self) -> bool {
+        self.start <= LAST
+    }
+}
+
+/// What is known of address 0.
+pub(super) struct Scan<'a, 'b> {
+    dwarf: &'a Dwarf<Slice<'b>>,
+    elf: &'a [u8],
+    /// Names of symbols at 0, read when they are first asked for.
+    owners: Option<HashSet<Vec<u8>>>,
+    /// Attributes that may still be read.
+    budget: usize,
+}
+
+/// The functions of some units that begin at 0.
+#[derive(Default)]
+struct Functions {
+    /// Some have names.
+    named: bool,
+    /// Sizes in bytes of those that have a symbol.
+    alive: Vec<u64>,
+}
+
+impl<'a, 'b> Scan<'a, 'b> {
+    pub fn new(dwarf: &'a Dwarf<Slice<'b>>, elf: &'a [u8]) -> Self {
+        let budget = dwarf.debug_info.reader().len() * 4 + (1 << 20);
+        Scan { dwarf, elf, owners: None, budget }
+    }
+
+    /// The lines of those sequences that are code, and the lines of which it is not known.
+    pub fn judge(&mut self, low: Vec<Sequence>, units: &[Unit<Slice<'b>>]) -> (Vec<LineAt>, Vec<LineAt>) {
+        let mut functions = Functions::default();
+        for unit in units {
+            // A damaged unit says nothing more.
+            _ = self.functions(unit, units, &mut functions);
+        }
+        let nobody = self.owners().is_empty();
+        if !functions.alive.is_empty() {
+            // Of several that begin at 0 it is the one that fits the function best.
+            let fits = |sequence: &Sequence| {
+                let sizes = functions.alive.iter().filter_map(|size| sequence.end.checked_sub(*size));
+                sizes.min()
+            };
+            let best = low.into_iter().filter_map(|s| Some((fits(&s)?, s))).min_by_key(|(over, _)| *over);
+            return (best.map(|(_, sequence)| sequence.lines).unwrap_or_default(), Vec::new());
+        }
+        if functions.named && !nobody {
+            return (Vec::new(), Vec::new());
+        }
+        (Vec::new(), low.into_iter().flat_map(|sequence| sequence.lines).collect())
+    }
+
+    fn owners(&mut self) -> &HashSet<Vec<u8>> {
+        let elf = self.elf;
+        self.owners.get_or_insert_with(|| {
+            let mut owners = HashSet::new();
+            for name in elf::code_names_at(elf, 0).into_iter().filter(|name| name.len() <= MOST_NAME) {
+                // Clones that a compiler makes have what they are behind a dot: `scale.constprop.0`.
+                let stem = name.split(|byte| *byte == b'.').next().unwrap_or_default();
+                owners.insert(stem.to_vec());
+                owners.insert(name.to_vec());
+            }
+            owners
+        })
+    }
+
+    /// Adds the functions of a unit that begin at 0.
+    fn functions(
+        &mut self,
+        unit: &Unit<Slice<'b>>,
+        units: &[Unit<Slice<'b>>],
+        into: &mut Functions,
+    ) -> Result<(), gimli::Error> {
+        let dwarf = self.dwarf;
+        let mut entries = unit.entries();
+        while let Some(entry) = entries.next_dfs()? {
+            let Some(left) = self.budget.checked_sub(entry.attrs().len() + 1) else { return Ok(()) };
+            self.budget = left;
+            if entry.tag() != gimli::DW_TAG_subprogram {
+                continue;
+            }
+            let Some(low) = entry.attr_value(gimli::DW_AT_low_pc) else { continue };
+            if dwarf.attr_address(unit, low)?.is_none_or(|low| low > LAST) {
+                continue;
+            }
+            let size = match entry.attr_value(gimli::DW_AT_high_pc) {
+                Some(AttributeValue::Udata(size)) => size,
+                Some(value) => dwarf.attr_address(unit, value)?.unwrap_or(0),
+                None => 0,
+            };
+            let names = names(dwarf, unit, units, entry);
+            into.named |= !names.is_empty();
+            if names.iter().any(|name| self.owners().contains(name.slice())) {
+                into.alive.push(size);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The names of a function, of which a linker knows one: its own or those of the entries that it refers to, in its unit or in others of
+/// its line program.
+fn names<'b>(
+    dwarf: &Dwarf<Slice<'b>>,
+    unit: &Unit<Slice<'b>>,
+    units: &[Unit<Slice<'b>>],
+    entry: &DebuggingInformationEntry<Slice<'b>>,
+) -> Vec<Slice<'b>> {
+    const NAMES: [gimli::DwAt; 3] = [gimli::DW_AT_linkage_name, gimli::DW_AT_MIPS_linkage_name, gimli::DW_AT_name];
+    const REFERENCES: [gimli::DwAt; 2] = [gimli::DW_AT_specification, gimli::DW_AT_abstract_origin];
+    let (mut unit, mut entry, mut found) = (unit, entry.clone(), Vec::new());
+    for _ in 0..HOPS {
+        let here = NAMES.into_iter().filter_map(|name| dwarf.attr_string(unit, entry.attr_value(name)?).ok());
+        found.extend(here.filter(|name| name.len() <= MOST_NAME));
+        let next = match REFERENCES.into_iter().find_map(|name| entry.attr_value(name)) {
+            Some(AttributeValue::UnitRef(offset)) => unit.entry(offset).ok(),
+            Some(AttributeValue::DebugInfoRef(offset)) => other(units, offset).and_then(|(other, offset)| {
+                unit = other;
+                unit.entry(offset).ok()
+            }),
+            _ => None,
+        };
+        match next {
+            Some(next) => entry = next,
+            None => break,
+        }
+    }
+    found
+}
+
+/// The unit that has the entry at an offset of .debug_info.
+fn other<'u, 'b>(
+    units: &'u [Unit<Slice<'b>>],
+    offset: DebugInfoOffset,
+) -> Option<(&'u Unit<Slice<'b>>, gimli::UnitOffset)> {
+    const MOST: usize = 256;
+    units.iter().take(MOST).find_map(|unit| Some((unit, offset.to_unit_offset(&unit.header)?)))
+}
+
+/// Adds doubtful lines where no other covers their begin, as far as the next one.
+pub(super) fn add_where_free(lines: &mut Vec<LineAt>, doubtful: Vec<LineAt>) {
+    if doubtful.is_empty() {
+        return;
+    }
+    let mut covered: Vec<(u32, u32)> =
+        lines.iter().map(|line| (line.addr, line.addr.saturating_add(line.len))).collect();
+    covered.sort_unstable();
+    // The end of what begins before a place is that of the farthest.
+    let mut end = 0;
+    for (_, own) in &mut covered {
+        end = end.max(*own);
+        *own = end;
+    }
+    for mut line in doubtful {
+        let behind = covered.partition_point(|(start, _)| *start <= line.addr);
+        let free = behind.checked_sub(1).and_then(|at| covered.get(at)).is_none_or(|(_, end)| *end <= line.addr);
+        if free {
+            let next = covered.get(behind).map_or(u32::MAX, |(start, _)| *start);
+            line.len = line.len.min(next - line.addr);
+            lines.push(line);
+        }
+    }
+}

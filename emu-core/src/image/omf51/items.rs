@@ -1,0 +1,227 @@
+//! Names and lines of an absolute object file: scopes, debug items, public definitions, and what Keil has added.
+//!
+//! ```text
+//!   scope (10):       kind (0 module, 1 block, 2 function begins; 3, 4, 5 end), name
+//!   debug items (12): 0 locals, 1 publics, 2 segments: {segment, info, offset (2), 0, name}; 3 lines: {segment, offset (2), line (2)}
+//!   public (16):      {segment, info, offset (2), 0, name}
+//!   info:             bits 0 to 2: 0 code, 1 external RAM, 2 RAM, 3 indirect RAM, 4 bit, 5 number
+//!   Keil (22):        as debug items; of names there may be a byte more in front of the name. Keil has not published it.
+//!   Keil (24):        4 bytes, the name of the module's source file, 0
+//! ```
+
+use diag::Pos;
+
+use crate::image::LineAt;
+use crate::image::SymbolAt;
+use crate::image::faults::Faults;
+use crate::image::symbols::keil::Scopes;
+use crate::image::symbols::names::{Rank, settle};
+use crate::image::symbols::{Found, Mem};
+
+/// Most names and lines together; programs of 64 KB have some thousand.
+const MOST: usize = 1 << 18;
+
+/// A name and what follows it: its length stands in front.
+pub(super) fn name(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (&length, rest) = bytes.split_first()?;
+    rest.split_at_checked(length.into())
+}
+
+fn text(name: &[u8]) -> String {
+    String::from_utf8_lossy(name).into_owned()
+}
+
+/// Names and lines as they are found.
+#[derive(Default)]
+pub(super) struct Items {
+    scopes: Scopes,
+    found: Found,
+    /// A source file that stands in front of its module.
+    source: Option<String>,
+    /// The scope of a module is open.
+    open: bool,
+    /// How many were found.
+    count: usize,
+    /// Records that could not be read to their end, and how many they are.
+    damaged: u64,
+}
+
+/// What an item of a record says.
+struct Item<'b> {
+    info: u8,
+    offset: u16,
+    name: &'b [u8],
+}
+
+impl Items {
+    /// The module header.
+    pub fn header(&mut self, module: &[u8]) {
+        self.module(module);
+    }
+
+    fn module(&mut self, module: &[u8]) {
+        let mut quiet = Faults::new("", "");
+        let module = text(module);
+        let stem = module.rsplit(['\\', '/']).next().unwrap_or_default();
+        self.scopes.module(stem, None, &mut self.found, &mut quiet);
+        if let Some(source) = self.source.take() {
+            self.scopes.source(&source);
+        }
+    }
+
+    /// A scope begins or ends.
+    pub fn scope(&mut self, contents: &[u8]) {
+        let Some((kind, rest)) = contents.split_first() else { return self.damaged += 1 };
+        let Some((name, _)) = name(rest) else { return self.damaged += 1 };
+        match kind {
+            0 => {
+                self.module(name);
+                self.open = true;
+            }
+            1 => self.scopes.block(),
+            2 => self.scopes.function(&text(name)),
+            3 => {
+                self.scopes.end_module();
+                self.open = false;
+            }
+            4 => self.scopes.end_block(),
+            5 => self.scopes.end_function(),
+            _ => self.damaged += 1,
+        }
+    }
+
+    /// Debug items of Intel's format; `width` is that of a number of a segment.
+    pub fn items(&mut self, contents: &[u8], width: usize) {
+        let Some((kind, rest)) = contents.split_first() else { return self.damaged += 1 };
+        match kind {
+            0 | 1 => match named(rest, width, 1) {
+                Some(items) => items.iter().for_each(|item| self.symbol(item, *kind == 1)),
+                None => self.damaged += 1,
+            },
+            // Names of segments are no places of the program.
+            2 => {}
+            3 => self.lines(rest, width),
+            _ => self.damaged += 1,
+        }
+    }
+
+    /// Those of Keil's linkers.
+    pub fn keil(&mut self, contents: &[u8]) {
+        let Some((kind, rest)) = contents.split_first() else { return self.damaged += 1 };
+        match kind {
+            0 | 1 => match (1..=3).find_map(|between| named(rest, 1, between)) {
+                Some(items) => items.iter().for_each(|item| self.symbol(item, *kind == 1)),
+                None => self.damaged += 1,
+            },
+            3 => self.lines(rest, 1),
+            _ => {}
+        }
+    }
+
+    /// Public definitions.
+    pub fn publics(&mut self, contents: &[u8], width: usize) {
+        match named(contents, width, 1) {
+            Some(items) => items.iter().for_each(|item| self.symbol(item, true)),
+            None => self.damaged += 1,
+        }
+    }
+
+    /// The name of the source file of the module that is open, or comes next.
+    pub fn source(&mut self, contents: &[u8]) {
+        let name = contents.get(4..).unwrap_or_default();
+        let name = name.split(|byte| *byte == 0).next().unwrap_or_default();
+        // A length in front of the name, as other names have it, is none of its characters.
+        let name = match name.split_first() {
+            Some((&first, rest)) if usize::from(first) == rest.len() => rest,
+            _ => name,
+        };
+        let name = text(name);
+        let file = name.rsplit(['\\', '/']).next().unwrap_or_default();
+        if !file.is_empty() && !file.contains(char::is_control) {
+            match self.open {
+                true => self.scopes.source(file),
+                false => self.source = Some(file.to_owned()),
+            }
+        }
+    }
+
+    fn lines(&mut self, bytes: &[u8], width: usize) {
+        let each = bytes.chunks_exact(width + 4);
+        if !each.remainder().is_empty() {
+            self.damaged += 1;
+        }
+        for item in each {
+            let Some((segment, [a, b, c, d])) = item.split_at_checked(width) else { continue };
+            let (addr, line) = (u16::from_le_bytes([*a, *b]), u16::from_le_bytes([*c, *d]));
+            self.count += 1;
+            if segment.iter().all(|byte| *byte == 0) && line > 0 && self.count <= MOST {
+                self.scopes.line(addr.into(), line.into(), Pos::default());
+            }
+        }
+    }
+
+    fn symbol(&mut self, item: &Item<'_>, public: bool) {
+        self.count += 1;
+        if item.name.is_empty() || self.count > MOST {
+            return;
+        }
+        let (addr, name) = (u32::from(item.offset), text(item.name));
+        let mem = match item.info & 7 {
+            0 => Mem::Code,
+            1 => Mem::Xdata,
+            2 if addr <= 0xFF => Mem::Sfr,
+            3 if addr <= 0xFF => Mem::Idata,
+            4 if addr <= 0xFF => Mem::Bit,
+            5 => return self.found.unplaced.push((name, addr)),
+            _ => return self.damaged += 1,
+        };
+        let (pos, mut quiet) = (Pos::default(), Faults::new("", ""));
+        match public {
+            true => self.scopes.public(mem, addr, &name, pos, &mut self.found, &mut quiet),
+            false => self.scopes.local(mem, addr, &name, pos, &mut self.found, &mut quiet),
+        }
+    }
+
+    /// The symbols and lines. What could not be read is told once.
+    pub fn finish(mut self, faults: &mut Faults) -> (Vec<SymbolAt>, Vec<LineAt>) {
+        self.scopes.finish(&mut self.found, &mut Faults::new("", ""));
+        if self.damaged > 0 || self.count > MOST {
+            let damaged = self.damaged;
+            let cause = || match damaged {
+                0 => format!("there are more names and lines than {MOST}, the rest is left out"),
+                _ => format!(
+                    "{damaged} records or names of debugging information cannot be read, so names and lines may be missing"
+                ),
+            };
+            faults.warning("OMF011", Pos::default(), cause, "give the map of the linker as --symbols");
+        }
+        // Of two places for one name none has it: names never refuse a program.
+        for entry in &mut self.found.entries {
+            entry.names.iter_mut().filter(|(rank, _)| *rank == Rank::Exact).for_each(|(rank, _)| *rank = Rank::Full);
+        }
+        let mut symbols = settle(&self.found.entries, &[], &mut Vec::new());
+        symbols.extend(
+            self.found.unplaced.into_iter().map(|(name, value)| SymbolAt::new(name, crate::image::CONSTANT, value, 0)),
+        );
+        (symbols, self.found.lines)
+    }
+}
+
+/// The items with names of a record, with `between` bytes between offset and name; nothing where they do not fill it.
+fn named(mut bytes: &[u8], width: usize, between: usize) -> Option<Vec<Item<'_>>> {
+    let mut items = Vec::new();
+    while !bytes.is_empty() {
+        let (segment, rest) = bytes.split_at_checked(width)?;
+        let (&[info, low, high], rest) = rest.split_first_chunk()?;
+        let (name, rest) = name(rest.get(between..)?)?;
+        if name.iter().any(|byte| *byte < b' ') {
+            return None;
+        }
+        // What lies in a segment without an address has none.
+        if segment.iter().all(|byte| *byte == 0) {
+            items.push(Item { info, offset: u16::from_le_bytes([low, high]), name });
+        }
+        bytes = rest;
+    }
+    Some(items)
+}

@@ -1,0 +1,283 @@
+//! OMF-51: object files of Intel's tools for MCS-51, and of those that came after them (Keil, SDCC, ASEM-51), as images. Intel, "External
+//! Product Specification for the MCS-51 Object Module Format", V5.0 (1982), chapter 4 and appendix 3, "Absolute Object Module Format".
+//!
+//! ```text
+//!   record:  type, length of the rest (2 bytes, low first), contents, check sum: all bytes of it add up to 0 modulo 256
+//!   file:    module header (02), scopes (10), names and lines (12), contents (06) in any order, module end (04)
+//! ```
+//! A program to be run is absolute: it has no segments that a linker has still to place. Such a file is taken whole or refused with all
+//! its faults. Names and lines (`items.rs`) never refuse one.
+
+mod codes;
+mod items;
+
+use diag::{Diagnostic, Pos};
+
+use super::faults::Faults;
+use super::place::{Origin, Placed, Trouble, describe};
+use super::{Image, Lines, Loaded, Space};
+pub use codes::OMF_CODES;
+use items::Items;
+
+/// Types of records. Keil's linkers write those of Intel with numbers of segments of two bytes under the next odd number.
+mod kind {
+    pub const HEADER: u8 = 0x02;
+    pub const END: u8 = 0x04;
+    pub const CONTENT: u8 = 0x06;
+    pub const FIXUP: u8 = 0x08;
+    pub const SEGMENTS: u8 = 0x0E;
+    pub const SCOPE: u8 = 0x10;
+    pub const ITEMS: u8 = 0x12;
+    pub const PUBLICS: u8 = 0x16;
+    pub const EXTERNALS: u8 = 0x18;
+    /// Names and lines of Keil's linkers.
+    pub const KEIL_ITEMS: u8 = 0x22;
+    /// The source file of a module, of Keil's linkers.
+    pub const KEIL_SOURCE: u8 = 0x24;
+    /// From here on tools may have records of their own.
+    pub const FIRST_OWN: u8 = 0x20;
+    /// The head of a library.
+    pub const LIBRARY: u8 = 0x2C;
+    /// The first record of a file by Keil's LX51, in another format.
+    pub const OMF2: u8 = 0x70;
+}
+
+/// What a file seems to be by its first record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Guess {
+    /// A module of OMF-51.
+    Module,
+    /// A library of such modules.
+    Library,
+    /// A file by LX51 in Keil's own format.
+    Omf2,
+}
+
+/// What a file is, if it is no text. No text begins with the byte 02; the two others are letters, so their first record must be right.
+pub(super) fn guess(bytes: &[u8]) -> Option<Guess> {
+    let right = || {
+        let length = usize::from(u16::from_le_bytes([*bytes.get(1)?, *bytes.get(2)?]));
+        (length > 0).then(|| bytes.get(..3 + length)).flatten().filter(|record| sum(record) == 0)
+    };
+    match *bytes.first()? {
+        kind::HEADER => Some(Guess::Module),
+        kind::LIBRARY => right().map(|_| Guess::Library),
+        kind::OMF2 => right().map(|_| Guess::Omf2),
+        _ => None,
+    }
+}
+
+fn sum(record: &[u8]) -> u8 {
+    record.iter().fold(0, |sum: u8, byte| sum.wrapping_add(*byte))
+}
+
+/// A record whose check sum is right.
+#[derive(Clone, Copy)]
+struct Record<'b> {
+    kind: u8,
+    /// Between length and check sum.
+    contents: &'b [u8],
+    /// Where it begins in the file.
+    offset: usize,
+}
+
+impl Record<'_> {
+    /// The type in Intel's specification, and the bytes that a number of a segment has.
+    fn intel(&self) -> (u8, usize) {
+        let odd = self.kind < kind::FIRST_OWN && self.kind % 2 == 1;
+        if odd { (self.kind - 1, 2) } else { (self.kind, 1) }
+    }
+}
+
+/// Loads an absolute object file. `file` is the name for messages, `spaces` are the memories of the chip, of which one is `code`.
+///
+/// # Errors
+/// All faults of the file (codes in [`OMF_CODES`]); at most [`super::LIMIT`] and a closing note with the number of others.
+pub fn load_omf51(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Vec<Diagnostic>> {
+    let mut faults = Faults::new(file, "OMF010");
+    match guess(bytes) {
+        Some(Guess::Module) => {}
+        Some(Guess::Library) => {
+            let cause = || "the file is a library of object modules, not a program".to_owned();
+            faults.error("OMF003", Pos::default(), cause, "link a program with it and load that");
+            return faults.finish(Image::default());
+        }
+        Some(Guess::Omf2) => {
+            let cause = || "the file is of Keil's LX51, in a format of its own (OMF2), which is not read".to_owned();
+            faults.error(
+                "OMF004",
+                Pos::default(),
+                cause,
+                "convert it with OHX51 and load the .hex, with the map as --symbols",
+            );
+            return faults.finish(Image::default());
+        }
+        None => {
+            let first =
+                bytes.first().map_or("the file is empty".to_owned(), |b| format!("the first byte is 0x{b:02X}"));
+            faults.error("OMF005", Pos::default(), || format!("{first}, wanted 0x02, a module header"), GET_AGAIN);
+            return faults.finish(Image::default());
+        }
+    }
+    let mut reader = Reader { placed: Placed::new(spaces), spaces, items: Items::default(), seen: Seen::default() };
+    reader.read(bytes, &mut faults);
+    let Reader { placed, items, seen, .. } = reader;
+    if faults.none() && !seen.content {
+        let cause = || "no record has contents of program memory".to_owned();
+        faults.error("OMF009", Pos::default(), cause, "link a program; this may be a module of names alone");
+    }
+    let (symbols, lines) = items.finish(&mut faults);
+    let lines = Lines::new(lines);
+    faults.finish(Image { segments: placed.into_segments(), symbols, lines, entry: None })
+}
+
+const GET_AGAIN: &str = "the file is cut off or damaged: build or get it again";
+
+/// What has been seen.
+#[derive(Default)]
+struct Seen {
+    content: bool,
+    /// The module header's name.
+    name: Option<Vec<u8>>,
+    /// The records of relocatable modules were told.
+    relocatable: bool,
+}
+
+struct Reader<'s> {
+    placed: Placed<'s>,
+    spaces: &'s [Space],
+    items: Items,
+    seen: Seen,
+}
+
+impl Reader<'_> {
+    fn read(&mut self, bytes: &[u8], faults: &mut Faults) {
+        let mut offset = 0;
+        loop {
+            if faults.hopeless() {
+                return;
+            }
+            let rest = bytes.get(offset..).unwrap_or_default();
+            let Some((&kind, after)) = rest.split_first() else {
+                let cause = || "the file ends without a module end record (type 0x04)".to_owned();
+                return faults.error("OMF001", Pos::default(), cause, GET_AGAIN);
+            };
+            let whole = after.first_chunk().and_then(|length| {
+                let length = usize::from(u16::from_le_bytes(*length));
+                rest.get(..3 + length).filter(|_| length > 0)
+            });
+            let Some(whole) = whole else {
+                let cause =
+                    || format!("the record of type 0x{kind:02X} at 0x{offset:X} goes beyond the end of the file");
+                return faults.error("OMF001", Pos::default(), cause, GET_AGAIN);
+            };
+            let end = offset + whole.len();
+            if sum(whole) == 0 {
+                let contents = whole.get(3..whole.len() - 1).unwrap_or_default();
+                if self.record(Record { kind, contents, offset }, faults) {
+                    if end < bytes.len() {
+                        let cause = || format!("{} bytes follow the module end record", bytes.len() - end);
+                        faults.error("OMF008", Pos::default(), cause, "link the modules, or remove what follows");
+                    }
+                    return;
+                }
+            } else {
+                let found = whole.last().copied().unwrap_or(0);
+                let wanted = found.wrapping_sub(sum(whole));
+                let cause = || {
+                    format!(
+                        "record 0x{kind:02X} at 0x{offset:X} has the check sum 0x{found:02X}, its bytes want 0x{wanted:02X}"
+                    )
+                };
+                faults.error("OMF002", Pos::default(), cause, GET_AGAIN);
+            }
+            offset = end;
+        }
+    }
+
+    /// One record; true for the last.
+    fn record(&mut self, record: Record<'_>, faults: &mut Faults) -> bool {
+        let (kind, width) = record.intel();
+        match kind {
+            kind::HEADER if self.seen.name.is_some() => {
+                damaged(record, "a second module header", faults);
+            }
+            kind::HEADER => match items::name(record.contents) {
+                Some((name, [_, ..])) => {
+                    self.seen.name = Some(name.to_vec());
+                    self.items.header(name);
+                }
+                _ => damaged(record, "its name goes beyond its end", faults),
+            },
+            kind::END => {
+                match items::name(record.contents) {
+                    Some((name, _)) if self.seen.name.as_deref().is_some_and(|first| first != name) => {
+                        damaged(record, "it names another module than the module header", faults);
+                    }
+                    Some(_) => {}
+                    None => damaged(record, "its name goes beyond its end", faults),
+                }
+                return true;
+            }
+            kind::CONTENT => self.content(record, width, faults),
+            kind::FIXUP => self.relocatable(record, "has addresses that a linker fills in", faults),
+            kind::EXTERNALS if !record.contents.is_empty() => {
+                self.relocatable(record, "has names of other modules", faults);
+            }
+            kind::SCOPE => self.items.scope(record.contents),
+            kind::ITEMS => self.items.items(record.contents, width),
+            kind::PUBLICS => self.items.publics(record.contents, width),
+            kind::KEIL_ITEMS => self.items.keil(record.contents),
+            kind::KEIL_SOURCE => self.items.source(record.contents),
+            // What of it is placed stands in the contents; Keil's descriptions of types are not needed.
+            kind::SEGMENTS | kind::EXTERNALS | kind::FIRST_OWN.. => {}
+            _ => damaged(record, "its type is unknown", faults),
+        }
+        false
+    }
+
+    fn content(&mut self, record: Record<'_>, width: usize, faults: &mut Faults) {
+        let Some((segment, rest)) = record.contents.split_at_checked(width) else {
+            return damaged(record, "it is too short", faults);
+        };
+        if segment.iter().any(|byte| *byte != 0) {
+            return self.relocatable(record, "has contents of a segment that has no address yet", faults);
+        }
+        let Some((offset, data)) = rest.split_first_chunk() else { return damaged(record, "it is too short", faults) };
+        let addr = u16::from_le_bytes(*offset);
+        self.seen.content |= !data.is_empty();
+        let from = Origin { line: u32::try_from(record.offset).unwrap_or(u32::MAX), column: 0 };
+        let spaces = self.spaces;
+        self.placed.put(addr.into(), data, from, |trouble| match trouble {
+            Trouble::Outside { start, end } => {
+                let cause = || {
+                    let (last, at) = (end - 1, record.offset);
+                    format!("the contents at 0x{at:X} fill 0x{start:04X} to 0x{last:04X}, outside the memories of the chip: {}", describe(spaces))
+                };
+                faults.error("OMF006", Pos::default(), cause, "link for this chip, or choose the chip it was linked for");
+            }
+            Trouble::Overlap { start, end, with } => {
+                let cause = || {
+                    let (last, at, other) = (end - 1, record.offset, with.line);
+                    format!("the contents at 0x{at:X} fill 0x{start:04X} to 0x{last:04X}, which those at 0x{other:X} have filled")
+                };
+                faults.error("OMF007", Pos::default(), cause, "two segments were put at one address: correct that and link anew");
+            }
+        });
+    }
+
+    /// The module is not absolute. Once said is enough.
+    fn relocatable(&mut self, record: Record<'_>, what: &str, faults: &mut Faults) {
+        if std::mem::replace(&mut self.seen.relocatable, true) {
+            return;
+        }
+        let cause =
+            || format!("the module is relocatable: it {what} (record 0x{:02X} at 0x{:X})", record.kind, record.offset);
+        faults.error("OMF003", Pos::default(), cause, "link it (BL51 main.obj TO app) and load the absolute file");
+    }
+}
+
+fn damaged(record: Record<'_>, what: &str, faults: &mut Faults) {
+    let cause = || format!("record 0x{:02X} at 0x{:X} cannot be read: {what}", record.kind, record.offset);
+    faults.error("OMF005", Pos::default(), cause, GET_AGAIN);
+}

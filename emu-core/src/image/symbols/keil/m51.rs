@@ -1,0 +1,276 @@
+//! The map that Keil's linkers write beside a program (`.m51`, `.map`), and Intel's RL51 before them: its table of symbols.
+//!
+//! ```text
+//!   BL51:  VALUE           TYPE          NAME                LX51:  VALUE       REP       CLASS    TYPE      SYMBOL NAME
+//!          -------         MODULE        MAIN                       ---         MODULE    ---      ---       MAIN
+//!          C:0183H         PUBLIC        tick                       01000183H   PUBLIC    CODE     ---       tick
+//!          B:00B0H.4       PUBLIC        Key                        000000B0H.4 SFRSYM    DATA     BIT       Key
+//!          -------         PROC          MAIN                       01000183H   BLOCK     CODE     ---       LVL=0
+//!          C:012EH         LINE#         85                         01000183H   LINE      CODE     ---       #85
+//!          -------         ENDPROC       MAIN                       ---         BLOCKEND  ---      ---       LVL=0
+//!          -------         ENDMOD        MAIN
+//! ```
+//! A page begins with the name of the linker. What does not fit in a line goes on in the next one behind `>>`. Which object file a
+//! module came from stands in front, under INPUT MODULES INCLUDED.
+
+use std::collections::HashMap;
+
+use diag::Pos;
+
+use super::{Scopes, bit_address};
+use crate::image::symbols::{Faults, Found, Mem, numbered, pos_of, short};
+
+/// True for the first line of such a map.
+pub(in crate::image::symbols) fn is(first: &str) -> bool {
+    is_page(first.trim_start_matches('\u{c}').trim_start())
+}
+
+fn is_page(line: &str) -> bool {
+    ["LINKER/LOCATER", "RELOCATOR AND LINKER"].iter().any(|name| line.contains(name))
+        && !line.starts_with(|c: char| c.is_ascii_digit())
+}
+
+/// Where in the file a line stands.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Other,
+    Modules,
+    Symbols,
+}
+
+/// Reads a map.
+pub(in crate::image::symbols) fn read(text: &str, found: &mut Found, faults: &mut Faults) {
+    let lines = joined(text);
+    let mut part = Part::Other;
+    let mut stems: HashMap<String, String> = HashMap::new();
+    let (mut scopes, mut seen, mut rows, mut names) = (Scopes::default(), false, 0u32, None);
+    for (number, line) in &lines {
+        if faults.full() {
+            return;
+        }
+        let line = line.trim_start_matches('\u{c}').trim_end();
+        if line.is_empty() || is_page(line) {
+            continue;
+        }
+        if !line.starts_with([' ', '\t']) {
+            part = match line {
+                _ if line.starts_with("INPUT MODULES INCLUDED") => Part::Modules,
+                _ if line.starts_with("SYMBOL TABLE OF MODULE") => Part::Symbols,
+                _ => Part::Other,
+            };
+            seen |= part == Part::Symbols;
+            continue;
+        }
+        match part {
+            Part::Other => {}
+            Part::Modules => stems.extend(object(line)),
+            Part::Symbols => {
+                if line.trim_start().starts_with("VALUE") {
+                    names = line.find("SYMBOL NAME");
+                } else if let Some(row) = Row::read(line, names) {
+                    rows += 1;
+                    row.apply(*number, line, &stems, &mut scopes, found, faults);
+                } else if !is_rule(line) {
+                    damaged(*number, line, line.trim_start(), "the line is none of a table of symbols", faults);
+                }
+            }
+        }
+    }
+    scopes.finish(found, faults);
+    if (!seen || rows == 0) && faults.none() {
+        let cause = || "the map has no table of symbols".to_owned();
+        let hint = "link without NOSYMBOLS, NOPUBLICS and NOLINES, and compile with DEBUG";
+        faults.error("SYM016", Pos::default(), cause, hint);
+    }
+}
+
+/// The lines with what goes on in the next one.
+fn joined(text: &str) -> Vec<(u32, String)> {
+    let mut lines: Vec<(u32, String)> = Vec::new();
+    for (number, line) in numbered(text) {
+        match (line.strip_prefix(">>"), lines.last_mut()) {
+            (Some(more), Some((_, last))) => last.push_str(more.trim_start()),
+            _ => lines.push((number, line.to_owned())),
+        }
+    }
+    lines
+}
+
+fn is_rule(line: &str) -> bool {
+    line.bytes().all(|byte| matches!(byte, b'-' | b'=' | b' ' | b'\t'))
+}
+
+/// `.\Objects\main.obj (MAIN)`: the name of the module, and the stem of its file. A module of a library has none.
+fn object(line: &str) -> Option<(String, String)> {
+    let (path, module) = line.trim().strip_suffix(')')?.rsplit_once(" (")?;
+    let file = path.rsplit(['\\', '/']).next()?;
+    let (stem, extension) = file.rsplit_once('.').unwrap_or((file, ""));
+    let own = !extension.eq_ignore_ascii_case("lib") && !stem.is_empty();
+    own.then(|| (module.to_owned(), stem.to_owned()))
+}
+
+/// A line of the table.
+struct Row<'t> {
+    value: &'t str,
+    kind: &'t str,
+    /// LX51's class and type.
+    class: Option<(&'t str, &'t str)>,
+    name: &'t str,
+}
+
+impl<'t> Row<'t> {
+    /// A line; `names` is the column in which names begin, where LX51 has said so.
+    fn read(line: &'t str, names: Option<usize>) -> Option<Row<'t>> {
+        const BL51: &[&str] =
+            &["MODULE", "ENDMOD", "PROC", "ENDPROC", "DO", "ENDDO", "SYMBOL", "PUBLIC", "LINE#", "SEGMENT", "EXTRN"];
+        let (value, rest) = word(line)?;
+        let (kind, rest) = word(rest)?;
+        let scope = value.bytes().all(|byte| byte == b'-');
+        // In LX51's a value has neither memory nor is it a rule of seven.
+        let lx51 = if scope { value.len() < 7 } else { !value.contains(':') };
+        if !lx51 {
+            return BL51.contains(&kind).then(|| Row { value, kind, class: None, name: rest.trim() });
+        }
+        let (class, rest) = word(rest)?;
+        let (kind_of, rest) = word(rest)?;
+        let known = scope || value.starts_with(|c: char| c.is_ascii_hexdigit() || c == 'R');
+        // A type may be of two words.
+        let name = names.and_then(|at| line.get(at..)).unwrap_or(rest);
+        known.then(|| Row { value, kind, class: Some((class, kind_of)), name: name.trim() })
+    }
+
+    fn apply(
+        &self,
+        number: u32,
+        line: &str,
+        stems: &HashMap<String, String>,
+        scopes: &mut Scopes,
+        found: &mut Found,
+        faults: &mut Faults,
+    ) {
+        let pos = pos_of(number, line, if self.name.is_empty() { self.value } else { self.name });
+        match self.kind {
+            "MODULE" => {
+                let stem = stems.get(self.name).map(String::as_str);
+                return scopes.module(self.name, stem, found, faults);
+            }
+            "ENDMOD" => return scopes.end_module(),
+            "PROC" => return scopes.function(self.name),
+            "ENDPROC" => return scopes.end_function(),
+            "DO" => return scopes.block(),
+            "ENDDO" => return scopes.end_block(),
+            "BLOCK" | "BLOCKEND" => {
+                let level: usize = self.name.strip_prefix("LVL=").and_then(|n| n.parse().ok()).unwrap_or(0);
+                scopes.leave_blocks(level.saturating_sub(1));
+                return match (self.kind, level, self.place()) {
+                    // The outermost block is a function.
+                    ("BLOCK", 0, Some(Ok(Place::At(Mem::Code, addr)))) => scopes.function_at(addr),
+                    ("BLOCKEND", 0, _) => scopes.end_function(),
+                    ("BLOCK", 1.., _) => scopes.block(),
+                    _ => {}
+                };
+            }
+            _ => {}
+        }
+        let place = match self.place() {
+            Some(Ok(place)) => place,
+            // A register, an external name, a memory that the chip lacks.
+            None => return,
+            Some(Err(what)) => return damaged(number, line, self.value, what, faults),
+        };
+        match (self.kind, place) {
+            ("LINE#" | "LINE", Place::At(Mem::Code, addr)) => {
+                match self.name.strip_prefix('#').unwrap_or(self.name).parse() {
+                    Ok(line) => scopes.line(addr, line, pos),
+                    Err(_) => damaged(number, line, self.name, "the number of a line is none", faults),
+                }
+            }
+            ("PUBLIC" | "SFRSYM", Place::At(mem, addr)) => scopes.public(mem, addr, self.name, pos, found, faults),
+            ("SYMBOL", Place::At(mem, addr)) => scopes.local(mem, addr, self.name, pos, found, faults),
+            ("PUBLIC" | "SYMBOL", Place::Number(value)) => found.unplaced.push((self.name.to_owned(), value)),
+            _ => {}
+        }
+    }
+
+    /// What the value says; nothing for what is no place.
+    fn place(&self) -> Option<Result<Place, &'static str>> {
+        if self.value.bytes().all(|byte| byte == b'-') {
+            return None;
+        }
+        let (memory, digits) = match self.class {
+            Some((class, kind)) => {
+                // A register that holds a variable.
+                if self.value.starts_with('R') {
+                    return None;
+                }
+                let memory = match (class, kind) {
+                    _ if matches!(self.kind, "LINE" | "BLOCK") => "C",
+                    ("NUMBER", _) | ("---", _) => "N",
+                    (_, "BIT") | ("BIT", _) => "B",
+                    ("CODE" | "CONST" | "ECODE", _) => "C",
+                    ("DATA", _) => "D",
+                    ("IDATA", _) => "I",
+                    ("XDATA" | "PDATA", _) => "X",
+                    _ => return None,
+                };
+                (memory, self.value)
+            }
+            None => self.value.split_once(':')?,
+        };
+        Some(value(memory, digits, self.class.is_some()))
+    }
+}
+
+/// What a value stands for.
+enum Place {
+    At(Mem, u32),
+    Number(u32),
+}
+
+/// `0183H` in `C`, `00B0H.4` in `B`. Values of LX51 have the number of their memory above the 24 bits of the address.
+fn value(memory: &str, digits: &str, long: bool) -> Result<Place, &'static str> {
+    const WRONG: &str = "the value is no hexadecimal number with an H";
+    let (digits, bit) = match digits.split_once('.') {
+        Some((digits, bit)) => (digits, Some(bit.parse::<u32>().map_err(|_| "the number of a bit is none")?)),
+        None => (digits, None),
+    };
+    let digits = digits.strip_suffix('H').ok_or(WRONG)?;
+    if digits.is_empty() || !digits.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+        return Err(WRONG);
+    }
+    let number = u32::from_str_radix(digits, 16).map_err(|_| WRONG)?;
+    let number = if long { number & 0xFF_FFFF } else { number };
+    let mem = match memory {
+        "N" => return Ok(Place::Number(number)),
+        "C" => Mem::Code,
+        "D" => Mem::Sfr,
+        "I" => Mem::Idata,
+        "X" => Mem::Xdata,
+        "B" => {
+            let bit = bit_address(number, bit.unwrap_or(0)).ok_or("no bit of the chip has this address")?;
+            return Ok(Place::At(Mem::Bit, bit));
+        }
+        // `B1`: a bank of code.
+        _ if memory.strip_prefix('B').is_some_and(|bank| bank.parse::<u32>().is_ok()) => {
+            return Err("the name lies in a bank of code, and banks are not emulated");
+        }
+        _ => return Err("the memory is unknown; wanted C, D, I, X, B or N"),
+    };
+    if mem == Mem::Sfr && number > 0xFF {
+        return Err("the address is beyond internal RAM");
+    }
+    Ok(Place::At(mem, number))
+}
+
+/// The first word of a text, and what follows it.
+fn word(text: &str) -> Option<(&str, &str)> {
+    let text = text.trim_start();
+    let end = text.find([' ', '\t']).unwrap_or(text.len());
+    let (word, rest) = text.split_at(end);
+    (!word.is_empty()).then_some((word, rest))
+}
+
+fn damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut Faults) {
+    let cause = || format!("{what}: {:?}", short(part));
+    faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link anew");
+}
