@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::{self, Read as _};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use diag::text::{plain, readable};
 use diag::{Diagnostic, Severity};
 use emu_core::chip::Chip;
 use emu_core::image::{self, CONSTANT, ElfMachine, Image, Lines, SymbolAt, SymbolFile, Symbols};
@@ -92,13 +93,14 @@ pub fn image(file: &str, chip: &'static Chip, terminal: &Terminal) -> Result<Ima
 
 /// Neither Intel HEX nor ELF, and a text.
 fn is_text(bytes: &[u8]) -> bool {
-    let text = std::str::from_utf8(bytes).map(str::trim_start).ok();
-    text.is_some_and(|text| !text.is_empty() && !text.starts_with([':', '\x7F']) && !text.contains('\0'))
+    let text = plain(bytes);
+    let first = text.trim_ascii_start().first();
+    first.is_some_and(|first| !matches!(first, b':' | b'\x7F')) && !text.contains(&0)
 }
 
 /// A note for what looks like a text and not like an image.
 fn source(file: &str, bytes: &[u8]) -> Option<Diagnostic> {
-    let text = std::str::from_utf8(bytes).ok().filter(|_| is_text(bytes))?;
+    let text = is_text(bytes).then(|| readable(bytes))?;
     let is_source = text.lines().any(|line| line.trim_start().starts_with([';', '.', '#']));
     is_source.then(|| {
         let cause =

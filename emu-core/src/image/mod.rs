@@ -1,8 +1,8 @@
 //! Images: what a HEX or ELF file puts into the memories of a chip.
 //!
-//! [`load`] looks at the first bytes and hands on to [`load_elf`] or [`load_hex`]. Both are strict: a file is either
-//! taken whole or refused with all its faults, each with a place, a stable code (see [`CODES`]) and a hint. What is
-//! accepted stands in `docs/formats/hex.md` and `elf.md`. [`write_hex`] is the way back.
+//! [`load`] looks at the first bytes and hands on to [`load_elf`] or [`load_hex`]. A file is either
+//! taken or refused with all its faults, each with a place, a stable code (see [`CODES`]) and a hint; what of it is left out is
+//! noted. What is accepted stands in `docs/formats/hex.md` and `elf.md`. [`write_hex`] is the way back.
 //!
 //! ```text
 //!   hex.rs   lines to records to addresses          elf.rs   sections to load addresses, symbols
@@ -10,7 +10,7 @@
 //!   write.rs segments to HEX                        faults.rs the list of faults and its limit
 //!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC and gputils write
 //!   lines.rs source lines by address, and back      dwarf.rs those in ELF files
-//!   note.rs  for which AVR an ELF file was linked
+//!   note.rs  for which AVR an ELF file was linked    simavr.rs what it says to simavr
 //! ```
 
 mod codes;
@@ -22,6 +22,7 @@ mod line;
 mod lines;
 mod note;
 mod place;
+mod simavr;
 mod symbols;
 mod write;
 
@@ -33,6 +34,7 @@ pub use faults::LIMIT;
 pub use hex::load_hex;
 pub use lines::{LineAt, LineKind, Lines};
 pub use note::{avr_device, avr_signature};
+pub use simavr::{Simavr, SimavrTrace, simavr};
 pub use symbols::{Message, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols};
 pub use write::write_hex;
 
@@ -171,6 +173,23 @@ impl ElfMachine {
     }
 }
 
+/// Where an ELF file for an AVR has its memories beside program and RAM: EEPROM, fuses, lock bits and signature, each in 64 KB of
+/// addresses (binutils, ld/scripttempl/avr.sc). What lies above is no memory of a chip that is modelled, as the user signature.
+pub const AVR_AREAS: std::ops::Range<u32> = 0x81_0000..0x85_0000;
+
+/// A window that lies there.
+fn is_avr_area(start: u32) -> bool {
+    AVR_AREAS.contains(&start)
+}
+
+/// The memories that an Intel HEX file may fill: those of `hex`, and of `elf` those of an AVR that avr-objcopy carries over at the
+/// addresses of the ELF file, unless told otherwise.
+#[must_use]
+pub fn hex_spaces(hex: &[Space], elf: &[Space]) -> Vec<Space> {
+    let carried = elf.iter().filter(|space| is_avr_area(space.start) && hex.iter().all(|own| own.name != space.name));
+    hex.iter().chain(carried).copied().collect()
+}
+
 /// Loads an image, ELF if the file begins with the ELF magic and Intel HEX otherwise. `file` is the name for messages.
 ///
 /// # Errors
@@ -185,6 +204,6 @@ pub fn load(
     if bytes.starts_with(elf::MAGIC) {
         load_elf(file, bytes, elf_spaces, machine.0)
     } else {
-        load_hex(file, bytes, hex_spaces)
+        load_hex(file, bytes, &self::hex_spaces(hex_spaces, elf_spaces))
     }
 }

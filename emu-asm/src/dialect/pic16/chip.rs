@@ -35,7 +35,7 @@ fn bare(name: &str) -> String {
 /// be no chip of that name.
 #[must_use]
 pub fn named_chip(source: &[u8]) -> Option<String> {
-    let text = String::from_utf8_lossy(source);
+    let text = diag::text::readable(source);
     text.lines().find_map(|line| {
         let code = line.split(';').next()?.trim();
         let (word, rest) = code.split_once(char::is_whitespace)?;
