@@ -19,10 +19,10 @@ use crate::args::dialect;
 use crate::codes;
 use crate::compile::Target;
 use crate::fail::{Failure, exit};
-use crate::family;
 use crate::input::{self, Read};
 use crate::output;
 use crate::report::{Terminal, Texts, report};
+use crate::{chosen, family};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -69,7 +69,7 @@ pub struct CheckArgs {
     #[command(flatten)]
     target: Target,
     /// Check this HEX or ELF file, which another compiler made of the program, instead of an image of our own. The chip is that of
-    /// MICRO= unless --mcu names it.
+    /// MICRO= unless --mcu names it, and else the one that the image names.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["via", "junit", "report"])]
     image: Option<String>,
     /// Where the symbols of that image are: a map as `emu compile --map` writes it. They are compared as well, then.
@@ -234,9 +234,13 @@ fn foreign(
     let chip = match (chips, micro) {
         ([chip], _) => *chip,
         ([], Some(chip)) => chip,
-        ([], None) => {
-            return Err(Failure::Usage("the program names no known chip in MICRO=; give --mcu CHIP".to_owned()));
-        }
+        ([], None) => match chosen::named_chip(file, &input::peek(file)?).and_then(|named| named.chip) {
+            Some(chip) => chip.name,
+            None => {
+                let why = "neither the program, in MICRO=, nor the image names a known chip; give --mcu CHIP";
+                return Err(Failure::Usage(why.to_owned()));
+            }
+        },
         _ => return Err(Failure::Usage("--image is for one chip; give one with --mcu".to_owned())),
     };
     let row = family::chip(chip).map_err(Failure::Usage)?;

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::{self, Read as _};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use diag::text::{plain, readable};
@@ -27,6 +28,9 @@ pub const ELF: &[u8] = b"\x7fELF";
 /// Somebody else reads standard input: no file is.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
+/// The file that was looked at before it is read, and its bytes.
+static PEEKED: Mutex<Option<(String, Vec<u8>)>> = Mutex::new(None);
+
 /// From now on `-` cannot be read.
 pub fn take_stdin() {
     TAKEN.store(true, Ordering::Relaxed);
@@ -47,9 +51,23 @@ pub fn unreadable(file: &str, error: &io::Error) -> Failure {
     Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Texts::default())
 }
 
-/// The same, with the system's word where it fails.
+/// All bytes of a file that is read again: what comes through a pipe is kept for that.
+pub fn peek(file: &str) -> Result<Vec<u8>, Failure> {
+    let bytes = bytes(file)?;
+    if let Ok(mut kept) = PEEKED.lock() {
+        *kept = Some((file.to_owned(), bytes.clone()));
+    }
+    Ok(bytes)
+}
+
+/// The same as [`bytes`], with the system's word where it fails.
 pub fn read(file: &str) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
+    if let Ok(mut kept) = PEEKED.lock()
+        && let Some((_, bytes)) = kept.take_if(|(name, _)| name == file)
+    {
+        return Ok(bytes);
+    }
     let most = MAX_BYTES + 1;
     match file {
         "-" if TAKEN.load(Ordering::Relaxed) => return Err(io::Error::other("standard input is the editor's")),

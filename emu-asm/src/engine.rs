@@ -262,10 +262,7 @@ impl<'a> Asm<'a> {
             None => (self.texts.name(0).to_owned(), Pos::default()),
         };
         let cause = fault.cause + &self.chain();
-        self.faults.push((
-            Diagnostic::new(fault.severity, fault.code, &file, pos, cause, fault.hint),
-            fault.name,
-        ));
+        self.faults.push((Diagnostic::new(fault.severity, fault.code, &file, pos, cause, fault.hint), fault.name));
     }
 
     /// Errors told so far in this pass.

@@ -82,7 +82,8 @@ fn parse_text(
 ) -> Result<Parsed, Vec<Diagnostic>> {
     let mut reader = Reader::new(file);
     if marked {
-        let (cause, hint) = ("the file begins with a byte order mark", "save it without the mark, which LDmicro does not read");
+        let (cause, hint) =
+            ("the file begins with a byte order mark", "save it without the mark, which LDmicro does not read");
         reader.tell(Severity::Note, codes::BOM, Pos::new(1, 1, 1), cause, hint);
     }
     let program = read(&mut reader, text, options);

@@ -184,19 +184,17 @@ fn read(bytes: &[u8], spaces: &[Space], faults: &mut Faults) -> Result<Image, Er
 fn tell(trouble: Trouble, pieces: &[Piece], piece: &Piece, spaces: &[Space], faults: &mut Faults) {
     let name = &piece.name;
     match trouble {
+        // It speaks to a simulator. Where a linker script does not know it, it lies in flash like any other constants.
+        Trouble::Outside { .. } if name == simavr::SECTION => {}
         Trouble::Outside { start, end } => {
-            let cause = || {
-                let (last, count) = (end - 1, end - start);
-                format!(
-                    "{name}: 0x{start:04X} to 0x{last:04X} ({count} bytes) lies outside the memories of the chip: {}",
-                    describe(spaces)
-                )
-            };
+            let span = format!("{name}: 0x{start:04X} to 0x{:04X} ({} bytes) lies", end - 1, end - start);
             // No program of an AVR is loaded there, whatever the chip: the section is for other tools.
             if start >= AVR_AREAS.end.into() && !piece.code {
                 let hint = "programmers do not write it either; avr-objcopy -R removes it";
-                return faults.note("ELF015", Pos::default(), || format!("{}: left out", cause()), hint);
+                let cause = || format!("{span} where no AVR has a memory: left out");
+                return faults.note("ELF015", Pos::default(), cause, hint);
             }
+            let cause = || format!("{span} outside the memories of the chip: {}", describe(spaces));
             faults.error("ELF007", Pos::default(), cause, "link for this chip, or choose the chip it was linked for");
         }
         Trouble::Overlap { start, end, with } => {
@@ -224,10 +222,6 @@ fn pieces_of_sections<'b>(
         }
         let name =
             sections.section_name(Le, section).map(short).unwrap_or_else(|_| "a section without name".to_owned());
-        // It speaks to a simulator and is no part of the program, wherever the linker has put it.
-        if name == simavr::SECTION {
-            continue;
-        }
         let Ok(data) = section.data(Le, bytes) else {
             corrupt(faults, &format!("{name} goes beyond the end of the file"));
             continue;

@@ -207,18 +207,21 @@ impl Reader<'_> {
 
     fn tell_outside(&mut self) {
         let Some(Outside { addr, first, last_line }) = self.outside.take() else { return };
-        let cause = || {
-            let bytes = span(addr.start, addr.end, " lies", " lie");
-            let lines = if last_line > first.line { format!(" (to line {last_line})") } else { String::new() };
-            format!("{bytes} outside the memories of the chip{lines}: {}", describe(self.spaces))
-        };
+        let bytes = span(addr.start, addr.end, " lies", " lie");
+        let lines = if last_line > first.line { format!(" (to line {last_line})") } else { String::new() };
         // The chip has no such memory, whatever its size: what a linker keeps there is for other tools.
         if self.spaces.iter().any(|space| is_avr_area(space.start)) && addr.start >= AVR_AREAS.end.into() {
-            let left_out = || format!("{}: left out", cause());
+            let cause = || format!("{bytes} where no AVR has a memory{lines}: left out");
             let hint = "from here on an ELF file for an AVR has what other tools read; objcopy -R leaves it out";
-            return self.faults.note("HEX026", first, left_out, hint);
+            return self.faults.note("HEX026", first, cause, hint);
         }
-        self.faults.error("HEX016", first, cause, "build the program for this chip, or choose the chip it was built for");
+        let cause = || format!("{bytes} outside the memories of the chip{lines}: {}", describe(self.spaces));
+        self.faults.error(
+            "HEX016",
+            first,
+            cause,
+            "build the program for this chip, or choose the chip it was built for",
+        );
     }
 
     /// What can be said only at the end of the file; `last` is its last line with text.
@@ -235,10 +238,16 @@ impl Reader<'_> {
         }
         for half in self.placed.half_words() {
             let pos = Pos::new(half.from.line, half.from.column + 2 * half.offset, 2);
-            let cause = format!("the word at {} 0x{:04X} is half defined: {}", half.space.name, half.addr & !1, half.bytes());
+            let cause =
+                format!("the word at {} 0x{:04X} is half defined: {}", half.space.name, half.addr & !1, half.bytes());
             match half.space.bits {
                 Bits::All => self.faults.note("HEX018", pos, || cause + STAYS_ERASED, "pad the image to whole words"),
-                _ => self.faults.error("HEX018", pos, || cause, "pad the image so that both bytes of every word are given"),
+                _ => self.faults.error(
+                    "HEX018",
+                    pos,
+                    || cause,
+                    "pad the image so that both bytes of every word are given",
+                ),
             }
         }
         self.placed.fill_half_words();

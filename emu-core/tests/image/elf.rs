@@ -252,7 +252,7 @@ fn sections_that_others_make_are_accepted() {
         section(".boot", CODE, 0x11, 0x11, &[0x95]),
         section(".user_signatures", 0, 0x85_0000, 0x85_0000, &[1, 2]),
         section(".for_a_tool", 0, 0x91_0000, 0x91_0000, &[1]),
-        section(".mmcu", 0, 0x20, 0x20, &[1, 2]),
+        section(".mmcu", 0, 0x91_0010, 0x91_0010, &[1, 2]),
     ]);
     let loaded = load_elf("a.elf", &elf.build(), MEMORIES, AVR.0).unwrap();
     let seg = |space, addr, bytes: &[u8]| Segment { space, addr, bytes: bytes.to_vec() };

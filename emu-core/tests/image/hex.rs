@@ -74,7 +74,11 @@ fn faults_are_all_reported() {
         let found = load_file(name).expect_err(name);
         assert_eq!(lines(&found, " | "), wanted, "{name}.hex");
         for d in &found {
-            let severity = if d.cause.ends_with("left out") || d.cause.ends_with("(0xFF)") { Severity::Note } else { Severity::Error };
+            let severity = if d.cause.ends_with("left out") || d.cause.ends_with("(0xFF)") {
+                Severity::Note
+            } else {
+                Severity::Error
+            };
             assert_eq!((d.severity, d.file.as_str()), (severity, format!("{name}.hex").as_str()));
             assert!(!d.hint.is_empty(), "{name}.hex: {d} has no hint");
         }
