@@ -139,7 +139,7 @@ impl Verb {
 #[derive(Debug, Args)]
 pub struct Mcu {
     /// The chip, such as `atmega328p` (`emu chips` lists them). Default: the one that the file names: an ELF file of avr-gcc, a HEX
-    /// file in a comment, a source for a PIC by `list p=`.
+    /// file in a comment, a source by `list p=`, `.device` or the maker's file that it includes.
     #[arg(long = "mcu", value_name = "CHIP", value_parser = family::chip)]
     pub chip: Option<&'static Chip>,
 }

@@ -68,7 +68,7 @@ impl Mcu {
 }
 
 /// The chip that an image or a source names: an ELF file by the note of avr-gcc, by what it says to simavr or by the signature; a HEX
-/// file in a comment, as CCS C writes it, or by the signature; a source for a PIC by `list p=`.
+/// file in a comment, as CCS C writes it, or by the signature; a source for a PIC or an AVR by its directives and includes.
 pub fn named_chip(file: &str, bytes: &[u8]) -> Option<NamedChip> {
     let avr = |name: String, place: &str| NamedChip { chip: made_for::row(&name), name, place: place.to_owned() };
     let signed = |signature| {
@@ -83,7 +83,7 @@ pub fn named_chip(file: &str, bytes: &[u8]) -> Option<NamedChip> {
     }
     if asm::is_source(file) {
         let name = emu_asm::named_chip(bytes)?;
-        return Some(NamedChip { chip: family::chip(&name).ok(), name, place: "list p= or processor".to_owned() });
+        return Some(NamedChip { chip: family::chip(&name).ok(), name, place: "source".to_owned() });
     }
     in_comment(bytes).or_else(|| signed(hex_signature(bytes)?))
 }

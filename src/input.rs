@@ -109,11 +109,13 @@ pub fn image(file: &str, chip: &'static Chip, terminal: &Terminal) -> Result<Ima
     }
 }
 
-/// Neither Intel HEX nor ELF, and a text.
+/// Neither Intel HEX nor ELF, and a text; by its first line that is no comment.
 fn is_text(bytes: &[u8]) -> bool {
     let text = plain(bytes);
-    let first = text.trim_ascii_start().first();
-    first.is_some_and(|first| !matches!(first, b':' | b'\x7F')) && !text.contains(&0)
+    let mut lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+    // An image may begin with comments, as a source does.
+    let first = lines.find(|line| !matches!(line, [] | [b';', ..])).unwrap_or_default();
+    !text.trim_ascii().is_empty() && !first.starts_with(b":") && !text.starts_with(ELF) && !text.contains(&0)
 }
 
 /// A note for what looks like a text and not like an image.

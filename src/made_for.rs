@@ -3,7 +3,7 @@
 use diag::{Diagnostic, Severity};
 use emu_avr::chips::part;
 use emu_core::chip::{Chip, Family};
-use emu_core::image::{avr_device, avr_signature};
+use emu_core::image::{avr_device, avr_signature, simavr};
 
 use crate::codes::{OTHER_CHIP, about_file};
 use crate::family;
@@ -22,7 +22,7 @@ pub fn other_avr(file: &str, bytes: &[u8], chip: &Chip, severity: Severity) -> O
 pub type Told = (String, String);
 
 fn by_name(bytes: &[u8], chip: &Chip) -> Option<Told> {
-    let name = avr_device(bytes)?;
+    let name = avr_device(bytes).or_else(|| simavr(bytes)?.mcu)?;
     let same = row(&name);
     let build = format!("build it with -mmcu={}", chip.name);
     match same {

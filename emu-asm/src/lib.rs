@@ -25,6 +25,7 @@ mod known;
 mod listing;
 mod macros;
 mod matching;
+mod named;
 mod nearest;
 mod number;
 mod output;
@@ -42,10 +43,10 @@ use emu_core::image::{CONSTANT, Image, Lines, SymbolAt};
 use emu_core::table::AsmError;
 
 pub use codes::CODES;
-pub use dialect::pic16::named_chip;
 use engine::Asm;
 pub use files::{Files, Texts};
 pub use listing::Listing;
+pub use named::named_chip;
 use symbols::Kind;
 
 /// A source text.
