@@ -83,7 +83,7 @@ pub fn named_chip(file: &str, bytes: &[u8]) -> Option<NamedChip> {
     }
     if asm::is_source(file) {
         let name = emu_asm::named_chip(bytes)?;
-        return Some(NamedChip { chip: family::chip(&name).ok(), name, place: "source".to_owned() });
+        return Some(NamedChip { chip: family::chip(&name).ok(), name, place: "directive".to_owned() });
     }
     in_comment(bytes).or_else(|| signed(hex_signature(bytes)?))
 }
