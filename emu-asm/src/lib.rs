@@ -112,7 +112,7 @@ pub fn assemble(
             .all()
             .into_iter()
             .filter(|(name, _)| !name.contains('\u{1}'))
-            .map(|(name, symbol)| (show(&name).into_owned(), symbol.value.n, listing::kind_name(&symbol.kind)))
+            .map(|(name, symbol)| (show(name).into_owned(), symbol.value.n, listing::kind_name(&symbol.kind)))
             .collect(),
         digits: if chip.flash > 0x1_0000 { 5 } else { 4 },
     };
@@ -132,7 +132,7 @@ fn image_of(asm: &mut Asm<'_>) -> Image {
                 Kind::Equ | Kind::Set => (CONSTANT, symbol.value.n as u32),
                 Kind::Alias { ref of, .. } => bit_of(asm.chip, of)?,
             };
-            Some(SymbolAt { name: show(&name).into_owned(), space, addr, size: 0 })
+            Some(SymbolAt { name: show(name).into_owned(), space, addr, size: 0 })
         })
         .collect();
     let memory = |space: &str| asm.chip.spaces.iter().position(|(name, ..)| *name == space).unwrap_or(usize::MAX);
