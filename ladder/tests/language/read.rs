@@ -132,7 +132,7 @@ fn a_program_may_be_in_any_code_page() {
         (b"no\xA0break", Encoding::Bytes, "no\u{a0}break"),
     ];
     for (comment, encoding, shown) in files {
-        let front = format!("LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\n\nIO LIST\nEND\n\nPROGRAM\nRUNG\n    COMMENT ");
+        let front = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\n\nIO LIST\nEND\n\nPROGRAM\nRUNG\n    COMMENT ";
         let file = [front.as_bytes(), comment, b"\nEND\n"].concat();
         let parsed = ladder::parse_bytes("t", &file, ladder::Options::default()).expect("a program");
         let found = parsed.program.elements().find_map(|(_, element, _)| match element {
