@@ -14,7 +14,7 @@ const SOURCE: &str = "
 volatile char text[5] = \"abcd\";
 uint8_t cells[3] EEMEM = {1, 2, 3};
 int counter[10];
-const char tag[3] __attribute__((section(".tag"), used)) = "ab";
+const char tag[3] __attribute__((section(\".tag\"), used)) = \"ab\";
 int main(void) {
     PORTB = text[1];
     eeprom_read_byte(cells);
