@@ -1,6 +1,7 @@
 //! The flags of `emu run` that belong to AP101, and what its images must be.
 
 use clap::{Args, ValueEnum};
+use diag::text::readable;
 use diag::{Diagnostic, Pos, Severity};
 use emu_ap101::config::{Config, DAMAGED};
 use emu_ap101::{Inputs, Options};
@@ -71,11 +72,12 @@ pub fn faults(file: &str, text: &[u8], chip: &Chip, image: &Image) -> Vec<Diagno
 
 /// The digits of the byte at an address below 64 K, where they stand in a file of Intel HEX without other addresses.
 fn place(text: &[u8], addr: u32) -> Option<Pos> {
-    let text = std::str::from_utf8(text).ok()?;
-    (1..).zip(text.lines()).find_map(|(number, line)| {
+    (1..).zip(readable(text).lines()).find_map(|(number, line)| {
+        let indent = (line.len() - line.trim_start().len()) as u32;
+        let line = line.trim_start();
         let field = |from: usize, to: usize| u32::from_str_radix(line.get(from..to)?, 16).ok();
         let (len, start, kind) = (field(1, 3)?, field(3, 7)?, field(7, 9)?);
         let within = addr.checked_sub(start).filter(|&within| kind == 0 && within < len)?;
-        Some(Pos::new(number, HEAD + 1 + 2 * within, 2))
+        Some(Pos::new(number, indent + HEAD + 1 + 2 * within, 2))
     })
 }

@@ -135,12 +135,13 @@ impl Verb {
     }
 }
 
-/// A chip that must be named.
+/// The chip of an image.
 #[derive(Debug, Args)]
 pub struct Mcu {
-    /// The chip, such as `atmega328p` (`emu chips` lists them).
+    /// The chip, such as `atmega328p` (`emu chips` lists them). Default: the one that the file names: an ELF file of avr-gcc, a HEX
+    /// file in a comment, a source by `list p=`, `.device` or the maker's file that it includes.
     #[arg(long = "mcu", value_name = "CHIP", value_parser = family::ChipParser, hide_possible_values = true)]
-    pub chip: &'static Chip,
+    pub chip: Option<&'static Chip>,
 }
 
 /// How a ladder program is read.

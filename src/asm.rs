@@ -74,7 +74,7 @@ fn define(text: &str) -> Result<(String, String), String> {
 
 /// Assembles a source. When anything fails no file is written.
 pub fn asm(args: &AsmArgs, terminal: &Terminal) -> Result<u8, Failure> {
-    let chip = args.mcu.chip;
+    let chip = args.mcu.choose(&args.file)?.chip;
     if args.eeprom.is_some() && chip.eeprom == 0 {
         return Err(Failure::Usage(format!("--eeprom is for chips with an EEPROM; {} has none", chip.name)));
     }

@@ -16,6 +16,7 @@ use ladder::Dialect;
 use rayon::prelude::*;
 
 use crate::args::dialect;
+use crate::chosen;
 use crate::codes;
 use crate::compile::Target;
 use crate::fail::{Failure, exit};
@@ -69,7 +70,7 @@ pub struct CheckArgs {
     #[command(flatten)]
     target: Target,
     /// Check this HEX or ELF file, which another compiler made of the program, instead of an image of our own. The chip is that of
-    /// MICRO= unless --mcu names it.
+    /// MICRO= unless --mcu names it, and else the one that the image names.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["via", "junit", "report"])]
     image: Option<String>,
     /// Where the symbols of that image are: a map as `emu compile --map` writes it. They are compared as well, then.
@@ -226,9 +227,18 @@ fn foreign(
     let [read] = programs else {
         return Err(Failure::Usage("--image is of one program; give one".to_owned()));
     };
-    let chips = chips_of(chips, read)?;
-    let [chip] = chips.as_slice() else {
-        return Err(Failure::Usage("--image is for one chip; give one with --mcu".to_owned()));
+    let micro = read.program.settings.micro.as_deref().and_then(ladder::chip_of);
+    let chip = match (chips, micro) {
+        ([chip], _) => *chip,
+        ([], Some(chip)) => chip,
+        ([], None) => match chosen::named_chip(file, &input::peek(file)?).and_then(|named| named.chip) {
+            Some(chip) => chip.name,
+            None => {
+                let why = "neither the program, in MICRO=, nor the image names a known chip; give --mcu CHIP";
+                return Err(Failure::Usage(why.to_owned()));
+            }
+        },
+        _ => return Err(Failure::Usage("--image is for one chip; give one with --mcu".to_owned())),
     };
     let row = family::chip(chip).map_err(Failure::Usage)?;
     let image = input::image(file, row, terminal)?;

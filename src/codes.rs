@@ -74,8 +74,8 @@ pub const CODES: &[Code] = &[
                   element is refused as a whole, because running a part of it would show wrong results. Mend: remove \
                   the element, or read the program in the dialect that it was written for (--dialect)." },
     Code { code: OTHER_CHIP, title: "the image looks like a program for another chip",
-        explain: "An ELF file says for which AVR it was linked: its name (avr-gcc 5 and later), its signature, or at least its core. Another process or package of that \
-                  chip (atmega328, atmega328p) and a larger chip with the same registers and vectors fit as well. Of a HEX file it is a guess, from what it has: data beyond the memories of the chip that was named, the device ID of \
+        explain: "An ELF file says for which AVR it was linked: its name (avr-gcc 5 and later, or in .mmcu to simavr), its signature, or at least its core. A HEX file may name its chip in a comment, as CCS C writes it, and one that avr-objcopy made may have the signature of an AVR. Another process or package of that \
+                  chip (atmega328, atmega328p) and a larger chip with the same registers and vectors fit as well. Else it is a guess of a HEX file, from what it has: data beyond the memories of the chip that was named, the device ID of \
                   another one, a second configuration word, program words of 14 bits and a configuration word where \
                   PIC16 chips have it, or a first instruction as only AVR or the 8051 has it. The message names chips \
                   that can hold the file. It changes nothing by itself. Mend: name the chip that the program was built \

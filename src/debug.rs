@@ -109,7 +109,7 @@ pub fn debug(args: &DebugArgs, terminal: &Terminal) -> Result<u8, Failure> {
             return Ok(code);
         }
         let file = args.subject.file.rsplit('/').next().unwrap_or(&args.subject.file);
-        let title = format!("{file} on {}", args.subject.machine.mcu.chip.name);
+        let title = format!("{file} on {}", shell.session.target().chip().name);
         return tui::show(shell, &title, signals.interrupt, &told, &args.played, terminal);
     }
     talk(&mut shell, &script, user, &signals)

@@ -8,15 +8,17 @@ mod tests;
 mod text;
 
 use clap::Args;
+use emu_avr::chips::ATMEGA328P;
 use emu_core::chip::Chip;
 use emu_core::image::Image;
 use emu_core::table::Line;
 use emu_debug::{Names, Source};
 use serde_json::{Value, json};
 
+use crate::args::Mcu;
 use crate::fail::{Failure, exit};
 use crate::report::{Terminal, Texts, report};
-use crate::{family, input, output};
+use crate::{input, output};
 use listing::Listing;
 use pieces::{Code, Piece};
 use text::{Text, labels};
@@ -37,9 +39,8 @@ pub struct DisasmArgs {
     /// .a51, .src); - is standard input.
     #[arg(value_name = "IMAGE")]
     image: String,
-    /// The chip, which decides what the words mean and how far they reach.
-    #[arg(long = "mcu", value_name = "CHIP", value_parser = family::ChipParser, hide_possible_values = true, default_value = "atmega328p")]
-    chip: Chosen,
+    #[command(flatten)]
+    mcu: Mcu,
     /// Names for addresses: for the 8051 family a .map, .cdb or .rst file of SDCC or a .m51 of Keil, for the PIC16 family a
     /// .cod, .lst or .map file of gputils. Repeatable.
     #[arg(long, value_name = "FILE")]
@@ -61,24 +62,23 @@ pub struct DisasmArgs {
     pub json: bool,
 }
 
-type Chosen = &'static Chip;
-
-/// Prints the instructions of an image.
+/// Prints the instructions of an image; those of an atmega328p where nothing names a chip.
 pub fn disasm(args: &DisasmArgs, terminal: &Terminal) -> Result<u8, Failure> {
-    let image = input::image_with_symbols(&args.image, &args.symbols, args.chip, terminal)?;
-    let names = Names { chip: args.chip, symbols: &image.symbols };
+    let chip = args.mcu.choose_or(&args.image, Some(&ATMEGA328P))?.chip;
+    let image = input::image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
+    let names = Names { chip, symbols: &image.symbols };
     let source = Source { names, lines: &image.lines };
     let range = range(args, &source);
-    let pieces = range.map(|(from, to)| Code::new(args.chip, &image).pieces(from, to));
+    let pieces = range.map(|(from, to)| Code::new(chip, &image).pieces(from, to));
     let mut listing = args.source.then(|| Listing::new(args, &image.lines, terminal));
     report(terminal, image.lines.warnings(), Texts::NONE);
     let pieces = pieces?;
     let whole = args.from.is_none() && args.to.is_none();
     if args.json {
         let list: Vec<Value> = pieces.iter().filter_map(|piece| document(piece, &source, listing.as_mut())).collect();
-        let mut document = json!({ "schema": 1, "mcu": args.chip.name, "instructions": list });
+        let mut document = json!({ "schema": 1, "mcu": chip.name, "instructions": list });
         if whole {
-            document["memories"] = json!(memories(args.chip, &image));
+            document["memories"] = json!(memories(chip, &image));
         }
         output::json(&document)?;
     } else {
@@ -94,17 +94,18 @@ pub fn disasm(args: &DisasmArgs, terminal: &Terminal) -> Result<u8, Failure> {
 
 /// The program words that are asked for: from the first, to the one after the last.
 fn range(args: &DisasmArgs, source: &Source<'_>) -> Result<(u32, u32), Failure> {
+    let chip = source.names.chip;
     let first = |text: &str| source.words(text).map(|words| words.into_iter().min().unwrap_or(0));
     let from = args
         .from
         .as_ref()
         .map_or(Ok(0), |text| first(text).map_err(|why| Failure::value("--from <ADDRESS>", text, &why)))?;
-    let to = args.to.as_ref().map_or(Ok(args.chip.flash / args.chip.word_bytes), |text| {
+    let to = args.to.as_ref().map_or(Ok(chip.flash / chip.word_bytes), |text| {
         let end = if text.contains(':') { first(text) } else { source.names.program_end(text) };
         end.map_err(|why| Failure::value("--to <ADDRESS>", text, &why))
     })?;
     if from >= to {
-        let (from, to) = (args.chip.code_address(from), args.chip.code_address(to));
+        let (from, to) = (chip.code_address(from), chip.code_address(to));
         return Err(Failure::Usage(format!("--from 0x{from:x} is not before --to 0x{to:x}")));
     }
     Ok((from, to))

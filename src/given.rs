@@ -83,7 +83,7 @@ impl What {
 /// changes in their order. Its faults are told with their places.
 pub fn table(file: &str, evaluator: &Evaluator) -> Result<(Option<u64>, Vec<Change>), Failure> {
     let bytes = input::bytes(file)?;
-    let text = String::from_utf8_lossy(&bytes).into_owned();
+    let text = diag::text::readable(&bytes);
     read(file, &text, evaluator).map_err(|fault| Failure::Refused(vec![*fault], Texts::one(file, bytes)))
 }
 

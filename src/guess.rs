@@ -11,10 +11,11 @@ use emu_core::chip::{Chip, Family};
 use emu_core::image::{self, Bits, Space};
 use emu_pic16::chips::{self, Part};
 
+use crate::chosen::{NamedChip, in_comment};
 use crate::codes::OTHER_CHIP;
 use crate::family;
 use crate::input::ELF;
-use crate::made_for::other_avr;
+use crate::made_for::{by_signature, kind, other_avr};
 use crate::nearest::distance;
 
 /// Most chips that are listed.
@@ -29,6 +30,8 @@ const PIC_DEVICE_ID: u32 = 0x400C;
 const PIC_CONFIG: u32 = 0x400E;
 const PIC_CONFIG_2: u32 = 0x4010;
 const PIC_EEPROM: std::ops::Range<u32> = 0x4200..0x4400;
+/// Where avr-objcopy leaves the signature.
+const AVR_SIGNATURE: u32 = 0x84_0000;
 /// The largest word.
 const PIC_WORD: u16 = 0x3FFF;
 /// The bits of a device ID that are not its revision.
@@ -42,9 +45,13 @@ pub fn guess(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Option<Dia
     }
     let tell =
         |cause: String, hint: String| Some(Diagnostic::new(severity, OTHER_CHIP, file, Pos::default(), cause, hint));
-    const WHOLE: Space = Space { name: "file", start: 0, len: u32::MAX, word: 1, bits: Bits::All };
-    let loaded = image::load_hex(file, bytes, &[WHOLE]).ok()?;
-    let found = Found { bytes: loaded.image.bytes_in(WHOLE.name).collect() };
+    if let Some((cause, hint)) = in_comment(bytes).and_then(|named| other_name(&named, chip)) {
+        return tell(cause, hint);
+    }
+    let found = Found::of(file, bytes)?;
+    if let Some((cause, hint)) = found.signature().and_then(|signature| by_signature(signature, chip)) {
+        return tell(cause, hint);
+    }
     let family = match found.family(chip) {
         Looks::Like(family) => family,
         Looks::Wide => {
@@ -65,6 +72,27 @@ pub fn guess(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Option<Dia
     }
     let (names, first) = name_some(fitting)?;
     tell(format!("this looks like a program for {names}, not for {}", chip.name), format!("--mcu {first}"))
+}
+
+/// A chip that a comment names, where it is another one than `chip`: cause and hint.
+fn other_name(named: &NamedChip, chip: &Chip) -> Option<(String, String)> {
+    let (name, place) = (&named.name, &named.place);
+    match named.chip {
+        Some(row) if kind(row.name) == kind(chip.name) => None,
+        Some(row) => Some((
+            format!("this is a program for {name} ({place}), not for {}", chip.name),
+            format!("--mcu {}", row.name),
+        )),
+        None => Some((
+            format!("this is a program for {name} ({place}), of which there is no model, not for {}", chip.name),
+            format!("compile it for {}", chip.name),
+        )),
+    }
+}
+
+/// The signature of an AVR in a HEX file where avr-objcopy leaves it, in the order of data sheets.
+pub fn hex_signature(bytes: &[u8]) -> Option<[u8; 3]> {
+    Found::of("", bytes)?.signature()
 }
 
 /// Those whose names are most like the name of `chip` first.
@@ -101,6 +129,19 @@ struct Found {
 }
 
 impl Found {
+    /// What a HEX file has, if it is sound.
+    fn of(file: &str, bytes: &[u8]) -> Option<Found> {
+        const WHOLE: Space = Space { name: "file", start: 0, len: u32::MAX, word: 1, bits: Bits::All };
+        let loaded = image::load_hex(file, bytes, &[WHOLE]).ok()?;
+        Some(Found { bytes: loaded.image.bytes_in(WHOLE.name).collect() })
+    }
+
+    /// The last byte of it comes first in the file.
+    fn signature(&self) -> Option<[u8; 3]> {
+        let byte = |at: u32| self.byte(AVR_SIGNATURE + at);
+        Some([byte(2)?, byte(1)?, byte(0)?])
+    }
+
     fn byte(&self, addr: u32) -> Option<u8> {
         self.bytes.get(&addr).copied()
     }
@@ -192,7 +233,9 @@ impl Found {
 
     /// The chip has a place for everything, and is not another one by its device ID or its configuration words.
     fn fits(&self, chip: &Chip) -> bool {
-        let place = |addr: u32| chip.hex.iter().any(|s| (s.start..s.start + s.len).contains(&addr));
+        let spaces = image::hex_spaces(chip.hex, chip.elf);
+        let beyond = |addr: u32| chip.family == Family::Avr && addr >= image::AVR_AREAS.end;
+        let place = |addr: u32| beyond(addr) || spaces.iter().any(|s| (s.start..s.start + s.len).contains(&addr));
         let part = chips::part(chip.name).filter(|_| chip.family == Family::Pic16);
         self.bytes.keys().all(|&addr| place(addr)) && part.is_none_or(|part| self.fits_part(part))
     }

@@ -3,8 +3,10 @@
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::{self, Read as _};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use diag::text::{plain, readable};
 use diag::{Diagnostic, Severity};
 use emu_core::chip::Chip;
 use emu_core::image::{self, CONSTANT, ElfMachine, Image, Lines, SymbolAt, SymbolFile, Symbols};
@@ -26,6 +28,9 @@ pub const ELF: &[u8] = b"\x7fELF";
 /// Somebody else reads standard input: no file is.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
+/// The file that was looked at before it is read, and its bytes.
+static PEEKED: Mutex<Option<(String, Vec<u8>)>> = Mutex::new(None);
+
 /// From now on `-` cannot be read.
 pub fn take_stdin() {
     TAKEN.store(true, Ordering::Relaxed);
@@ -46,9 +51,23 @@ pub fn unreadable(file: &str, error: &io::Error) -> Failure {
     Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Texts::default())
 }
 
-/// The same, with the system's word where it fails.
+/// All bytes of a file that is read again: what comes through a pipe is kept for that.
+pub fn peek(file: &str) -> Result<Vec<u8>, Failure> {
+    let bytes = bytes(file)?;
+    if let Ok(mut kept) = PEEKED.lock() {
+        *kept = Some((file.to_owned(), bytes.clone()));
+    }
+    Ok(bytes)
+}
+
+/// The same as [`bytes`], with the system's word where it fails.
 pub fn read(file: &str) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
+    if let Ok(mut kept) = PEEKED.lock()
+        && let Some((_, bytes)) = kept.take_if(|(name, _)| name == file)
+    {
+        return Ok(bytes);
+    }
     let most = MAX_BYTES + 1;
     match file {
         "-" if TAKEN.load(Ordering::Relaxed) => return Err(io::Error::other("standard input is the editor's")),
@@ -90,15 +109,18 @@ pub fn image(file: &str, chip: &'static Chip, terminal: &Terminal) -> Result<Ima
     }
 }
 
-/// Neither Intel HEX nor ELF, and a text.
+/// Neither Intel HEX nor ELF, and a text; by its first line that is no comment.
 fn is_text(bytes: &[u8]) -> bool {
-    let text = std::str::from_utf8(bytes).map(str::trim_start).ok();
-    text.is_some_and(|text| !text.is_empty() && !text.starts_with([':', '\x7F']) && !text.contains('\0'))
+    let text = plain(bytes);
+    let mut lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+    // An image may begin with comments, as a source does.
+    let first = lines.find(|line| !matches!(line, [] | [b';', ..])).unwrap_or_default();
+    !text.trim_ascii().is_empty() && !first.starts_with(b":") && !text.starts_with(ELF) && !text.contains(&0)
 }
 
 /// A note for what looks like a text and not like an image.
 fn source(file: &str, bytes: &[u8]) -> Option<Diagnostic> {
-    let text = std::str::from_utf8(bytes).ok().filter(|_| is_text(bytes))?;
+    let text = is_text(bytes).then(|| readable(bytes))?;
     let is_source = text.lines().any(|line| line.trim_start().starts_with([';', '.', '#']));
     is_source.then(|| {
         let cause =

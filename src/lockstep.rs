@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use diag::text::readable;
 use diag::{Code, Diagnostic};
 use emu_core::chip::{Chip, Family};
 use emu_core::cpu::{Cpu, RamInit, Stop};
@@ -118,7 +119,8 @@ impl Against {
 
 /// Runs an image on both.
 pub fn lockstep(args: &LockstepArgs, terminal: &Terminal) -> Result<u8, Failure> {
-    let chip = args.mcu.chip;
+    let chosen = args.mcu.choose(&args.image)?;
+    let chip = chosen.chip;
     if args.against.facts().1 != chip.family {
         let fits =
             [Against::S51, Against::Gpsim, Against::Simavr].into_iter().find(|peer| peer.facts().1 == chip.family);
@@ -133,7 +135,7 @@ pub fn lockstep(args: &LockstepArgs, terminal: &Terminal) -> Result<u8, Failure>
         return Err(Failure::value("--ignore <REG>", odd, &why));
     }
     let image = input::image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
-    let hz = args.clock.unwrap_or(chip.default_hz);
+    let hz = chosen.clock(args.clock).unwrap_or(chip.default_hz);
     let setup = Setup {
         ram: RamInit::Zero,
         bus: false,
@@ -196,12 +198,19 @@ impl Side<'_> {
         let place = folder.join(NAME);
         let made = if chip.family == Family::Pic16 {
             // The configuration words are at addresses of the file, which only the file has.
-            let bytes = input::bytes(&self.args.image)?;
-            if !bytes.starts_with(b":") {
+            let text = readable(&input::bytes(&self.args.image)?);
+            // It takes nothing but records.
+            let records: Vec<&str> = text.lines().map(str::trim).filter(|line| line.starts_with(':')).collect();
+            if records.is_empty() {
                 let why = "gpsim reads Intel HEX; give it the HEX file (`emu asm` writes one)";
                 return Err(Failure::Usage(why.to_owned()));
             }
-            fs::write(&place, bytes)
+            fs::write(&place, records.join("\n") + "\n")
+        } else if chip.family == Family::Avr {
+            // simavr begins at the last stretch of a file with gaps.
+            let mut code = vec![0xFF; self.image.end(chip.code) as usize];
+            self.image.fill(chip.code, &mut code);
+            fs::write(&place, write_hex(&[(0, &code)]))
         } else {
             let code = self.image.segments.iter().filter(|segment| segment.space == chip.code);
             fs::write(&place, write_hex(&code.map(|one| (one.addr, one.bytes.as_slice())).collect::<Vec<_>>()))

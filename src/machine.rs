@@ -100,8 +100,13 @@ pub struct Wired {
 
 impl MachineArgs {
     /// What the flags come to; they are looked at before the image is read, which `read` does. Notes are told.
-    pub fn wired(&self, how: &How, read: impl FnOnce() -> Result<Image, Failure>) -> Result<Wired, Failure> {
-        let (chip, asked) = (self.mcu.chip, how.clock);
+    pub fn wired(
+        &self,
+        chip: &'static Chip,
+        how: &How,
+        read: impl FnOnce() -> Result<Image, Failure>,
+    ) -> Result<Wired, Failure> {
+        let asked = how.clock;
         if self.no_start_up && matches!(chip.family, Family::Mcs51 | Family::Ap101) {
             let why = format!("--no-start-up is for chips of the AVR and PIC16 families; {} is none", chip.name);
             return Err(Failure::Usage(why));
@@ -121,7 +126,7 @@ impl MachineArgs {
         let eeprom = self.eeprom.as_deref().map(|file| store::eeprom(file, chip, &image)).transpose()?;
         let bench = Bench::new(&self.attach, chip, avr::reset_pin(chip, &avr))?;
         mcs51::warn(chip, &image, &mcs51);
-        avr::tell(chip, &avr, self.clock);
+        avr::tell(chip, &avr, asked);
         let setup = Setup { ram: how.ram, bus: how.bus, avr: avr.options, mcs51, pic16, ap101 };
         Ok(Wired { image, setup, hz, avr, eeprom, bench })
     }

@@ -3,7 +3,7 @@
 use diag::{Diagnostic, Severity};
 use emu_avr::chips::part;
 use emu_core::chip::{Chip, Family};
-use emu_core::image::{avr_device, avr_signature};
+use emu_core::image::{avr_device, avr_signature, simavr};
 
 use crate::codes::{OTHER_CHIP, about_file};
 use crate::family;
@@ -13,17 +13,17 @@ use crate::guess::{name_some, nearest_first};
 /// where it fits. The name of its chip goes before the signature, and that before the core.
 pub fn other_avr(file: &str, bytes: &[u8], chip: &Chip, severity: Severity) -> Option<Diagnostic> {
     let core = avr_core(bytes).filter(|_| chip.family == Family::Avr)?;
-    let (cause, hint) = by_name(bytes, chip).or_else(|| by_signature(bytes, chip)).or_else(|| by_core(core, chip))?;
+    let (cause, hint) =
+        by_name(bytes, chip).or_else(|| by_signature(avr_signature(bytes)?, chip)).or_else(|| by_core(core, chip))?;
     Some(Diagnostic { severity, ..about_file(OTHER_CHIP, file, cause, &hint) })
 }
 
 /// Cause and hint.
-type Told = (String, String);
+pub type Told = (String, String);
 
 fn by_name(bytes: &[u8], chip: &Chip) -> Option<Told> {
-    let name = avr_device(bytes)?;
-    let rows = || family::chips().filter(|c| c.family == Family::Avr);
-    let same = rows().find(|c| c.name == name).or_else(|| rows().find(|c| kind(c.name) == kind(&name)));
+    let name = avr_device(bytes).or_else(|| simavr(bytes)?.mcu)?;
+    let same = row(&name);
     let build = format!("build it with -mmcu={}", chip.name);
     match same {
         _ if kind(&name) == kind(chip.name) => None,
@@ -38,11 +38,22 @@ fn by_name(bytes: &[u8], chip: &Chip) -> Option<Told> {
     }
 }
 
-fn by_signature(bytes: &[u8], chip: &Chip) -> Option<Told> {
-    let (wanted, own) = (avr_signature(bytes)?, part(chip.name)?.signature);
+/// The AVR of this name, or one of the same kind.
+pub fn row(name: &str) -> Option<&'static Chip> {
+    let rows = || family::chips().filter(|c| c.family == Family::Avr);
+    rows().find(|c| c.name == name).or_else(|| rows().find(|c| kind(c.name) == kind(name)))
+}
+
+/// The AVRs with this signature.
+pub fn rows_with(signature: [u8; 3]) -> Vec<&'static Chip> {
+    family::chips().filter(|c| part(c.name).is_some_and(|part| part.signature == signature)).collect()
+}
+
+/// What a program with the signature `wanted` is for, where that is not `chip`: cause and hint.
+pub fn by_signature(wanted: [u8; 3], chip: &Chip) -> Option<Told> {
+    let own = part(chip.name)?.signature;
     let text = |[a, b, c]: [u8; 3]| format!("{a:02X} {b:02X} {c:02X}");
-    let fitting: Vec<&Chip> =
-        family::chips().filter(|c| part(c.name).is_some_and(|part| part.signature == wanted)).collect();
+    let fitting: Vec<&Chip> = rows_with(wanted);
     if wanted == own || fitting.iter().any(|row| holds(chip, row)) {
         return None;
     }
@@ -70,7 +81,7 @@ fn by_core(core: u32, chip: &Chip) -> Option<Told> {
 }
 
 /// The name without the letters that tell processes and packages of one chip apart: `atmega328` of `atmega328p`.
-fn kind(name: &str) -> &str {
+pub fn kind(name: &str) -> &str {
     let bare = ["pa", "p", "a"].iter().find_map(|end| name.strip_suffix(end));
     bare.filter(|bare| bare.ends_with(|c: char| c.is_ascii_digit())).unwrap_or(name)
 }

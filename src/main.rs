@@ -6,6 +6,7 @@
 //!   fail.rs    exit codes, ways to fail       codes.rs   the codes CLI0xx
 //!   family.rs  the families of chips          sink.rs    what the name of a result stands for
 //!   guess.rs   which chip a HEX file was made for   held.rs    why a chip can never go on
+//!   chosen.rs  the chip that an image itself names  made_for.rs which AVR an ELF file was linked for
 //!   attach.rs  devices at the pins            sources.rs the text of source lines
 //!   snapshots.rs  states of machines as files
 //!   lint.rs    what `run --lint` found              store.rs  files that keep what a memory holds
@@ -30,6 +31,7 @@ mod avr;
 mod check;
 mod chip_names;
 mod chips;
+mod chosen;
 mod cod;
 mod codes;
 mod compile;

@@ -70,7 +70,7 @@ pub fn report(terminal: &Terminal, diagnostics: &[Diagnostic], texts: &Texts) {
     // Those of one file side by side share its lines.
     for about in diagnostics.chunk_by(|a, b| a.file == b.file) {
         let text = about.first().map_or(&[][..], |first| texts.of(&first.file));
-        let text = String::from_utf8_lossy(text);
+        let text = diag::text::readable(text);
         let lines: Vec<&str> = text.split('\n').take(MAX_NUMBER as usize).collect();
         for diagnostic in about {
             let line = (diagnostic.pos.line as usize).checked_sub(1).and_then(|n| lines.get(n));

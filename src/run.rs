@@ -148,7 +148,7 @@ pub fn ram(text: &str) -> Result<Ram, String> {
 
 /// Runs an image.
 pub fn run<'a>(args: &'a RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
-    let (machine, chip) = (&args.machine, args.machine.mcu.chip);
+    let machine = &args.machine;
     let stdout = ("--json", if args.json { "-" } else { "" });
     let file = |file: &'a Option<String>| file.as_deref().unwrap_or("");
     let outputs = [
@@ -176,13 +176,15 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         let why = "--ram trap and --snapshot-in do not go together: a snapshot does not say what of RAM was written";
         return Err(Failure::Usage(why.to_owned()));
     }
+    let chosen = machine.mcu.choose(&args.image)?;
+    let chip = chosen.chip;
     let to_stdout = used.iter().any(|(_, file)| output::is_stdout(file));
     serial_port(args, chip)?;
     let cod = &args.cod;
     let mut script = cod.as_deref().map(|file| cod::script(file, chip)).transpose()?;
     let clock = match (&mut script, cod) {
         (Some(script), Some(file)) => Some(cod::clock(script, file, machine.clock, chip)?),
-        _ => machine.clock,
+        _ => chosen.clock(machine.clock),
     };
     let ram = match args.ram {
         Ram::Fill(init) => init,
@@ -190,9 +192,10 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
     };
     let start_up = !machine.no_start_up && script.is_none();
     let symbols: Vec<String> = machine.symbols.iter().chain(cod).cloned().collect();
-    let wired = machine.wired(&How { ram, bus: args.vcd.is_some(), clock, start_up }, || {
+    let wired = machine.wired(chip, &How { ram, bus: args.vcd.is_some(), clock, start_up }, || {
         input::image_with_symbols(&args.image, &symbols, chip, terminal)
     })?;
+    chosen.tell_wishes(args.vcd.is_some());
     let Wired { image, setup, hz, avr, eeprom, bench } = wired;
     let shelf = Shelf { head: snapshots::head(chip, &image, &setup), taken };
     let snapshots = Snapshots::open(&args.snapshot, shelf.head.clone())?;

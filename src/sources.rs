@@ -46,6 +46,6 @@ fn read(path: &Path) -> Option<Vec<String>> {
     let found = fs::metadata(path).ok()?;
     let bytes = if found.is_file() && found.len() <= MAX_BYTES { fs::read(path).ok()? } else { return None };
     let printed = |c: char| if c.is_control() { ' ' } else { c };
-    let text = String::from_utf8_lossy(&bytes);
+    let text = diag::text::readable(&bytes);
     Some(text.lines().map(|line| line.chars().map(printed).collect::<String>().trim_end().to_owned()).collect())
 }

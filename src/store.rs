@@ -5,7 +5,7 @@ use std::path::Path;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
-use emu_core::image::{Bits, Image, Space, load_hex, write_hex};
+use emu_core::image::{AVR_AREAS, Bits, Image, Space, load_hex, write_hex};
 
 use crate::codes::{SIZE, about_file};
 use crate::fail::Failure;
@@ -56,7 +56,9 @@ fn content(name: &str, hex: bool, size: usize) -> Result<Vec<u8>, Failure> {
     let mut cells = vec![ERASED; size];
     if hex {
         let space = Space { name: EEPROM, start: 0, len: size as u32, word: 1, bits: Bits::All };
-        match load_hex(name, &file, &[space]) {
+        // avr-objcopy leaves it where the ELF file has it, unless told otherwise.
+        let carried = Space { start: AVR_AREAS.start, ..space };
+        match load_hex(name, &file, &[space, carried]) {
             Ok(loaded) => loaded.image.fill(EEPROM, &mut cells),
             Err(faults) => return Err(Failure::Refused(faults, Texts::one(name, file))),
         };

@@ -17,6 +17,8 @@ mod judges;
 mod ours;
 #[path = "peers/asm/random.rs"]
 mod random;
+#[path = "peers/asm/text.rs"]
+mod text;
 
 /// A folder of its own for files that a test makes.
 fn folder(name: &str) -> PathBuf {

@@ -7,7 +7,9 @@
 #![forbid(unsafe_code)]
 
 mod nearest;
+pub mod text;
 
+use std::borrow::Cow;
 use std::fmt;
 
 use serde::Serialize;
@@ -74,7 +76,8 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
-    /// A complaint of the given severity; `code` comes from a crate's table of codes.
+    /// A complaint of the given severity; `code` comes from a crate's table of codes. Words of a text that was taken byte by byte
+    /// ([`text::decode`]) are made readable.
     #[must_use]
     pub fn new(
         severity: Severity,
@@ -84,7 +87,11 @@ impl Diagnostic {
         cause: impl Into<String>,
         hint: impl Into<String>,
     ) -> Self {
-        Diagnostic { code, severity, file: file.to_owned(), pos, cause: cause.into(), hint: hint.into() }
+        let shown = |words: String| match text::show(&words) {
+            Cow::Owned(shown) => shown,
+            Cow::Borrowed(_) => words,
+        };
+        Diagnostic { code, severity, file: file.to_owned(), pos, cause: shown(cause.into()), hint: shown(hint.into()) }
     }
 
     /// True for complaints that refuse the input.

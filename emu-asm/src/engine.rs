@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
+use diag::text::show;
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
 
@@ -261,10 +262,7 @@ impl<'a> Asm<'a> {
             None => (self.texts.name(0).to_owned(), Pos::default()),
         };
         let cause = fault.cause + &self.chain();
-        self.faults.push((
-            Diagnostic { code: fault.code, severity: fault.severity, file, pos, cause, hint: fault.hint },
-            fault.name,
-        ));
+        self.faults.push((Diagnostic::new(fault.severity, fault.code, &file, pos, cause, fault.hint), fault.name));
     }
 
     /// Errors told so far in this pass.
@@ -287,7 +285,7 @@ impl<'a> Asm<'a> {
         let mut list = Vec::new();
         for (mut diagnostic, name) in std::mem::take(&mut self.faults) {
             if let Some(meant) = name.and_then(|name| self.meant(&name, diagnostic.code)) {
-                diagnostic.hint = format!("did you mean `{meant}`?");
+                diagnostic.hint = format!("did you mean `{}`?", show(&meant));
             }
             list.push(diagnostic);
         }

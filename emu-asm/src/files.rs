@@ -4,7 +4,7 @@ use std::io;
 use std::ops::Range;
 use std::rc::Rc;
 
-use diag::Pos;
+use diag::{Pos, text};
 
 use crate::text::Line;
 
@@ -52,9 +52,8 @@ impl Texts {
     /// Adds a text; its number.
     pub(crate) fn add(&mut self, name: &str, bytes: &[u8], block_comments: bool) -> u32 {
         let file = self.files.len() as u32;
-        let bytes = &with_line_ends(bytes);
-        let text = String::from_utf8_lossy(bytes);
-        let text = text.strip_prefix('\u{feff}').map_or(text.clone(), |text| text.to_owned().into());
+        let bytes = &*text::plain(bytes);
+        let text = text::decode(bytes);
         let bare = if block_comments && text.contains("/*") { without_blocks(&text) } else { text.into_owned() };
         let whole = bare.strip_suffix('\n').unwrap_or(&bare);
         let lines = whole.split('\n').map(|line| line.trim_end_matches('\r')).zip(1..);
@@ -67,11 +66,7 @@ impl Texts {
 
     /// The name of the encoding of a text, by its first bytes, where it is none that is read.
     pub(crate) fn encoding(&self, file: u32) -> Option<&'static str> {
-        match self.files.get(file as usize)?.bytes.get(..2)? {
-            [0xFF, 0xFE] => Some("UTF-16 (low byte first)"),
-            [0xFE, 0xFF] => Some("UTF-16 (high byte first)"),
-            _ => None,
-        }
+        text::wide_encoding(&self.files.get(file as usize)?.bytes)
     }
 
     pub(crate) fn lines(&self, file: u32) -> Rc<[Line]> {
@@ -102,25 +97,6 @@ impl Texts {
         let width = (count(end) + 1).saturating_sub(column).max(1);
         (self.name(line.file).to_owned(), Pos::new(line.number, column, width))
     }
-}
-
-/// The text up to the ^Z that ends it, if there is one and nothing but zeros and white space behind it; a CR alone ends a line as
-/// LF does.
-fn with_line_ends(bytes: &[u8]) -> Vec<u8> {
-    let ends = |c: &u8| *c != 0x1A && *c != 0 && !c.is_ascii_whitespace();
-    let end = bytes.iter().rposition(ends).map_or(0, |at| at + 1);
-    let end = bytes.iter().skip(end).position(|c| *c == 0x1A).map_or(bytes.len(), |at| end + at);
-    let mut text = bytes.get(..end).unwrap_or_default().to_vec();
-    // A row of CR in front of LF is one end of a line.
-    let mut before_lf = true;
-    for c in text.iter_mut().rev() {
-        match *c {
-            b'\r' if before_lf => {}
-            b'\r' => *c = b'\n',
-            other => before_lf = other == b'\n',
-        }
-    }
-    text
 }
 
 /// Lines of the preprocessor that end with a backslash, with those that follow; these stay behind as empty lines.

@@ -25,6 +25,7 @@ mod known;
 mod listing;
 mod macros;
 mod matching;
+mod named;
 mod nearest;
 mod number;
 mod output;
@@ -35,16 +36,17 @@ mod symbols;
 mod table;
 mod text;
 
+use diag::text::show;
 use diag::{Diagnostic, Severity};
 use emu_core::chip::{Chip, Family};
 use emu_core::image::{CONSTANT, Image, Lines, SymbolAt};
 use emu_core::table::AsmError;
 
 pub use codes::CODES;
-pub use dialect::pic16::named_chip;
 use engine::Asm;
 pub use files::{Files, Texts};
 pub use listing::Listing;
+pub use named::named_chip;
 use symbols::Kind;
 
 /// A source text.
@@ -110,7 +112,7 @@ pub fn assemble(
             .all()
             .into_iter()
             .filter(|(name, _)| !name.contains('\u{1}'))
-            .map(|(name, symbol)| (name.to_string(), symbol.value.n, listing::kind_name(&symbol.kind)))
+            .map(|(name, symbol)| (show(name).into_owned(), symbol.value.n, listing::kind_name(&symbol.kind)))
             .collect(),
         digits: if chip.flash > 0x1_0000 { 5 } else { 4 },
     };
@@ -130,7 +132,7 @@ fn image_of(asm: &mut Asm<'_>) -> Image {
                 Kind::Equ | Kind::Set => (CONSTANT, symbol.value.n as u32),
                 Kind::Alias { ref of, .. } => bit_of(asm.chip, of)?,
             };
-            Some(SymbolAt::new(name.to_string(), space, addr, 0))
+            Some(SymbolAt::new(show(name).into_owned(), space, addr, 0))
         })
         .collect();
     let memory = |space: &str| asm.chip.spaces.iter().position(|(name, ..)| *name == space).unwrap_or(usize::MAX);

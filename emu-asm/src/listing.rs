@@ -2,6 +2,8 @@
 
 use std::fmt::{self, Write};
 
+use diag::text::show;
+
 use crate::files::Texts;
 use crate::output::Listed;
 use crate::symbols::Kind;
@@ -39,7 +41,7 @@ impl Row {
             words: words.collect(),
             value: listed.value,
             number: listed.line.number,
-            text: written.to_owned(),
+            text: show(written).into_owned(),
             depth: listed.depth,
             wide: size == 2,
         }

@@ -1,5 +1,7 @@
 //! Numbers and characters in the forms of a dialect.
 
+use diag::text::byte_of;
+
 use crate::dialect::{Dialect, Form};
 use crate::fault::Fault;
 use crate::text::byte;
@@ -141,7 +143,7 @@ pub(crate) fn quoted(d: &Dialect, text: &str, at: usize) -> Result<Option<(usize
 pub(crate) fn character(text: &str, at: usize) -> (usize, u8) {
     let c = byte(text, at);
     if c != b'\\' || at + 1 >= text.len() {
-        return (1, c);
+        return byte_at(text, at);
     }
     let octal = text.get(at + 1..).unwrap_or_default();
     let digits = octal.bytes().take(3).take_while(|c| (b'0'..=b'7').contains(c)).count();
@@ -164,7 +166,19 @@ pub(crate) fn character(text: &str, at: usize) -> (usize, u8) {
             let code = u8::from_str_radix(hex.get(..digits).unwrap_or_default(), 16).unwrap_or(b'x');
             (2 + digits, code)
         }
-        other => (2, other),
+        _ => {
+            let (len, code) = byte_at(text, at + 1);
+            (1 + len, code)
+        }
+    }
+}
+
+/// The byte of the file at `at`, and how long it is in the text: a character that stands for a byte takes several there.
+fn byte_at(text: &str, at: usize) -> (usize, u8) {
+    let c = text.get(at..).and_then(|rest| rest.chars().next());
+    match c.and_then(|c| Some((c.len_utf8(), byte_of(c)?))) {
+        Some(found) => found,
+        None => (1, byte(text, at)),
     }
 }
 

@@ -17,6 +17,7 @@ impl Files for Memory {
         let text = match name {
             "seven.inc" => "seven equ 7\n",
             "seven.h" => "#define SEVEN 7\n.set eight, SEVEN+1\n",
+            "latin.inc" => return Ok((name.to_owned(), b"m macro x\n db \"\xE9\", x\n endm\n".to_vec())),
             "wide.inc" => return Ok((name.to_owned(), vec![0xFF, 0xFE, b' ', 0])),
             "wrong.inc" => " nothing here\n",
             "self.inc" => " include \"self.inc\"\n",
@@ -134,5 +135,27 @@ fn ends_of_lines_and_files() {
     ];
     for (bytes, wanted) in cases {
         assert_eq!(assembled("8051", bytes), *wanted, "{bytes:?}");
+    }
+}
+
+/// Bytes of strings and characters are those of the file, whatever its encoding; names and messages can be read, and places count
+/// characters.
+#[test]
+fn texts_in_any_encoding() {
+    #[rustfmt::skip]
+    let cases: &[(&str, &[u8], &str)] = &[
+        ("pic16f84a", b" org 0\n dt \"\xBFA\"\n", "= flash 0000: BF 34 41 34\n"),
+        ("pic16f84a", " org 0\n dt \"\u{bf}A\"\n".as_bytes(), "= flash 0000: C2 34 BF 34 41 34\n"),
+        ("8051", b" db \"\xE9\", '\xE9', \"\\\xE9\" ; \xE9\n", "= code 0000: E9 E9 E9\n"),
+        ("8051", b" .ascii /\x80\xFF/\n", "= code 0000: 80 FF\n"),
+        ("atmega328p", b".ascii \"\xC3\xA9\xE9\"\n .byte 0\n", "= flash 0000: C3 A9 E9 00\n"),
+        ("8051", "; \u{e9}\n include \"latin.inc\"\n m \"\u{e9}\"\n".as_bytes(), "= code 0000: E9 C3 A9\n"),
+        ("8051", "; UTF-8 with a character for private use\n db \"\u{ef80}\"\n".as_bytes(), "= code 0000: EE BE 80\n"),
+        ("8051", b"ma\xF1ana equ 7\n db ma\xF1ana\n", "= code 0000: 07\n"),
+        ("8051", b" db \"\xE9\xE9\", ma\xF1ana\n", "! 1:11 ASM006: `ma\u{f1}ana` is not defined (give it with equ, or as a label; names of registers and bits are those of the chip)\n"),
+        ("8051", b" db 0 ; \xE9\n .error \"\x80\"\n", "! 2:9 ASM024: \u{20ac} (the program itself says so)\n"),
+    ];
+    for (chip, bytes, wanted) in cases {
+        assert_eq!(assembled(chip, bytes), *wanted, "{}", String::from_utf8_lossy(bytes));
     }
 }

@@ -15,9 +15,9 @@ codes! {
     EMPTY "LD001" "the file is empty"
         "The file holds nothing, or only blank lines and lines that start with `;`. A program begins with the line LDmicro0.1 or LDmicro0.2.";
     BINARY "LD002" "the file is not text"
-        "A control character or bytes that are no UTF-8 were found. A .ld file is plain text; perhaps the name of an image or an executable was given instead. A comment saved in another character set must be converted to UTF-8 first.";
+        "A control character was found, or characters of two bytes (UTF-16). A .ld file is plain text, in UTF-8 or an 8-bit code page; perhaps the name of an image or an executable was given instead. Mend: save a file in UTF-16 as UTF-8.";
     BOM "LD003" "the file begins with a byte order mark"
-        "An editor put the invisible mark U+FEFF before the header. LDmicro does not read such a file either. Save it as UTF-8 without a mark.";
+        "A note: an editor put the invisible mark U+FEFF before the header. It is passed over here; LDmicro does not read such a file. Save it as UTF-8 without a mark.";
     NO_HEADER "LD004" "the header is missing"
         "The first line that is not blank must be LDmicro0.1 or LDmicro0.2. It sets the default of the dialect: 0.1 means ldmicro-2.3, 0.2 means ldmicro-5.";
     TOO_LARGE "LD005" "the program is too large"
@@ -103,7 +103,7 @@ codes! {
     ARGUMENT_LDMICRO5 "LD110" "an argument that only LDmicro 5 understands"
         "The longer argument lists are read in every dialect, but in ldmicro-2.3 they may only say what release 2.3 does anyway: adjust -1, start value 0 on rising edges, constants for delays and limits, one byte without waiting. In ldmicro-5 a variable as delay, adjust or start value, the reference of READ_ADC, the resolution of SET_PWM, and other numbers of bytes than one have no meaning here.";
     STRING_ESCAPE "LD111" "an escape in FORMATTED_STRING means nothing"
-        "A backslash begins one of \\r \\n \\b \\f \\t \\v \\a \\\\, \\x with two hexadecimal digits, or the place of a number: \\1 to \\5 for as many digits, \\-1 to \\-5 for a sign and as many digits. One number may stand in a text. A character beyond U+00FF is no single byte.";
+        "A backslash begins one of \\r \\n \\b \\f \\t \\v \\a \\\\, \\x with two hexadecimal digits, or the place of a number: \\1 to \\5 for as many digits, \\-1 to \\-5 for a sign and as many digits. One number may stand in a text. A character that code page 1252 lacks is no single byte.";
     STRING_VARIABLE "LD112" "FORMATTED_STRING and its variable do not fit"
         "A text with the place of a number (\\5, \\-5) needs the variable that stands there; a text without one takes (none).";
     CURVE "LD113" "PIECEWISE_LINEAR cannot be computed"

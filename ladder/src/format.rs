@@ -1,6 +1,8 @@
 //! The text of FORMATTED_STRING taken apart. Escapes are syntax: what the places of a number mean, and when a character is
 //! sent, is told elsewhere.
 
+use diag::text::code_page_byte;
+
 /// What stands for one character that is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Piece {
@@ -39,11 +41,11 @@ const MAX_DIGITS: u32 = 5;
 
 /// The pieces of a text, one for each character that is sent; at most one number is among them.
 ///
-/// `quoted` tells LDmicro 5's spelling; in the other one a character under 32 stands for the letter X. A character up to
-/// U+00FF is one byte.
+/// `quoted` tells LDmicro 5's spelling; in the other one a character under 32 stands for the letter X. A character is
+/// its byte in code page 1252, in which LDmicro's users write, so up to U+00FF mostly its number.
 ///
 /// # Errors
-/// The first escape that means nothing, a second number, or a character above U+00FF.
+/// The first escape that means nothing, a second number, or a character that code page 1252 lacks.
 ///
 /// ```
 /// use ladder::format::{Piece, pieces};
@@ -64,7 +66,7 @@ pub fn pieces(text: &str, quoted: bool) -> Result<Vec<Piece>, BadEscape> {
             continue;
         }
         if c != '\\' {
-            let byte = u8::try_from(code).map_err(|_| BadEscape {
+            let byte = code_page_byte(c).ok_or_else(|| BadEscape {
                 at,
                 cause: format!("`{c}` is no single byte"),
                 hint: "write the bytes of the character as \\xHH",

@@ -28,4 +28,4 @@ pub use codes::{CODES, REWRITTEN};
 pub use draw::{Cell, Drawing, draw, draw_rung};
 pub use model::*;
 pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_RUNGS, Options, Parsed, parse, parse_bytes, parse_with};
-pub use write::{element_text, write};
+pub use write::{element_text, write, write_bytes};

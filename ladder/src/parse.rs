@@ -1,5 +1,6 @@
 //! The reader of `.ld` text. It tells every error it can find, and says nothing about meaning: that is `check`.
 
+use diag::text::{self, Encoding};
 use diag::{Diagnostic, Pos, Severity};
 
 use crate::codes;
@@ -33,6 +34,8 @@ pub struct Parsed {
     pub program: Program,
     /// Warnings and notes, in order of their places; never errors.
     pub warnings: Vec<Diagnostic>,
+    /// How the file keeps its characters, for [`crate::write_bytes`].
+    pub encoding: Encoding,
 }
 
 /// Reads a program; the header decides about the dialect. `file` is the name used in messages.
@@ -43,22 +46,21 @@ pub fn parse(file: &str, text: &str) -> Result<Parsed, Vec<Diagnostic>> {
     parse_with(file, text, Options::default())
 }
 
-/// Reads a program from bytes, which must be UTF-8.
+/// Reads a program from bytes: UTF-8, or any 8-bit code page, of which comments keep their bytes and are shown as code page 1252
+/// has them ([`diag::text`]).
 ///
 /// # Errors
-/// As [`parse`], and LD002 where the bytes are not UTF-8.
+/// As [`parse`], and LD002 where a character has two bytes.
 pub fn parse_bytes(file: &str, bytes: &[u8], options: Options) -> Result<Parsed, Vec<Diagnostic>> {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => parse_with(file, text, options),
-        Err(error) => {
-            let valid = bytes.get(..error.valid_up_to()).and_then(|b| std::str::from_utf8(b).ok()).unwrap_or("");
-            let byte = bytes.get(error.valid_up_to()).copied().unwrap_or(0);
-            let mut reader = Reader::new(file);
-            let cause = format!("byte 0x{byte:02X} is not UTF-8");
-            reader.error(codes::BINARY, end_of(valid), cause, "give a .ld file, saved as UTF-8");
-            Err(reader.finish())
-        }
+    if let Some(name) = text::wide_encoding(bytes) {
+        let mut reader = Reader::new(file);
+        let hint = "save it as UTF-8 or in the code page of your system";
+        reader.error(codes::BINARY, Pos::default(), format!("the file is written in {name}"), hint);
+        return Err(reader.finish());
     }
+    let plain = text::plain(bytes);
+    let decoded = text::decode(&plain);
+    parse_text(file, &text::show(&decoded), text::encoding(&plain), bytes.starts_with(text::MARK), options)
 }
 
 /// Reads a program with options.
@@ -66,7 +68,24 @@ pub fn parse_bytes(file: &str, bytes: &[u8], options: Options) -> Result<Parsed,
 /// # Errors
 /// As [`parse`].
 pub fn parse_with(file: &str, text: &str, options: Options) -> Result<Parsed, Vec<Diagnostic>> {
+    let bare = text.strip_prefix('\u{feff}');
+    parse_text(file, bare.unwrap_or(text), Encoding::Utf8, bare.is_some(), options)
+}
+
+/// Reads a text without its byte order mark, if it was `marked` with one.
+fn parse_text(
+    file: &str,
+    text: &str,
+    encoding: Encoding,
+    marked: bool,
+    options: Options,
+) -> Result<Parsed, Vec<Diagnostic>> {
     let mut reader = Reader::new(file);
+    if marked {
+        let (cause, hint) =
+            ("the file begins with a byte order mark", "save it without the mark, which LDmicro does not read");
+        reader.tell(Severity::Note, codes::BOM, Pos::new(1, 1, 1), cause, hint);
+    }
     let program = read(&mut reader, text, options);
     let diagnostics = reader.finish();
     match program {
@@ -74,7 +93,7 @@ pub fn parse_with(file: &str, text: &str, options: Options) -> Result<Parsed, Ve
             let mut warnings = diagnostics;
             warnings.extend(rewritten(&program, text));
             warnings.sort_by_key(|d| d.pos);
-            Ok(Parsed { program, warnings })
+            Ok(Parsed { program, warnings, encoding })
         }
         _ => Err(diagnostics),
     }
@@ -121,9 +140,6 @@ fn fitness(reader: &mut Reader<'_>, text: &str) -> Option<()> {
     if text.len() > MAX_BYTES {
         let cause = format!("the file has {} bytes, at most {MAX_BYTES} are read", text.len());
         reader.error(codes::TOO_LARGE, Pos::default(), cause, "give a .ld file");
-    } else if text.starts_with('\u{feff}') {
-        let cause = "the file begins with a byte order mark";
-        reader.error(codes::BOM, Pos::new(1, 1, 1), cause, "save it as UTF-8 without a mark");
     } else if let Some((at, bad)) =
         text.char_indices().find(|(_, c)| c.is_control() && !matches!(c, '\t' | '\n' | '\r'))
     {

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use diag::text::{Encoding, to_code_page};
+
 use crate::model::{CompareOp, CounterKind, Element, Format, MathOp, Node, Operand, Program, Settings, TimerKind};
 
 /// The program as `.ld` text, as LDmicro lays it out: reading it again gives an equal program but for the positions.
@@ -38,6 +40,17 @@ pub fn write(program: &Program) -> String {
         out.push_str("END\n");
     }
     out
+}
+
+/// The program as [`write`] has it, in the encoding in which it was read; in UTF-8 where it has characters now that the code page
+/// lacks.
+#[must_use]
+pub fn write_bytes(program: &Program, encoding: Encoding) -> Vec<u8> {
+    let text = write(program);
+    match encoding {
+        Encoding::Bytes => to_code_page(&text).unwrap_or_else(|| text.into_bytes()),
+        Encoding::Utf8 => text.into_bytes(),
+    }
 }
 
 /// The element as a line of `.ld` text, such as `CTU Ccnt 20`; reports and maps use it as the element's title.

@@ -16,8 +16,7 @@ pub(super) fn source(shell: &mut Shell, args: &str, out: &mut String) -> Done {
         return Err("the name of a file is missing".to_owned());
     }
     let bytes = input::read(args).map_err(|error| format!("{args} cannot be read: {}", reason(&error)))?;
-    let text = String::from_utf8(bytes).map_err(|_| format!("{args} is no text"))?;
-    shell.script(args, &text, &mut |_| {}, out)
+    shell.script(args, &diag::text::readable(&bytes), &mut |_| {}, out)
 }
 
 /// The lines of a script that are commands, each with its number: empty ones repeat nothing, they are for the reader.

@@ -36,8 +36,7 @@ impl Subject {
     }
 
     /// Compiles the program, as `emu compile` does. What that notes of fuses and of parts around the chip is arranged here.
-    pub(super) fn compiled(&self, terminal: &Terminal) -> Result<Compiled, Failure> {
-        let chip = self.machine.mcu.chip;
+    pub(super) fn compiled(&self, chip: &'static Chip, terminal: &Terminal) -> Result<Compiled, Failure> {
         if self.ladder.is_some() {
             let why = "--ladder and --map are for images; a ladder program is compiled on the fly".to_owned();
             return Err(Failure::Usage(why));
@@ -59,7 +58,7 @@ impl Subject {
     }
 
     /// The program beside the image, if one is given.
-    pub(super) fn mapped(&self, terminal: &Terminal) -> Result<Option<View>, Failure> {
+    pub(super) fn mapped(&self, chip: &'static Chip, terminal: &Terminal) -> Result<Option<View>, Failure> {
         let (Some(program), Some(file)) = (&self.ladder, &self.map) else {
             return match self.pins.is_empty() && self.dialect.is_none() {
                 true => Ok(None),
@@ -69,7 +68,7 @@ impl Subject {
         let refused = |faults| Failure::Refused(faults, Texts::default());
         let map = read_map(file, &input::bytes(file)?).map_err(|fault| refused(vec![fault]))?;
         let read = input::program(program, self.dialect, true, terminal)?;
-        View::new(read.program, map, self.machine.mcu.chip).map(Some).map_err(refused)
+        View::new(read.program, map, chip).map(Some).map_err(refused)
     }
 }
 

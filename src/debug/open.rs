@@ -96,13 +96,15 @@ pub struct Opened {
 
 /// Makes a session. Warnings and notes are told.
 pub fn open(subject: &Subject, terminal: &Terminal) -> Result<Opened, Failure> {
-    let (machine, chip) = (&subject.machine, subject.machine.mcu.chip);
-    let compiled = if subject.is_ladder() { Some(subject.compiled(terminal)?) } else { None };
-    let mapped = if compiled.is_none() { subject.mapped(terminal)? } else { None };
+    let machine = &subject.machine;
+    let chosen = machine.mcu.choose(&subject.file)?;
+    let chip = chosen.chip;
+    let compiled = if subject.is_ladder() { Some(subject.compiled(chip, terminal)?) } else { None };
+    let mapped = if compiled.is_none() { subject.mapped(chip, terminal)? } else { None };
     let own = compiled.as_ref().map(|compiled| &compiled.view).or(mapped.as_ref()).map(|view| view.map().clock_hz);
-    let clock = machine.clock.or(own);
+    let clock = chosen.clock(machine.clock.or(own));
     let how = How { ram: subject.ram, bus: false, clock, start_up: !machine.no_start_up };
-    let wired = machine.wired(&how, || match &compiled {
+    let wired = machine.wired(chip, &how, || match &compiled {
         Some(compiled) => compiled.image(&subject.file, chip),
         None => input::image_with_symbols(&subject.file, &machine.symbols, chip, terminal),
     })?;

@@ -94,7 +94,7 @@ pub fn prepare(shell: &mut Shell, script: &Script<'_>, out: &mut String) -> Resu
     };
     for file in script.files {
         let text = crate::input::bytes(file)?;
-        for (_, line) in commands_of(&String::from_utf8_lossy(&text)) {
+        for (_, line) in commands_of(&diag::text::readable(&text)) {
             match carry_out(line)? {
                 Flow::Quit(code) => return Ok(Some(code)),
                 Flow::Failed(_) => break,
@@ -123,7 +123,7 @@ impl Talk<'_> {
     fn scripts(&mut self, script: &Script<'_>) -> Result<End, Failure> {
         for file in script.files {
             let text = crate::input::bytes(file)?;
-            for (_, line) in commands_of(&String::from_utf8_lossy(&text)) {
+            for (_, line) in commands_of(&diag::text::readable(&text)) {
                 match self.scripted(line)? {
                     (_, Some(end)) => return Ok(end),
                     // The rest of a script makes no sense when one of its commands has failed.

@@ -227,7 +227,7 @@ pub(super) fn text(asm: &mut Asm<'_>, call: &Call<'_>, zero: bool) {
     let mark = byte(call.text, all.start);
     let delimited = matches!(mark, b'/' | b'|' | b'^') && all.len() >= 2 && byte(call.text, all.end - 1) == mark;
     if delimited {
-        let mut bytes = call.get(all.start + 1..all.end - 1).as_bytes().to_vec();
+        let mut bytes = diag::text::encode(call.get(all.start + 1..all.end - 1));
         bytes.extend(zero.then_some(0));
         return asm.emit(&bytes, all);
     }

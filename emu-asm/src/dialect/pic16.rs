@@ -23,7 +23,7 @@ use crate::statement::code_end;
 use crate::symbols::Kind;
 use crate::text::{behind_name, byte, cut, trim};
 
-pub use chip::named_chip;
+pub(crate) use chip::bare;
 
 /// What is kept during a pass.
 #[derive(Debug, Default)]

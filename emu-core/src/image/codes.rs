@@ -6,9 +6,9 @@ use diag::Code;
 #[rustfmt::skip]
 pub const CODES: &[Code] = &[
     row("HEX001", "a line does not begin with a colon",
-        "Every line of Intel HEX begins with ':'. Spaces or other characters before it are refused, and so is a line of \
-         text. The rest of the line is still checked. Mend: remove what stands before the colon, or convert the file \
-         to Intel HEX if it is of another kind (Motorola S-records begin with 'S')."),
+        "Every line of Intel HEX begins with ':', behind spaces at most; a line that begins with ';' is a comment. Other \
+         characters before the colon are refused, and so is a line of text. The rest of the line is still checked. Mend: remove \
+         what stands before the colon, or convert the file to Intel HEX if it is of another kind (Motorola S-records begin with 'S')."),
     row("HEX002", "a character is not a hexadecimal digit",
         "Only 0 to 9 and A to F (or a to f) may follow the colon. Often a letter O stands for a zero, or two lines \
          were joined so that a colon stands in the middle. Mend: get the file again or correct the character."),
@@ -34,7 +34,8 @@ pub const CODES: &[Code] = &[
          record that cannot be read the addresses of the data are unknown, so that data is not placed. Mend: have the \
          file written anew."),
     row("HEX009", "the file goes on after its end record",
-        "The end record :00000001FF is the last line. What follows is most often a second file that was appended. Mend: \
+        "The end record :00000001FF is the last one; only comments may follow. Another record is most often of a second file that \
+         was appended. Mend: \
          merge the files with a tool for it (srec_cat, mergehex), or remove what follows."),
     row("HEX010", "the end record is missing",
         "A file without :00000001FF as its last line was most likely cut off, and part of the program is missing. Mend: \
@@ -48,26 +49,29 @@ pub const CODES: &[Code] = &[
     row("HEX013", "the file is binary",
         "Intel HEX is text, and a byte 0x00 never occurs in it. Mend: for a raw memory image use objcopy -I binary -O \
          ihex; an ELF file is recognised by its first bytes and needs no conversion."),
-    row("HEX014", "the file begins with a byte order mark",
-        "An editor saved the file as UTF-8 or UTF-16 with a mark in front. Mend: save it as plain ASCII."),
+    row("HEX014", "the file begins with a byte order mark, or is UTF-16",
+        "An editor saved the file as UTF-8 with a mark in front, which is passed over with a note, or as UTF-16, which is \
+         refused. Mend: save it as plain ASCII."),
     row("HEX015", "a byte is given twice",
         "Two records give the same address. The message names the line that came first. It is a fault even where both \
          say the same, because then two programs that share a part were most likely joined. Mend: remove one."),
     row("HEX016", "data outside the memories of the chip",
         "The message gives the first and last address, and the memories of the chip with their sizes. Lines that go on \
          without a gap are one fault. Mostly the program was built for a larger chip. Mend: build it for this chip or \
-         choose the other one."),
+         choose the other one. On an AVR the EEPROM lies at 0x810000, fuses at 0x820000, lock bits at 0x830000 and the \
+         signature at 0x840000, where avr-objcopy leaves them; what is above is left out (HEX026)."),
     row("HEX017", "a record runs over the end of its 64 KB segment",
         "The address field has 16 bits. After a type 02 record what runs over wraps to the start of the segment; after a \
          type 04 record the format lets it go on, but many tools wrap there as well. As the meaning differs the record \
          is refused. Mend: split it at the end of the segment."),
     row("HEX018", "half a word",
         "In a memory of two-byte words every stretch of data begins at an even byte address and ends before one, after \
-         all records are put together. Otherwise the other half of a word is unknown. Mend: pad the image to whole words \
-         (. = ALIGN(2) in a linker script, objcopy --gap-fill)."),
+         all records are put together. Otherwise the other half of a word is not given. On an AVR it stays erased, as \
+         programmers leave it, and a note says so. On a PIC16, whose words have 14 bits, the file is refused: no tool writes half \
+         of such a word. Mend: pad the image to whole words (. = ALIGN(2) in a linker script, objcopy --gap-fill)."),
     row("HEX019", "a line is too long for a record",
-        "The longest record has 255 data bytes, 520 digits. A longer line shows that the line breaks were lost, or that \
-         the file ends its lines with CR alone. Mend: one record a line, ended by LF or CR LF."),
+        "The longest record has 255 data bytes, 520 digits. A longer line shows that the line breaks were lost. Mend: one \
+         record a line, ended by LF, CR LF or CR."),
     row("HEX020", "more faults than are shown",
         "At most 100 errors and 100 warnings of a HEX file are shown. The closing note counts the others. Mend the first \
          ones; the others often have the same cause."),
@@ -88,6 +92,13 @@ pub const CODES: &[Code] = &[
     row("HEX025", "a word with more bits than its memory has",
         "A warning: in PIC16 files a byte of EEPROM takes a word, whose upper byte is 00, and configuration words have 14 \
          bits. Bits that the memory lacks are left out. Check that two bytes of EEPROM were not packed into one word."),
+    row("HEX026", "data that no AVR has a memory for is left out",
+        "A note: at 0x850000 and above a linker for AVR keeps the user signature and what other tools read. The chips that are \
+         modelled have no memory there. The rest of the file is taken. Mend: nothing need be done; avr-objcopy -R leaves the \
+         section out."),
+    row("HEX027", "a record behind a semicolon is left out",
+        "A warning: a line that begins with ';' is a comment, and this one is a whole record with the right checksum otherwise. \
+         Somebody has taken it out by hand, or its colon was damaged. Mend: write the colon again, or remove the line."),
     row("ELF001", "not an ELF file",
         "An ELF file begins with the bytes 7F 45 4C 46. Mend: load an ELF or an Intel HEX file."),
     row("ELF002", "not a 32-bit ELF file",
@@ -106,19 +117,23 @@ pub const CODES: &[Code] = &[
         "A table or a section lies beyond the end of the file or contradicts itself. Mend: build or get the file again."),
     row("ELF007", "a section outside the memories of the chip",
         "The message gives the section, its load addresses and the memories of the chip. Mostly the program was linked \
-         for a larger chip. Sections without bytes (.bss) are not loaded and need no room. Mend: link for this chip; \
-         remove sections made for other tools with objcopy -R."),
+         for a larger chip. Sections without bytes (.bss) are not loaded and need no room. Mend: link for this chip. \
+         Sections without code above all memories of AVRs are left out (ELF015)."),
     row("ELF008", "two sections overlap",
         "Two sections give bytes for the same load address, even if the same bytes. Mend: correct the load addresses in \
          the linker script (AT, --section-start)."),
     row("ELF009", "half a word",
-        "In a memory of two-byte words the sections that lie side by side must begin and end on a word boundary. Mend: \
-         . = ALIGN(2) at the end of the section in the linker script."),
+        "A note: a section with an odd number of bytes, as one that the linker script does not know, leaves half of a word open. \
+         It stays erased, as programmers leave it. Mend: . = ALIGN(2) at the end of the section in the linker script."),
     row("ELF010", "no code",
         "No executable section holds any bytes, so there is nothing to run. Mend: link a program; check that \
          --gc-sections did not drop everything."),
     row("ELF011", "more faults than are shown",
         "At most 100 errors of an ELF file are shown. The closing note counts the others that were seen."),
+    row("ELF015", "a section that no AVR has a memory for is left out",
+        "A note: the section lies at 0x850000 or above, where a linker for AVR keeps the user signature and what other tools read. \
+         The chips that are modelled have no memory there. The rest of the file is taken. Mend: nothing need be done; avr-objcopy \
+         -R removes the section."),
 ];
 
 /// All codes of the warnings of [`super::Lines`], for `emu explain`.

@@ -14,8 +14,8 @@ use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, SectionTable, 
 
 use super::demangle::demangle;
 use super::faults::Faults;
-use super::place::{Origin, Placed, Trouble, describe, window};
-use super::{ElfMachine, Image, Lines, Loaded, Mangled, Space, SymbolAt};
+use super::place::{Origin, Placed, STAYS_ERASED, Trouble, describe, window};
+use super::{AVR_AREAS, ElfMachine, Image, Lines, Loaded, Mangled, Space, SymbolAt, simavr};
 
 /// The first bytes of every ELF file.
 pub(super) const MAGIC: &[u8] = &elf::ELFMAG;
@@ -31,7 +31,7 @@ const NAME_SHARING: usize = 4;
 /// lands in flash, behind the code, where the start-up code copies it from.
 ///
 /// # Errors
-/// All faults of the file (codes ELF001 to ELF011); at most [`super::LIMIT`] and a closing note with the number of
+/// All faults of the file (codes ELF001 to ELF015); at most [`super::LIMIT`] and a closing note with the number of
 /// others.
 pub fn load_elf(file: &str, bytes: &[u8], spaces: &[Space], e_machine: u16) -> Result<Loaded, Vec<Diagnostic>> {
     let mut faults = Faults::new(file, "ELF011");
@@ -186,10 +186,10 @@ fn read(bytes: &[u8], spaces: &[Space], faults: &mut Faults) -> Result<Image, Er
     }
     for half in placed.half_words() {
         let name = pieces.get(half.from.line as usize).map_or("", |piece| &piece.name);
-        let (space, addr, other) = (half.space.name, half.addr, half.addr ^ 1);
-        let cause = || format!("{name} defines half a word: {space} byte 0x{addr:04X} without 0x{other:04X}");
-        faults.error("ELF009", Pos::default(), cause, "align the end of the section to a word in the linker script");
+        let cause = || format!("{name} defines half a word: {} {}{STAYS_ERASED}", half.space.name, half.bytes());
+        faults.note("ELF009", Pos::default(), cause, "align the end of the section to a word in the linker script");
     }
+    placed.fill_half_words();
     if faults.none() && !pieces.iter().any(|piece| piece.code) {
         let cause = || format!("no executable section holds bytes ({} sections to load)", pieces.len());
         faults.error("ELF010", Pos::default(), cause, "link a program, not only data");
@@ -201,14 +201,17 @@ fn read(bytes: &[u8], spaces: &[Space], faults: &mut Faults) -> Result<Image, Er
 fn tell(trouble: Trouble, pieces: &[Piece], piece: &Piece, spaces: &[Space], faults: &mut Faults) {
     let name = &piece.name;
     match trouble {
+        // It speaks to a simulator. Where a linker script does not know it, it lies in flash like any other constants.
+        Trouble::Outside { .. } if name == simavr::SECTION => {}
         Trouble::Outside { start, end } => {
-            let cause = || {
-                let (last, count) = (end - 1, end - start);
-                format!(
-                    "{name}: 0x{start:04X} to 0x{last:04X} ({count} bytes) lies outside the memories of the chip: {}",
-                    describe(spaces)
-                )
-            };
+            let span = format!("{name}: 0x{start:04X} to 0x{:04X} ({} bytes) lies", end - 1, end - start);
+            // No program of an AVR is loaded there, whatever the chip: the section is for other tools.
+            if start >= AVR_AREAS.end.into() && !piece.code {
+                let hint = "programmers do not write it either; avr-objcopy -R removes it";
+                let cause = || format!("{span} where no AVR has a memory: left out");
+                return faults.note("ELF015", Pos::default(), cause, hint);
+            }
+            let cause = || format!("{span} outside the memories of the chip: {}", describe(spaces));
             faults.error("ELF007", Pos::default(), cause, "link for this chip, or choose the chip it was linked for");
         }
         Trouble::Overlap { start, end, with } => {

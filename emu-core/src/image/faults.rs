@@ -41,6 +41,11 @@ impl<'f> Faults<'f> {
         self.warnings.add(|| Diagnostic::new(Severity::Warning, code, self.file, pos, cause(), hint));
     }
 
+    /// Adds a note. The text is made only when it is kept.
+    pub fn note(&mut self, code: &'static str, pos: Pos, cause: impl FnOnce() -> String, hint: &str) {
+        self.warnings.add(|| Diagnostic::new(Severity::Note, code, self.file, pos, cause(), hint));
+    }
+
     /// True when nothing has refused the file so far.
     pub fn none(&self) -> bool {
         self.errors.list.is_empty()

@@ -1,23 +1,23 @@
 //! Intel HEX: lines to records to addresses. "Hexadecimal Object File Format Specification", Intel, revision A, 1988.
 
-use diag::{Diagnostic, Pos};
+use diag::{Diagnostic, Pos, text};
 use ihex::Record;
 
 use super::faults::Faults;
 use super::line::{self, Line};
-use super::place::{Origin, Placed, Trouble, describe};
-use super::{Bits, Image, Lines, Loaded, Space};
+use super::place::{Origin, Placed, STAYS_ERASED, Trouble, describe};
+use super::{AVR_AREAS, Bits, Image, Lines, Loaded, Space, is_avr_area};
 
 /// Offsets within a segment end here: an offset has 16 bits.
 const SEGMENT: usize = 0x1_0000;
 
-/// Where an AVR ELF file has EEPROM, fuses, lock bits and signature, which a plain objcopy carries over.
-const ELF_SECTIONS: std::ops::Range<u64> = 0x81_0000..0x85_0000;
+/// What a line of a comment begins with: CCS C names the chip and the date behind the records.
+const COMMENT: u8 = b';';
 
 /// Loads Intel HEX. `file` is the name for messages, `spaces` are the memories of the chip.
 ///
 /// # Errors
-/// All faults of the file in the order of their places (codes HEX001 to HEX025, `docs/formats/hex.md`); at most
+/// All faults of the file in the order of their places (codes HEX001 to HEX027, `docs/formats/hex.md`); at most
 /// [`super::LIMIT`] and a closing note with the number of others.
 pub fn load_hex(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Vec<Diagnostic>> {
     let mut reader = Reader {
@@ -30,13 +30,18 @@ pub fn load_hex(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Ve
         start: None,
         outside: None,
     };
-    if let Some(text) = text_of(bytes, &mut reader.faults) {
+    let text = text::readable(bytes);
+    if is_text(bytes, text.as_bytes(), &mut reader.faults) {
         let mut last = 0;
-        for (text, number) in text.split(|&byte| byte == b'\n').zip(1..) {
-            let text = text.trim_ascii_end();
-            if !text.is_empty() {
-                reader.line(text, number);
-                last = number;
+        for (text, number) in text.split('\n').zip(1..) {
+            let text = text.as_bytes().trim_ascii_end();
+            match text.trim_ascii_start() {
+                [] => {}
+                [COMMENT, behind @ ..] => line::comment(behind, number, &mut reader.faults),
+                _ => {
+                    reader.line(text, number);
+                    last = number;
+                }
             }
             if reader.faults.hopeless() {
                 break;
@@ -56,37 +61,29 @@ pub fn load_hex(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Ve
     faults.finish(image)
 }
 
-/// The text of the file without byte order mark, if it is a text at all.
-fn text_of<'b>(bytes: &'b [u8], faults: &mut Faults) -> Option<&'b [u8]> {
-    let hint = "save the file as plain ASCII without a byte order mark";
-    let (mark, text) = match bytes {
-        [0xEF, 0xBB, 0xBF, rest @ ..] => (Some("UTF-8"), rest),
-        [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => (Some("UTF-16"), &[][..]),
-        all => (None, all),
-    };
-    if let Some(name) = mark {
-        faults.error(
-            "HEX014",
-            Pos::new(1, 1, 1),
-            || format!("the file begins with the byte order mark of {name}"),
-            hint,
-        );
-        if name == "UTF-16" {
-            return None;
-        }
+/// The file is a text, with something on its lines; `plain` is what of it is read.
+fn is_text(bytes: &[u8], plain: &[u8], faults: &mut Faults) -> bool {
+    if let Some(name) = text::wide_encoding(bytes) {
+        let cause = || format!("the file is written in {name}");
+        faults.error("HEX014", Pos::new(1, 1, 1), cause, "save it as plain ASCII");
+        return false;
     }
-    if let Some(at) = text.iter().position(|&byte| byte == 0) {
-        let at = at + bytes.len() - text.len();
+    if bytes.starts_with(text::MARK) {
+        let cause = || "the byte order mark of UTF-8 in front of the file is left out".to_owned();
+        faults.note("HEX014", Pos::new(1, 1, 1), cause, "save it as plain ASCII: programmers do not read the mark");
+    }
+    if plain.contains(&0) {
+        let at = bytes.iter().position(|&byte| byte == 0).unwrap_or_default();
         let cause = || format!("the file is binary: byte 0x00 at offset {at}");
         faults.error("HEX013", Pos::default(), cause, "convert it to Intel HEX (objcopy -I binary -O ihex)");
-        return None;
+        return false;
     }
-    if text.trim_ascii().is_empty() {
+    if plain.trim_ascii().is_empty() {
         let cause = || format!("the file is empty ({} bytes)", bytes.len());
         faults.error("HEX012", Pos::default(), cause, "the program that wrote it has most likely failed: run it again");
-        return None;
+        return false;
     }
-    Some(text)
+    true
 }
 
 struct Reader<'f> {
@@ -210,18 +207,21 @@ impl Reader<'_> {
 
     fn tell_outside(&mut self) {
         let Some(Outside { addr, first, last_line }) = self.outside.take() else { return };
-        let cause = || {
-            let bytes = span(addr.start, addr.end, " lies", " lie");
-            let lines = if last_line > first.line { format!(" (to line {last_line})") } else { String::new() };
-            format!("{bytes} outside the memories of the chip{lines}: {}", describe(self.spaces))
-        };
-        let hint = if ELF_SECTIONS.contains(&addr.start) {
-            "from here on an ELF file has the EEPROM, fuses and lock bits: load the ELF file itself, or leave them out \
-             (objcopy -R .eeprom -R .fuse -R .lock)"
-        } else {
-            "build the program for this chip, or choose the chip it was built for"
-        };
-        self.faults.error("HEX016", first, cause, hint);
+        let bytes = span(addr.start, addr.end, " lies", " lie");
+        let lines = if last_line > first.line { format!(" (to line {last_line})") } else { String::new() };
+        // The chip has no such memory, whatever its size: what a linker keeps there is for other tools.
+        if self.spaces.iter().any(|space| is_avr_area(space.start)) && addr.start >= AVR_AREAS.end.into() {
+            let cause = || format!("{bytes} where no AVR has a memory{lines}: left out");
+            let hint = "from here on an ELF file for an AVR has what other tools read; objcopy -R leaves it out";
+            return self.faults.note("HEX026", first, cause, hint);
+        }
+        let cause = || format!("{bytes} outside the memories of the chip{lines}: {}", describe(self.spaces));
+        self.faults.error(
+            "HEX016",
+            first,
+            cause,
+            "build the program for this chip, or choose the chip it was built for",
+        );
     }
 
     /// What can be said only at the end of the file; `last` is its last line with text.
@@ -238,15 +238,19 @@ impl Reader<'_> {
         }
         for half in self.placed.half_words() {
             let pos = Pos::new(half.from.line, half.from.column + 2 * half.offset, 2);
-            let (name, addr, other) = (half.space.name, half.addr, half.addr ^ 1);
-            let cause = || {
-                format!(
-                    "the word at {name} 0x{:04X} is half defined: byte 0x{addr:04X} without 0x{other:04X}",
-                    addr & !1
-                )
-            };
-            self.faults.error("HEX018", pos, cause, "pad the image so that both bytes of every word are given");
+            let cause =
+                format!("the word at {} 0x{:04X} is half defined: {}", half.space.name, half.addr & !1, half.bytes());
+            match half.space.bits {
+                Bits::All => self.faults.note("HEX018", pos, || cause + STAYS_ERASED, "pad the image to whole words"),
+                _ => self.faults.error(
+                    "HEX018",
+                    pos,
+                    || cause,
+                    "pad the image so that both bytes of every word are given",
+                ),
+            }
         }
+        self.placed.fill_half_words();
         for wide in self.placed.wide_words() {
             let pos = Pos::new(wide.from.line, wide.from.column + 2 * wide.offset, 2);
             let byte = wide.space.start + wide.addr;

@@ -28,12 +28,13 @@ pub(super) struct Line {
     pub column: u32,
 }
 
-/// Reads line `number`, which is `text` without line end and trailing spaces, and adds its faults.
+/// Reads line `number`, which is `text` without line end and trailing spaces, and adds its faults. Spaces in front are passed over.
 pub(super) fn read(text: &[u8], number: u32, faults: &mut Faults) -> Line {
-    let Some((column, digits)) = digits(text, number, faults) else {
+    let indent = text.len() - text.trim_ascii_start().len();
+    let Some((column, digits)) = digits(text.trim_ascii_start(), indent as u32, number, faults) else {
         return Line { record: None, kind: None, column: 0 };
     };
-    let chars: Vec<char> = String::from_utf8_lossy(digits).chars().collect();
+    let chars: Vec<char> = shown(digits).chars().collect();
     let digits =
         Digits { line: number, column, nibbles: chars.iter().map(|c| c.to_digit(16).map(|d| d as u8)).collect() };
     let record = match digits.parse() {
@@ -44,32 +45,42 @@ pub(super) fn read(text: &[u8], number: u32, faults: &mut Faults) -> Line {
     Line { record, kind: digits.byte(3), column: digits.column_of(HEADER) }
 }
 
+/// Looks at a comment, without its semicolon: one that is a record was most likely to be loaded once.
+pub(super) fn comment(text: &[u8], number: u32, faults: &mut Faults) {
+    let record = str::from_utf8(text).ok().and_then(|text| Record::from_record_string(&format!(":{text}")).ok());
+    if record.is_some() {
+        let cause = || "a record behind a semicolon is left out".to_owned();
+        let hint = "write a colon in its place if it belongs to the program";
+        faults.warning("HEX027", Pos::new(number, 1, text.len() as u32 + 1), cause, hint);
+    }
+}
+
 /// Finds the digits of a line and the column where they begin. Junk before the colon does not hide what comes after
 /// it, and a line of nothing but digits is taken as one whose colon is lost.
-fn digits<'t>(text: &'t [u8], line: u32, faults: &mut Faults) -> Option<(u32, &'t [u8])> {
+fn digits<'t>(text: &'t [u8], indent: u32, line: u32, faults: &mut Faults) -> Option<(u32, &'t [u8])> {
     let colon = text.iter().take(MOST_DIGITS).position(|&byte| byte == b':');
     let (column, digits) = match colon {
-        Some(0) => (2, text.get(1..)?),
+        Some(0) => (indent + 2, text.get(1..)?),
         Some(at) => {
-            let junk = String::from_utf8_lossy(text.get(..at)?).into_owned();
+            let junk = shown(text.get(..at)?);
             let width = junk.chars().count() as u32;
             faults.error(
                 "HEX001",
-                Pos::new(line, 1, width),
+                Pos::new(line, indent + 1, width),
                 || starts_with(&junk),
                 "remove what stands before the colon",
             );
-            (width + 2, text.get(at + 1..)?)
+            (indent + width + 2, text.get(at + 1..)?)
         }
         None => {
-            let head = String::from_utf8_lossy(text.get(..text.len().min(8))?).into_owned();
+            let head = shown(text.get(..text.len().min(8))?);
             let hint = match text {
                 [b'S', b'0'..=b'9', ..] => "this looks like Motorola S-records: convert the file to Intel HEX",
-                _ => "every line of Intel HEX begins with a colon",
+                _ => "every line of Intel HEX begins with a colon, and a comment with a semicolon",
             };
-            faults.error("HEX001", Pos::new(line, 1, 1), || starts_with(&head), hint);
+            faults.error("HEX001", Pos::new(line, indent + 1, 1), || starts_with(&head), hint);
             let lost = (LEAST_DIGITS..=MOST_DIGITS).contains(&text.len()) && text.iter().all(u8::is_ascii_hexdigit);
-            (1, lost.then_some(text)?)
+            (indent + 1, lost.then_some(text)?)
         }
     };
     if digits.len() > MOST_DIGITS {
@@ -82,6 +93,11 @@ fn digits<'t>(text: &'t [u8], line: u32, faults: &mut Faults) -> Option<(u32, &'
         return None;
     }
     Some((column, digits))
+}
+
+/// The characters of a piece of a line.
+fn shown(text: &[u8]) -> String {
+    String::from_utf8_lossy(text).into_owned()
 }
 
 fn starts_with(text: &str) -> String {

@@ -1,8 +1,8 @@
 //! Images: what a HEX or ELF file puts into the memories of a chip.
 //!
-//! [`load`] looks at the first bytes and hands on to [`load_elf`], [`load_omf51`] or [`load_hex`]. All are strict: a file is either
-//! taken whole or refused with all its faults, each with a place, a stable code (see [`CODES`]) and a hint. What is
-//! accepted stands in `docs/formats/hex.md`, `elf.md` and `omf51.md`. [`write_hex`] is the way back.
+//! [`load`] looks at the first bytes and hands on to [`load_elf`], [`load_omf51`] or [`load_hex`]. A file is either taken or refused
+//! with all its faults, each with a place, a stable code (see [`CODES`]) and a hint; what of it is left out is noted. What is
+//! accepted is in `docs/formats/hex.md`, `elf.md` and `omf51.md`. [`write_hex`] is the way back.
 //!
 //! ```text
 //!   hex.rs   lines to records to addresses          elf.rs   sections to load addresses, symbols
@@ -11,7 +11,7 @@
 //!   write.rs segments to HEX                        faults.rs the list of faults and its limit
 //!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC and gputils write
 //!   lines.rs source lines by address, and back      dwarf.rs those in ELF files
-//!   note.rs  for which AVR an ELF file was linked
+//!   note.rs  for which AVR an ELF file was linked    simavr.rs what it says to simavr
 //! ```
 
 mod codes;
@@ -25,6 +25,7 @@ mod lines;
 mod note;
 mod omf51;
 mod place;
+mod simavr;
 mod symbols;
 mod write;
 
@@ -38,6 +39,7 @@ pub use hex::load_hex;
 pub use lines::{LineAt, LineKind, Lines};
 pub use note::{avr_device, avr_signature};
 pub use omf51::{OMF_CODES, load_omf51};
+pub use simavr::{Simavr, SimavrTrace, simavr};
 pub use symbols::{Message, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols};
 pub use write::write_hex;
 
@@ -230,6 +232,23 @@ impl ElfMachine {
     }
 }
 
+/// Where an ELF file for an AVR has its memories beside program and RAM: EEPROM, fuses, lock bits and signature, each in 64 KB of
+/// addresses (binutils, ld/scripttempl/avr.sc). What lies above is no memory of a chip that is modelled, as the user signature.
+pub const AVR_AREAS: std::ops::Range<u32> = 0x81_0000..0x85_0000;
+
+/// A window that lies there.
+fn is_avr_area(start: u32) -> bool {
+    AVR_AREAS.contains(&start)
+}
+
+/// The memories that an Intel HEX file may fill: those of `hex`, and of `elf` those of an AVR that avr-objcopy carries over at the
+/// addresses of the ELF file, unless told otherwise.
+#[must_use]
+pub fn hex_spaces(hex: &[Space], elf: &[Space]) -> Vec<Space> {
+    let carried = elf.iter().filter(|space| is_avr_area(space.start) && hex.iter().all(|own| own.name != space.name));
+    hex.iter().chain(carried).copied().collect()
+}
+
 /// Loads an image: ELF if the file begins with the ELF magic, OMF-51 if it is for MCS-51 and begins with a record of that format, and
 /// Intel HEX otherwise. `file` is the name for messages.
 ///
@@ -247,6 +266,6 @@ pub fn load(
     } else if machine == ElfMachine::MCS51 && omf51::guess(bytes).is_some() {
         load_omf51(file, bytes, hex_spaces)
     } else {
-        load_hex(file, bytes, hex_spaces)
+        load_hex(file, bytes, &self::hex_spaces(hex_spaces, elf_spaces))
     }
 }

@@ -57,7 +57,7 @@ pub fn avr_signature(file: &[u8]) -> Option<[u8; 3]> {
 }
 
 /// The bytes of a section; nothing where there is none, or none that can be read.
-fn section<'b>(bytes: &'b [u8], name: &[u8]) -> Option<&'b [u8]> {
+pub(super) fn section<'b>(bytes: &'b [u8], name: &[u8]) -> Option<&'b [u8]> {
     let header = FileHeader32::<Le>::parse(bytes).ok()?;
     let sections = header.sections(Le, bytes).ok()?;
     let found = sections.iter().find(|section| sections.section_name(Le, section) == Ok(name))?;

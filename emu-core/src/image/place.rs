@@ -30,6 +30,16 @@ pub(super) struct HalfWord<'s> {
     pub offset: u32,
 }
 
+/// What becomes of the other half, for notes.
+pub(super) const STAYS_ERASED: &str = ", which stays erased (0xFF)";
+
+impl HalfWord<'_> {
+    /// The byte that is there and the one that is not, for messages.
+    pub fn bytes(&self) -> String {
+        format!("byte 0x{:04X} without 0x{:04X}", self.addr, self.addr ^ 1)
+    }
+}
+
 /// Words with bits that their memory has not.
 pub(super) struct WideWords<'s> {
     pub space: &'s Space,
@@ -144,6 +154,18 @@ impl<'s> Placed<'s> {
             }
         }
         halves
+    }
+
+    /// Puts an erased byte beside each that [`Placed::half_words`] finds in a memory of words of 16 bits.
+    pub fn fill_half_words(&mut self) {
+        let halves = self.half_words().into_iter().filter(|half| half.space.bits == Bits::All);
+        let halves: Vec<_> = halves.map(|half| (half.space.name, half.addr ^ 1, half.from)).collect();
+        for (name, addr, from) in halves {
+            let runs = self.spaces.iter().position(|space| space.name == name).and_then(|i| self.runs.get_mut(i));
+            if let Some(runs) = runs {
+                runs.insert(addr, Run { bytes: vec![0xFF], from, offset: 0 });
+            }
+        }
     }
 
     /// The words that have bits which their memory has not, memory by memory. Half words are none.

@@ -14,6 +14,7 @@ const SOURCE: &str = "
 volatile char text[5] = \"abcd\";
 uint8_t cells[3] EEMEM = {1, 2, 3};
 int counter[10];
+const char tag[3] __attribute__((section(\".tag\"), used)) = \"ab\";
 int main(void) {
     PORTB = text[1];
     eeprom_read_byte(cells);
@@ -35,7 +36,8 @@ fn elf_and_objcopy_agree() {
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("a.c"), SOURCE).unwrap();
     run("avr-gcc", &["-mmcu=atmega328p", "-Os", "a.c", "-o", "a.elf"], &folder);
-    run("avr-objcopy", &["-O", "ihex", "-j", ".text", "-j", ".data", "a.elf", "flash.hex"], &folder);
+    run("avr-objcopy", &["-O", "ihex", "-R", ".eeprom", "a.elf", "flash.hex"], &folder);
+    run("avr-objcopy", &["-O", "ihex", "a.elf", "all.hex"], &folder);
     run("avr-objcopy", &["-O", "ihex", "-j", ".eeprom", "a.elf", "eeprom.hex"], &folder);
     let get = |name: &str, hex: &[Space]| {
         let bytes = std::fs::read(folder.join(name)).unwrap();
@@ -45,6 +47,9 @@ fn elf_and_objcopy_agree() {
     let flash = get("flash.hex", &MEMORIES[..1]);
     // In its HEX file the EEPROM begins at 0x810000, as in the ELF file.
     let eeprom = get("eeprom.hex", &MEMORIES[2..]);
+    // All of it in one file, as it comes without flags: each memory at its place.
+    let all = get("all.hex", &MEMORIES[..1]);
+    assert_eq!(all.segments, elf.segments);
     assert!(elf.end("flash") > 100);
     assert_eq!(elf.bytes_in("flash").collect::<Vec<_>>(), flash.bytes_in("flash").collect::<Vec<_>>());
     assert_eq!(elf.bytes_in("eeprom").collect::<Vec<_>>(), [(0, 1), (1, 2), (2, 3)]);

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use emu_core::image::{Bits, Segment, Space, SymbolAt, load, load_elf};
+use diag::Severity;
+use emu_core::image::{Bits, Segment, Simavr, SimavrTrace, Space, SymbolAt, load, load_elf, simavr};
 
 use crate::{AVR, table};
 
@@ -195,13 +196,9 @@ fn case(case: &str) -> Vec<u8> {
             elf.sections[0].addr = 0x8000;
             elf.sections[0].load = 0x8000;
             elf.sections[1].bytes.clear();
-            elf.sections.push(section(".mmcu", 0, 0x91_0000, 0x91_0000, &[1]));
+            elf.sections.push(section(".far", CODE, 0x91_0000, 0x91_0000, &[1]));
         }
         "overlap" => elf.sections.push(section(".boot", CODE, 2, 2, &[0x34, 0x00])),
-        "half-word" => {
-            elf.sections[1].bytes.pop();
-            elf.sections.push(section(".boot", CODE, 0x11, 0x11, &[0]));
-        }
         "no-code" => elf.sections = vec![section(".data", 0, 0x80_0100, 0, &[1, 2])],
         "nothing" => elf.sections.clear(),
         _ => panic!("elf.txt names the case {case}, which is not built here"),
@@ -246,6 +243,80 @@ fn faults_are_all_reported() {
     }
 }
 
+/// Sections of an odd length, and sections for other tools: what is left out is noted, and the rest is the program.
+#[test]
+fn sections_that_others_make_are_accepted() {
+    let mut elf = program();
+    elf.sections[1].bytes.pop();
+    elf.sections.extend([
+        section(".boot", CODE, 0x11, 0x11, &[0x95]),
+        section(".user_signatures", 0, 0x85_0000, 0x85_0000, &[1, 2]),
+        section(".for_a_tool", 0, 0x91_0000, 0x91_0000, &[1]),
+        section(".mmcu", 0, 0x91_0010, 0x91_0010, &[1, 2]),
+    ]);
+    let loaded = load_elf("a.elf", &elf.build(), MEMORIES, AVR.0).unwrap();
+    let seg = |space, addr, bytes: &[u8]| Segment { space, addr, bytes: bytes.to_vec() };
+    let flash = [seg("flash", 0, &[0x0C, 0x94, 0x34, 0, 0xAB, 0xFF]), seg("flash", 0x10, &[0xFF, 0x95])];
+    assert_eq!(loaded.image.segments[..2], flash);
+    assert_eq!(loaded.image.end("eeprom"), 3);
+    assert!(loaded.warnings.iter().all(|d| d.severity == Severity::Note));
+    let told: Vec<(&str, &str)> =
+        loaded.warnings.iter().map(|d| (d.code, d.cause.split(" lies").next().unwrap_or_default())).collect();
+    let wanted = [
+        ("ELF015", ".user_signatures: 0x850000 to 0x850001 (2 bytes)"),
+        ("ELF015", ".for_a_tool: 0x910000 to 0x910000 (1 bytes)"),
+        ("ELF009", ".data defines half a word: flash byte 0x0004 without 0x0005, which stays erased (0xFF)"),
+        ("ELF009", ".boot defines half a word: flash byte 0x0011 without 0x0010, which stays erased (0xFF)"),
+    ];
+    assert_eq!(told, wanted);
+}
+
+/// Entries as simavr's avr_mcu_section.h lays them out, zeros between them; a damaged section says nothing.
+#[test]
+fn what_a_program_says_to_simavr() {
+    let string = |tag: u8, text: &str| [vec![tag, 64], text.as_bytes().to_vec(), vec![0; 64 - text.len()]].concat();
+    let trace = |tag: u8, mask: u8, what: u16| {
+        [vec![tag, 35, mask], what.to_le_bytes().to_vec(), b"name".to_vec(), vec![0; 28]].concat()
+    };
+    let section_of = |bytes: &[u8]| {
+        let mut elf = program();
+        elf.sections.push(section(".mmcu", 0, 0x91_0000, 0x91_0000, bytes));
+        elf.build()
+    };
+    let entries = [
+        string(1, "ATmega88"),
+        vec![2, 4, 0, 0x12, 0x7A, 0],
+        vec![0, 0],
+        vec![3, 4, 0x88, 0x13, 0, 0],
+        string(12, "trace.vcd"),
+        trace(14, 0, 0x25),
+        trace(14, 0x20, 0xC0),
+        trace(15, b'B', 5),
+        trace(16, 9, 1),
+        vec![11, 2, 0x3E, 0],
+        vec![10, 2, 0x4A, 0],
+    ];
+    let wanted = Simavr {
+        mcu: Some("atmega88".to_owned()),
+        hz: Some(8_000_000),
+        vcd: Some("trace.vcd".to_owned()),
+        traces: vec![
+            SimavrTrace::Register(0x25, 0),
+            SimavrTrace::Register(0xC0, 0x20),
+            SimavrTrace::Pin('B', 5),
+            SimavrTrace::Interrupt,
+        ],
+        console: Some(0x3E),
+        command: Some(0x4A),
+    };
+    assert_eq!(simavr(&section_of(&entries.concat())), Some(wanted));
+    assert_eq!(simavr(&section_of(&[0, 0, 0])), Some(Simavr::default()));
+    assert_eq!(simavr(&section_of(&[1, 64, b'a'])), None);
+    assert_eq!(simavr(&section_of(&[1])), None);
+    assert_eq!(simavr(&program().build()), None);
+    assert_eq!(simavr(b"\x7fELF"), None);
+}
+
 #[test]
 fn a_program_goes_to_its_load_addresses() {
     let seg = |space, addr, bytes: &[u8]| Segment { space, addr, bytes: bytes.to_vec() };
@@ -284,7 +355,7 @@ fn a_program_goes_to_its_load_addresses() {
 #[test]
 fn the_list_of_faults_has_an_end() {
     let mut elf = program();
-    let far = (0..105).map(|n| section(".far", 0, 0x90_0000 + n, 0x90_0000 + n, &[0]));
+    let far = (0..105).map(|n| section(".far", 0, 0x70_0000 + n, 0x70_0000 + n, &[0]));
     elf.sections.extend(far);
     let found = load_elf("a.elf", &elf.build(), MEMORIES, 83).unwrap_err();
     assert_eq!(found.len(), 101);

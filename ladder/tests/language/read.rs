@@ -4,6 +4,7 @@ use crate::common;
 use std::collections::BTreeSet;
 
 use diag::Diagnostic;
+use diag::text::Encoding;
 
 const TABLE: &str = include_str!("tables/read.txt");
 
@@ -119,10 +120,67 @@ fn any_number_of_warnings_is_no_error() {
     assert_eq!(ladder::parse("t", &text).map(|p| p.warnings.len()), Ok(300));
 }
 
+/// Comments in any encoding keep their bytes when they are written back, and can be read by people.
 #[test]
-fn bytes_must_be_utf8() {
-    let errors = ladder::parse_bytes("t", b"LDmicro0.1\nab\xE9", ladder::Options::default()).expect_err("no UTF-8");
-    assert_eq!(common::told(&errors), ["LD002@2:3+1"]);
+fn a_program_may_be_in_any_code_page() {
+    let files: [(&[u8], Encoding, &str); 6] = [
+        (b"sem\xE1foro \x80", Encoding::Bytes, "sem\u{e1}foro \u{20ac}"),
+        ("bot\u{e3}o \u{219}".as_bytes(), Encoding::Utf8, "bot\u{e3}o \u{219}"),
+        (b"one \xC3\xA9 and another \xE9", Encoding::Bytes, "one \u{c3}\u{a9} and another \u{e9}"),
+        (b"undefined \x81\x8D\x8F\x90\x9D.", Encoding::Bytes, "undefined \u{ef81}\u{ef8d}\u{ef8f}\u{ef90}\u{ef9d}."),
+        (b"plain", Encoding::Utf8, "plain"),
+        (b"no\xA0break", Encoding::Bytes, "no\u{a0}break"),
+    ];
+    for (comment, encoding, shown) in files {
+        let front = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\n\nIO LIST\nEND\n\nPROGRAM\nRUNG\n    COMMENT ";
+        let file = [front.as_bytes(), comment, b"\nEND\n"].concat();
+        let parsed = ladder::parse_bytes("t", &file, ladder::Options::default()).expect("a program");
+        let found = parsed.program.elements().find_map(|(_, element, _)| match element {
+            ladder::Element::Comment(text) => Some(text.trim_end().to_owned()),
+            _ => None,
+        });
+        assert_eq!((parsed.encoding, found.as_deref()), (encoding, Some(shown)));
+        let back = ladder::write_bytes(&parsed.program, parsed.encoding);
+        assert_eq!(back.trim_ascii_end(), file.trim_ascii_end(), "{shown}");
+    }
+}
+
+/// In a code page a text gives the chip its own bytes.
+#[test]
+fn a_text_in_a_code_page_sends_its_bytes() {
+    let file = b"LDmicro0.2\nCYCLE=10000\nCRYSTAL=4000000\nBAUD=9600\nPROGRAM\nRUNG\nFORMATTED_STRING (none) \"\x80\xE9\x81\"\nEND\n";
+    let program = ladder::parse_bytes("t", file, ladder::Options::default()).expect("a program").program;
+    let text = program.elements().find_map(|(_, element, _)| match element {
+        ladder::Element::FormattedString { text, .. } => Some(text.clone()),
+        _ => None,
+    });
+    let wanted = [0x80, 0xE9, 0x81].map(ladder::format::Piece::Byte);
+    assert_eq!(ladder::format::pieces(&text.expect("a text"), true).as_deref(), Ok(&wanted[..]));
+}
+
+/// Marks and line ends of other systems; two bytes a character are refused with a hint.
+#[test]
+fn a_program_may_come_from_any_system() {
+    let text = format!("{}RUNG\nSHORT\nEND\n", common::HEAD);
+    let accepted = [
+        (text.clone(), None),
+        (format!("\u{feff}{text}"), Some("LD003")),
+        (text.replace('\n', "\r\n"), None),
+        (text.replace('\n', "\r"), None),
+        (format!("{text}\x1A"), None),
+    ];
+    let wanted = ladder::parse("t", &text).expect("a program").program;
+    for (text, note) in accepted {
+        let parsed = ladder::parse_bytes("t", text.as_bytes(), ladder::Options::default()).expect("a program");
+        assert_eq!(parsed.program, wanted);
+        let told = parsed.warnings.iter().map(|d| d.code).find(|code| *code != ladder::REWRITTEN);
+        assert_eq!(told, note, "{text:?}");
+    }
+    let wide: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for wide in [wide.clone(), [b"\xFF\xFE".to_vec(), wide].concat()] {
+        let errors = ladder::parse_bytes("t", &wide, ladder::Options::default()).expect_err("UTF-16");
+        assert_eq!(common::told(&errors), ["LD002@0:0+0"]);
+    }
 }
 
 #[test]

@@ -25,27 +25,10 @@ fn bit(file: u16, bit: u16, set: bool) -> u16 {
 }
 
 /// A chip's name without what some put in front of it: `16f873`.
-fn bare(name: &str) -> String {
+pub fn bare(name: &str) -> String {
     let lower = name.trim().trim_matches('"').to_ascii_lowercase();
     let rest = lower.strip_prefix("pic").or_else(|| lower.strip_prefix('p'));
     rest.unwrap_or(&lower).to_owned()
-}
-
-/// The chip that a source for the PIC16 names with `list p=` or `processor`, as a command line would: `pic16f873`. There may
-/// be no chip of that name.
-#[must_use]
-pub fn named_chip(source: &[u8]) -> Option<String> {
-    let text = String::from_utf8_lossy(source);
-    text.lines().find_map(|line| {
-        let code = line.split(';').next()?.trim();
-        let (word, rest) = code.split_once(char::is_whitespace)?;
-        let name = match word.to_ascii_lowercase().as_str() {
-            "processor" => rest,
-            "list" => rest.split(',').find_map(processor_of)?,
-            _ => return None,
-        };
-        Some(format!("pic{}", bare(name)))
-    })
 }
 
 /// The value of `p=`.

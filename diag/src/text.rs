@@ -1,0 +1,210 @@
+//! Text as others write it: bytes to characters, and back to the same bytes.
+//!
+//! Sources, ladder programs and HEX files come in UTF-8 and in the 8-bit code pages of old editors, and what stands in a string
+//! goes to a chip byte by byte. Every reader of text therefore takes its characters from here. A text that is UTF-8 as a whole
+//! is that. Any other is taken byte by byte: bytes of 0x80 and above become the characters U+EF80 to U+EFFF, which Unicode leaves
+//! to private use, so that no byte is lost and a column is a byte. A text that holds one of these characters itself, as UTF-8,
+//! is taken byte by byte too: so [`encode`] is the exact inverse of [`decode`]. People see such a byte as Windows has it in its
+//! code page 1252 ([`show`]), which agrees with Latin-1 from 0xA0 on.
+
+use std::borrow::Cow;
+
+/// The character of the byte 0x80; those up to 0xFF follow.
+const FIRST: u32 = 0xEF80;
+
+/// The UTF-8 of the byte order mark U+FEFF.
+pub const MARK: &[u8] = b"\xEF\xBB\xBF";
+
+/// The characters of the bytes 0x80 to 0x9F in code page 1252 (Unicode, MAPPINGS/VENDORS/MICSFT/WINDOWS/CP1252.TXT); five are not
+/// defined and stand for themselves here.
+#[rustfmt::skip]
+const CP1252: [char; 32] = [
+    '€', '\u{EF81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{EF8D}', 'Ž', '\u{EF8F}',
+    '\u{EF90}', '‘', '’', '“', '”', '•', '–', '—', '\u{2DC}', '™', 'š', '›', 'œ', '\u{EF9D}', 'ž', 'Ÿ',
+];
+
+/// How the characters of a text are kept in bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Encoding {
+    /// UTF-8.
+    Utf8,
+    /// A character is a byte, in a code page that the file does not name.
+    Bytes,
+}
+
+/// The encoding of a text, as [`decode`] takes it.
+#[must_use]
+pub fn encoding(bytes: &[u8]) -> Encoding {
+    match std::str::from_utf8(bytes) {
+        Ok(text) if !text.contains(|c| byte_of(c).is_some()) => Encoding::Utf8,
+        _ => Encoding::Bytes,
+    }
+}
+
+/// The characters of a text; [`byte_of`] tells those that stand for a byte.
+#[must_use]
+pub fn decode(bytes: &[u8]) -> Cow<'_, str> {
+    match (encoding(bytes), std::str::from_utf8(bytes)) {
+        (Encoding::Utf8, Ok(text)) => Cow::Borrowed(text),
+        _ => Cow::Owned(bytes.iter().map(|&byte| of_byte(byte)).collect()),
+    }
+}
+
+/// The bytes of which [`decode`] made a text, or a piece of it.
+#[must_use]
+pub fn encode(text: &str) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(text.len());
+    for c in text.chars() {
+        match byte_of(c) {
+            Some(byte) => bytes.push(byte),
+            None => bytes.extend_from_slice(c.encode_utf8(&mut [0; 4]).as_bytes()),
+        }
+    }
+    bytes
+}
+
+/// The byte that a character of [`decode`] stands for; nothing for a character of ASCII or UTF-8.
+#[must_use]
+pub fn byte_of(c: char) -> Option<u8> {
+    let above = u32::from(c).checked_sub(FIRST)?;
+    u8::try_from(above + 0x80).ok()
+}
+
+/// The character that stands for a byte.
+fn of_byte(byte: u8) -> char {
+    match byte {
+        0..0x80 => char::from(byte),
+        _ => char::from_u32(FIRST + u32::from(byte) - 0x80).unwrap_or(char::REPLACEMENT_CHARACTER),
+    }
+}
+
+/// A text of [`decode`] for people: bytes as code page 1252 has them. What that leaves undefined stays as it is.
+#[must_use]
+pub fn show(text: &str) -> Cow<'_, str> {
+    if !text.contains(|c| byte_of(c).is_some()) {
+        return Cow::Borrowed(text);
+    }
+    let shown = |c: char| match byte_of(c) {
+        Some(byte) => CP1252.get(usize::from(byte - 0x80)).copied().unwrap_or(char::from(byte)),
+        None => c,
+    };
+    Cow::Owned(text.chars().map(shown).collect())
+}
+
+/// The bytes of a text of [`show`] in code page 1252; nothing where it has a character that the code page lacks.
+#[must_use]
+pub fn to_code_page(text: &str) -> Option<Vec<u8>> {
+    text.chars().map(code_page_byte).collect()
+}
+
+/// The byte of a character in code page 1252, and of one up to U+00FF its number.
+#[must_use]
+pub fn code_page_byte(c: char) -> Option<u8> {
+    let within = CP1252.iter().position(|known| *known == c).map(|at| at as u8 + 0x80);
+    within.or_else(|| u8::try_from(u32::from(c)).ok()).or_else(|| byte_of(c))
+}
+
+/// A text without what tools of other systems put around its lines: without the byte order mark of UTF-8, and without the ^Z
+/// (0x1A) that ends it where nothing but zeros and white space follows; a CR alone, which ends a line, becomes LF. Lines keep
+/// their numbers.
+#[must_use]
+pub fn plain(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let bytes = bytes.strip_prefix(MARK).unwrap_or(bytes);
+    let filler = |c: &u8| matches!(c, 0 | 0x1A) || c.is_ascii_whitespace();
+    let end = bytes.iter().rposition(|c| !filler(c)).map_or(0, |at| at + 1);
+    let end = bytes.iter().skip(end).position(|c| *c == 0x1A).map_or(bytes.len(), |at| end + at);
+    let bytes = bytes.get(..end).unwrap_or_default();
+    if !bytes.contains(&b'\r') {
+        return Cow::Borrowed(bytes);
+    }
+    let mut text = bytes.to_vec();
+    // A row of CR in front of LF is one end of a line.
+    let mut before_lf = true;
+    for c in text.iter_mut().rev() {
+        match *c {
+            b'\r' if before_lf => {}
+            b'\r' => *c = b'\n',
+            other => before_lf = other == b'\n',
+        }
+    }
+    Cow::Owned(text)
+}
+
+/// A file as people read it, line for line and column for column as its reader counts them.
+#[must_use]
+pub fn readable(bytes: &[u8]) -> String {
+    show(&decode(&plain(bytes))).into_owned()
+}
+
+/// The name of an encoding of two bytes a character, by the byte order mark or by zeros between the first letters; such a text
+/// is refused with a hint, since nothing else is read of it.
+#[must_use]
+pub fn wide_encoding(bytes: &[u8]) -> Option<&'static str> {
+    match bytes.get(..4).unwrap_or(bytes) {
+        [0xFF, 0xFE, ..] => Some("UTF-16 (low byte first)"),
+        [0xFE, 0xFF, ..] => Some("UTF-16 (high byte first)"),
+        &[a, 0, b, 0] if is_letter(a) && is_letter(b) => Some("UTF-16 (low byte first)"),
+        &[0, a, 0, b] if is_letter(a) && is_letter(b) => Some("UTF-16 (high byte first)"),
+        _ => None,
+    }
+}
+
+fn is_letter(byte: u8) -> bool {
+    byte.is_ascii_graphic() || byte.is_ascii_whitespace()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// UTF-8 stays; everything else gives back its bytes, and is shown in code page 1252.
+    #[test]
+    fn no_byte_is_lost() {
+        let all: Vec<u8> = (0..=255).collect();
+        let private = "a\u{EF80}\u{EFFF}".as_bytes();
+        let texts: [(&[u8], Encoding); 6] = [
+            (b"plain", Encoding::Utf8),
+            ("dt \"\u{e9}\u{20ac}\u{1F600}\"".as_bytes(), Encoding::Utf8),
+            (b"dt \"\xBFA\"", Encoding::Bytes),
+            (b"\xC3\xA9 and \xE9", Encoding::Bytes),
+            (&all, Encoding::Bytes),
+            (private, Encoding::Bytes),
+        ];
+        for (bytes, wanted) in texts {
+            let text = decode(bytes);
+            assert_eq!((encoding(bytes), encode(&text)), (wanted, bytes.to_vec()));
+            if wanted == Encoding::Bytes {
+                assert_eq!(text.chars().count(), bytes.len(), "a column is a byte");
+                assert_eq!(to_code_page(&show(&text)).as_deref(), Some(bytes));
+            }
+        }
+    }
+
+    #[test]
+    fn people_see_code_page_1252() {
+        assert_eq!(show(&decode(b"sem\xE1foro \x80 \x95 \xFF")), "sem\u{e1}foro \u{20ac} \u{2022} \u{ff}");
+        assert_eq!(to_code_page("\u{21b}"), None, "a letter that the code page lacks");
+    }
+
+    #[test]
+    fn what_is_around_lines_is_left_out() {
+        let cases: &[(&[u8], &[u8])] = &[
+            (b"a\nb", b"a\nb"),
+            (b"\xEF\xBB\xBFa", b"a"),
+            (b"a\rb\r\nc\r\r\nd\r", b"a\nb\r\nc\r\r\nd\r"),
+            (b"a\n\x1A\0\0\r\n", b"a\n"),
+            (b"a\x1Ab", b"a\x1Ab"),
+            (b"", b""),
+        ];
+        for (bytes, wanted) in cases {
+            assert_eq!(&*plain(bytes), *wanted, "{bytes:?}");
+        }
+    }
+
+    #[test]
+    fn two_bytes_a_character_are_told() {
+        assert!(wide_encoding(b"\xFF\xFE;\0").is_some() && wide_encoding(b"\xFE\xFF\0;").is_some());
+        assert!(wide_encoding(b"L\0D\0").is_some() && wide_encoding(b"\0L\0D").is_some());
+        assert!(wide_encoding(b"LDmicro0.1").is_none() && wide_encoding(b"").is_none());
+    }
+}

@@ -1,0 +1,88 @@
+//! What a program says to simavr, in the section `.mmcu` of its ELF file: for which chip and clock it is, and what it wants traced.
+//! The layout is that of simavr's `avr_mcu_section.h`: entries of a tag, a length and so many bytes, with zeros between them.
+
+use super::elf::aligned;
+use super::note::section;
+
+/// Name of the section; it is no part of the program.
+pub(super) const SECTION: &str = ".mmcu";
+
+/// Longest name that is taken, and most traces: what has more is damaged.
+const MOST: usize = 64;
+
+/// The entries that mean something here.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Simavr {
+    /// The chip, in small letters, as `atmega328p`.
+    pub mcu: Option<String>,
+    /// Its clock in Hz.
+    pub hz: Option<u32>,
+    /// File for the waveform.
+    pub vcd: Option<String>,
+    /// What is to be in it.
+    pub traces: Vec<SimavrTrace>,
+    /// Data address of the register whose bytes simavr prints.
+    pub console: Option<u16>,
+    /// Data address of the register that takes commands to simavr.
+    pub command: Option<u16>,
+}
+
+/// A signal that a program wants traced.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum SimavrTrace {
+    /// The register at this data address, or its bits in the mask, where that is not 0.
+    Register(u16, u8),
+    /// A pin: letter of its port and number.
+    Pin(char, u8),
+    /// An interrupt.
+    Interrupt,
+}
+
+/// What an ELF file says to simavr; nothing where it has no such section, or one that cannot be read.
+#[must_use]
+pub fn simavr(file: &[u8]) -> Option<Simavr> {
+    if !file.starts_with(super::elf::MAGIC) {
+        return None;
+    }
+    let bytes = aligned(file);
+    let mut rest = section(&bytes, SECTION.as_bytes())?;
+    let mut found = Simavr::default();
+    loop {
+        match rest {
+            [] => return Some(found),
+            [0, behind @ ..] => rest = behind,
+            [tag, len, behind @ ..] => {
+                let (entry, behind) = behind.split_at_checked(usize::from(*len))?;
+                found.take(*tag, entry);
+                rest = behind;
+            }
+            [_] => return None,
+        }
+    }
+}
+
+impl Simavr {
+    /// An entry; tags by avr_mcu_section.h, whose others are passed over.
+    fn take(&mut self, tag: u8, entry: &[u8]) {
+        match (tag, entry) {
+            (1, _) => self.mcu = text(entry).map(|name| name.to_ascii_lowercase()),
+            (2, &[a, b, c, d]) => self.hz = Some(u32::from_le_bytes([a, b, c, d])).filter(|hz| *hz > 0),
+            (10, &[low, high]) => self.command = Some(u16::from_le_bytes([low, high])),
+            (11, &[low, high]) => self.console = Some(u16::from_le_bytes([low, high])),
+            (12, _) => self.vcd = text(entry),
+            (14..=16, &[mask, low, high, ..]) if self.traces.len() < MOST => self.traces.push(match tag {
+                14 => SimavrTrace::Register(u16::from_le_bytes([low, high]), mask),
+                15 => SimavrTrace::Pin(char::from(mask).to_ascii_uppercase(), low),
+                _ => SimavrTrace::Interrupt,
+            }),
+            _ => {}
+        }
+    }
+}
+
+/// The text up to the first zero, if it can be shown.
+fn text(entry: &[u8]) -> Option<String> {
+    let text = entry.split(|byte| *byte == 0).next().filter(|text| !text.is_empty() && text.len() <= MOST)?;
+    let fine = text.iter().all(|byte| byte.is_ascii_graphic() || *byte == b' ');
+    fine.then(|| String::from_utf8_lossy(text).into_owned())
+}

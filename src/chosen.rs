@@ -1,0 +1,167 @@
+//! The chip of an image: that of `--mcu`, else the one that the file itself names; and what a program for simavr says beside it.
+
+use diag::text::readable;
+use emu_core::chip::Chip;
+use emu_core::image::{Simavr, SimavrTrace, avr_device, avr_signature, simavr};
+
+use crate::args::Mcu;
+use crate::fail::Failure;
+use crate::guess::{hex_signature, name_some};
+use crate::input::ELF;
+use crate::{asm, family, input, made_for, output};
+
+/// Where a program says to simavr what it wants.
+const SECTION: &str = "section .mmcu";
+
+/// The chip of an image.
+pub struct Chosen {
+    /// The chip.
+    pub chip: &'static Chip,
+    /// What the file says to simavr.
+    simavr: Option<Simavr>,
+    file: String,
+}
+
+/// A chip that a file names, and where.
+pub struct NamedChip {
+    /// As it stands there.
+    pub name: String,
+    /// Where it stands: `comment on line 3`.
+    pub place: String,
+    /// Its row, if there is a model of it.
+    pub chip: Option<&'static Chip>,
+}
+
+impl Mcu {
+    /// The chip that is to run the image in `file`; where it is the file's own choice, a note says so.
+    pub fn choose(&self, file: &str) -> Result<Chosen, Failure> {
+        self.choose_or(file, None)
+    }
+
+    /// The same, with a chip for files that name none.
+    pub fn choose_or(&self, file: &str, default: Option<&'static Chip>) -> Result<Chosen, Failure> {
+        // What cannot be read is told where it is loaded, if the chip is known.
+        let bytes = match (input::peek(file), self.chip.or(default)) {
+            (Ok(bytes), _) => bytes,
+            (Err(_), Some(_)) => Vec::new(),
+            (Err(why), None) => return Err(why),
+        };
+        let simavr = simavr(&bytes);
+        let chosen = |chip| Chosen { chip, simavr: simavr.clone(), file: file.to_owned() };
+        if let Some(chip) = self.chip {
+            return Ok(chosen(chip));
+        }
+        match (named_chip(file, &bytes), default) {
+            (Some(NamedChip { chip: Some(chip), place, .. }), _) => {
+                output::tell(&format!("note: the chip is {} ({file}: {place}); --mcu CHIP overrides it\n", chip.name));
+                Ok(chosen(chip))
+            }
+            (_, Some(chip)) => Ok(chosen(chip)),
+            (Some(NamedChip { name, place, .. }), None) => Err(Failure::Usage(format!(
+                "{file} is for {name} ({place}), of which there is no model; --mcu CHIP runs it on another (`emu chips` lists all)"
+            ))),
+            (None, None) => Err(Failure::Usage(format!(
+                "{file} does not say for which chip it is; give --mcu CHIP (`emu chips` lists all)"
+            ))),
+        }
+    }
+}
+
+/// The chip that an image or a source names: an ELF file by the note of avr-gcc, by what it says to simavr or by the signature; a HEX
+/// file in a comment, as CCS C writes it, or by the signature; a source for a PIC or an AVR by its directives and includes.
+pub fn named_chip(file: &str, bytes: &[u8]) -> Option<NamedChip> {
+    let avr = |name: String, place: &str| NamedChip { chip: made_for::row(&name), name, place: place.to_owned() };
+    let signed = |signature| {
+        let (name, _) = name_some(made_for::rows_with(signature))?;
+        let chip = made_for::rows_with(signature).into_iter().next();
+        Some(NamedChip { name, place: "signature".to_owned(), chip })
+    };
+    if bytes.starts_with(ELF) {
+        let device = avr_device(bytes).map(|name| avr(name, "note of its compiler"));
+        let told = || Some(avr(simavr(bytes)?.mcu?, SECTION));
+        return device.or_else(told).or_else(|| signed(avr_signature(bytes)?));
+    }
+    if asm::is_source(file) {
+        let name = emu_asm::named_chip(bytes)?;
+        return Some(NamedChip { chip: family::chip(&name).ok(), name, place: "directive".to_owned() });
+    }
+    in_comment(bytes).or_else(|| signed(hex_signature(bytes)?))
+}
+
+/// The chip that a comment of a HEX file names, as `;PIC16F877`.
+pub fn in_comment(bytes: &[u8]) -> Option<NamedChip> {
+    // Files without comments are the rule, and may be large.
+    if !bytes.contains(&b';') {
+        return None;
+    }
+    let text = readable(bytes);
+    let comments =
+        (1..).zip(text.lines()).filter_map(|(number, line)| Some((number, line.trim_start().strip_prefix(';')?)));
+    comments.take(100).find_map(|(number, comment): (u32, &str)| {
+        comment.split(|c: char| !c.is_ascii_alphanumeric()).find_map(|word| {
+            let chip = family::by_makers_name(word).filter(|_| word.starts_with(|c: char| c.is_ascii_alphabetic()));
+            let place = format!("comment on line {number}");
+            (chip.is_some() || is_pic(word)).then(|| NamedChip { name: word.to_owned(), place, chip })
+        })
+    })
+}
+
+/// The name of some PIC: `PIC18F4550`, `PIC12F675`.
+fn is_pic(word: &str) -> bool {
+    let rest = word.get(..3).filter(|front| front.eq_ignore_ascii_case("pic")).and_then(|_| word.get(3..));
+    rest.is_some_and(|rest| rest.len() >= 5 && rest.starts_with(|c: char| c.is_ascii_digit()))
+}
+
+impl Chosen {
+    /// The clock: the one that was asked for, else the program's own, of which a note tells.
+    pub fn clock(&self, asked: Option<u64>) -> Option<u64> {
+        let own = self.simavr.as_ref().and_then(|simavr| simavr.hz).map(u64::from);
+        let (None, Some(hz)) = (asked, own) else { return asked };
+        let (file, chip) = (&self.file, self.chip);
+        if hz > chip.max_hz {
+            output::tell(&format!(
+                "note: {file} asks for {hz} Hz ({SECTION}), and {} runs at up to {} Hz: left out\n",
+                chip.name, chip.max_hz
+            ));
+            return None;
+        }
+        output::tell(&format!("note: {file} asks for {hz} Hz ({SECTION}); --clock HZ overrides it\n"));
+        Some(hz)
+    }
+
+    /// Says on standard error how what the program wants of simavr is had here; `vcd` is true where a waveform is written.
+    pub fn tell_wishes(&self, vcd: bool) {
+        let Some(simavr) = &self.simavr else { return };
+        let file = &self.file;
+        let register = |addr: u16| {
+            let named = self.chip.regs.iter().find(|reg| reg.addr == addr);
+            named.map_or_else(|| format!("{}:0x{addr:X}", self.chip.reg_space), |reg| reg.name.to_owned())
+        };
+        if !vcd && (simavr.vcd.is_some() || !simavr.traces.is_empty()) {
+            let mut flags = format!("--vcd {}", simavr.vcd.as_deref().unwrap_or("FILE"));
+            let mut added = Vec::new();
+            for trace in &simavr.traces {
+                if let SimavrTrace::Register(addr, _) = trace {
+                    let name = register(*addr);
+                    if !added.contains(&name) {
+                        flags.push_str(&format!(" --vcd-add {name}"));
+                        added.push(name);
+                    }
+                }
+            }
+            if simavr.traces.contains(&SimavrTrace::Interrupt) {
+                flags.push_str(" --trace FILE (for interrupts)");
+            }
+            output::tell(&format!("note: {file} asks simavr for a waveform\n  hint: {flags}\n"));
+        }
+        if let Some(addr) = simavr.console {
+            let name = register(addr);
+            output::tell(&format!(
+                "note: {file} prints through {name}, the console of simavr, which is not shown\n  hint: --vcd FILE --vcd-add {name} has its bytes\n"
+            ));
+        }
+        if let Some(addr) = simavr.command {
+            output::tell(&format!("note: {file} sends commands to simavr through {}: left out\n", register(addr)));
+        }
+    }
+}

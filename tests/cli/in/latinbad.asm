@@ -1,0 +1,4 @@
+ list p=16f84a
+ ; é
+ dt "éé", ¿que?
+ end

@@ -1,0 +1,3 @@
+#include <p16f877a.inc> ; é
+ retlw 7
+ end
