@@ -247,7 +247,10 @@ fn foreign(
         emu_check::Foreign { file, image: &image, map: args.map.as_deref().zip(map.as_ref()), scans: args.scans };
     let bar = Bar::new(terminal, args.scans.unwrap_or(emu_check::MOST));
     let mut told = 0;
-    let mut progress = |done: u64, _: u64| bar.add(done - std::mem::replace(&mut told, done));
+    let mut progress = |done: u64, of: u64| {
+        bar.total(of);
+        bar.add(done - std::mem::replace(&mut told, done));
+    };
     let checked = emu_check::check_foreign(&read.program, &wanted, &options(args, chip), &mut progress);
     bar.finish();
     match checked {
@@ -350,13 +353,24 @@ struct Bar {
     start: Instant,
     live: bool,
     done: AtomicU64,
-    total: u64,
+    total: AtomicU64,
     shown: Mutex<Option<ProgressBar>>,
 }
 
 impl Bar {
     fn new(terminal: &Terminal, total: u64) -> Bar {
-        Bar { start: Instant::now(), live: terminal.live, done: AtomicU64::new(0), total, shown: Mutex::new(None) }
+        Bar {
+            start: Instant::now(),
+            live: terminal.live,
+            done: AtomicU64::new(0),
+            total: AtomicU64::new(total),
+            shown: Mutex::new(None),
+        }
+    }
+
+    /// There are to be so many scans.
+    fn total(&self, scans: u64) {
+        self.total.store(scans, Ordering::Relaxed);
     }
 
     fn add(&self, scans: u64) {
@@ -365,7 +379,10 @@ impl Bar {
             && self.start.elapsed() >= PATIENCE
             && let Ok(mut shown) = self.shown.lock()
         {
-            shown.get_or_insert_with(|| progress_bar(self.total)).set_position(done);
+            let total = self.total.load(Ordering::Relaxed);
+            let bar = shown.get_or_insert_with(|| progress_bar(total));
+            bar.set_length(total);
+            bar.set_position(done);
         }
     }
 

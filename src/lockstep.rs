@@ -3,17 +3,18 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use diag::text::readable;
-use diag::{Code, Diagnostic};
+use diag::Code;
 use emu_core::chip::{Chip, Family};
 use emu_core::cpu::{Cpu, RamInit, Stop};
 use emu_core::image::{Image, write_hex};
 use emu_debug::lockstep::gpsim::{self, Gpsim};
 use emu_debug::lockstep::s51::{self, S51};
 use emu_debug::lockstep::simavr::{self, Simavr};
-use emu_debug::lockstep::{CYCLES, Done, End, Outcome, Peer, Report, Terms, View, compare};
+use emu_debug::lockstep::{CYCLES, Done, End, Outcome, Peer, Report, Start, Terms, View, compare};
 use emu_debug::{Clock, Names, Source, time};
 use serde_json::{Value, json};
 
@@ -30,22 +31,38 @@ Examples:
   emu lockstep app.hex --mcu pic16f877a --against gpsim --steps 5000 --ignore FSR
   emu lockstep app.hex --mcu atmega328p --against simavr --last 20
 
-Exit codes: 0 no difference; 1 a difference; 2 the peer is not installed; 3 a file or the peer's answer was refused.";
+Exit codes: 0 no difference; 1 a difference; 2 the peer is not installed; 3 a file or the peer's answer was refused, it does
+not have the chip, or did not answer in time.";
 
 /// The peer does not do what it is asked.
 pub const PEER: &str = "LCK001";
+/// The peer does not have the chip.
+pub const NO_CHIP: &str = "LCK002";
+/// The peer does not answer in time.
+pub const LATE: &str = "LCK003";
 
 /// All codes.
 #[rustfmt::skip]
 pub const CODES: &[Code] = &[
     Code { code: PEER, title: "a simulator beside which a program was to run does not do what it is asked",
-        explain: "s51, gpsim or simavr was started by `emu lockstep` and has ended, does not know the chip, or answers otherwise than the \
-                  versions in Debian do. simavr listens at port 1234, which has to be free. Mend: start the simulator by hand with the \
-                  same image, and see what it says." },
+        explain: "s51, gpsim or simavr was started by `emu lockstep` and has ended, or answers otherwise than the versions in Debian \
+                  do. simavr listens at port 1234, which has to be free. Fix: start the simulator by hand with the same image, and \
+                  see what it says." },
+    Code { code: NO_CHIP, title: "a simulator beside which a program was to run does not have the chip",
+        explain: "gpsim and simavr know a list of chips, and the chip of --mcu is not on it, nor is one that is the same machine under \
+                  another name. docs/lockstep.md lists what each peer has. Fix: take another chip of the family, if the program uses \
+                  nothing that the two do not share, or a version of the simulator that has the chip (--peer FILE)." },
+    Code { code: LATE, title: "a simulator beside which a program was to run does not answer in time",
+        explain: "An answer of s51, gpsim or simavr did not come within the time of --timeout, 10 s unless given; the simulator was \
+                  ended. It hangs, says something else than the versions in Debian do, or passes a sleep from which it never \
+                  wakes. Fix: give more time, or start the simulator by hand with the same image, and see what it says." },
 ];
 
 /// Instructions after which a run without a limit ends.
 const STEPS: u64 = 100_000;
+
+/// Seconds that an answer of the peer may take.
+const PATIENCE: u64 = 10;
 
 /// Words of the longest instruction of any family.
 const LONGEST: u32 = 3;
@@ -83,6 +100,12 @@ pub struct LockstepArgs {
     /// Show so many instructions before the difference.
     #[arg(long, value_name = "N", default_value_t = 8)]
     last: usize,
+    /// End the peer where an answer takes longer than this, in seconds.
+    #[arg(long, value_name = "SECONDS", default_value_t = PATIENCE, value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    timeout: u64,
+    /// The peer's program, where it is not the one of its name on the PATH.
+    #[arg(long, value_name = "FILE")]
+    peer: Option<PathBuf>,
     /// Names for addresses: files of SDCC or gputils, as in `emu run`. Repeatable.
     #[arg(long, value_name = "FILE")]
     symbols: Vec<String>,
@@ -114,6 +137,15 @@ impl Against {
 
     fn name(self) -> &'static str {
         self.facts().0.0
+    }
+
+    /// The chip that it takes for ours, where that has another name.
+    fn stand_in(self, chip: &str) -> Option<&'static str> {
+        match self {
+            Against::S51 => None,
+            Against::Gpsim => gpsim::stands_for(chip),
+            Against::Simavr => simavr::stands_for(chip),
+        }
     }
 }
 
@@ -175,13 +207,11 @@ impl Job for Side<'_> {
         };
         let folder = Folder::new().map_err(|error| Failure::writing("the folder for the peer's files", &error))?;
         let hex = self.hex(chip, &folder.0)?;
-        let peer = args.against;
-        let ran = self
-            .peer(&folder.0, &hex, (chip, cpu.clocks_per_cycle()))
-            .and_then(|mut peer| compare(&mut cpu, &mut *peer, &terms));
-        let report = ran.map_err(|error| failed(peer, &error))?;
+        let ran = self.peer(&folder.0, &hex, &cpu).and_then(|mut peer| compare(&mut cpu, &mut *peer, &terms));
+        let report = ran.map_err(|error| self.failed(&error))?;
         let source = Source { names: Names { chip, symbols: &self.image.symbols }, lines: &self.image.lines };
-        let told = Told { source, cpu: &cpu, peer: peer.name(), report: &report };
+        let peer = args.against;
+        let told = Told { source, cpu: &cpu, peer: peer.name(), stand_in: peer.stand_in(chip.name), report: &report };
         if args.json {
             output::json(&told.document())?;
         } else {
@@ -219,24 +249,54 @@ impl Side<'_> {
         Ok(NAME.to_owned())
     }
 
-    fn peer(&self, folder: &Path, hex: &str, (chip, clocks): (&Chip, u32)) -> io::Result<Box<dyn Peer>> {
+    fn peer<C: Cpu>(&self, folder: &Path, hex: &str, cpu: &C) -> io::Result<Box<dyn Peer>> {
+        // A path is meant from here, and the peer runs in a folder of its own.
+        let own = self.args.peer.as_deref();
+        let program = own.map_or(Ok(PathBuf::from(self.args.against.name())), std::path::absolute)?;
+        let start = Start {
+            program: &program,
+            folder,
+            hex,
+            chip: cpu.chip().name,
+            sp: cpu.reg("SP").unwrap_or(0),
+            hz: self.hz,
+            clocks_per_cycle: cpu.clocks_per_cycle(),
+            patience: Duration::from_secs(self.args.timeout),
+        };
         Ok(match self.args.against {
-            Against::S51 => Box::new(S51::new(folder, hex, clocks)?),
-            Against::Gpsim => Box::new(Gpsim::new(folder, hex, chip.name, self.hz)?),
-            Against::Simavr => Box::new(Simavr::new(folder, hex, chip.name, self.hz)?),
+            Against::S51 => Box::new(S51::new(&start)?),
+            Against::Gpsim => Box::new(Gpsim::new(&start)?),
+            Against::Simavr => Box::new(Simavr::new(&start)?),
         })
     }
-}
 
-/// Why nothing was compared.
-fn failed(peer: Against, error: &io::Error) -> Failure {
-    let ((program, package), _) = peer.facts();
-    if error.kind() == io::ErrorKind::NotFound {
-        return Failure::Usage(format!("{program} is not installed; Debian has it in the package {package}"));
+    /// Why nothing was compared.
+    fn failed(&self, error: &io::Error) -> Failure {
+        let ((program, package), _) = self.args.against.facts();
+        let (code, cause, hint) = match (error.kind(), &self.args.peer) {
+            (io::ErrorKind::NotFound, None) => {
+                return Failure::Usage(format!("{program} is not installed; Debian has it in the package {package}"));
+            }
+            (io::ErrorKind::NotFound | io::ErrorKind::PermissionDenied, Some(file)) => {
+                return Failure::value("--peer <FILE>", &file.display().to_string(), &crate::codes::reason(error));
+            }
+            (io::ErrorKind::Unsupported, _) => (
+                NO_CHIP,
+                format!("has no {error}"),
+                "docs/lockstep.md lists what it has; take another chip, or another peer",
+            ),
+            (io::ErrorKind::TimedOut, _) => (
+                LATE,
+                format!("was ended: {error}"),
+                "give more time with --timeout, or start it by hand and see what it says",
+            ),
+            _ => {
+                let hint = "start it by hand with the same image, and see what it says";
+                (PEER, format!("does not do what it is asked: {error}"), hint)
+            }
+        };
+        Failure::Refused(vec![about_file(code, program, cause, hint)], Texts::default())
     }
-    let hint = "start it by hand with the same image, and see what it says";
-    let why: Diagnostic = about_file(PEER, program, format!("does not do what it is asked: {error}"), hint);
-    Failure::Refused(vec![why], Texts::default())
 }
 
 /// A folder of its own, which goes when this is dropped.
@@ -267,6 +327,7 @@ struct Told<'a, C> {
     source: Source<'a>,
     cpu: &'a C,
     peer: &'static str,
+    stand_in: Option<&'static str>,
     report: &'a Report,
 }
 
@@ -288,25 +349,34 @@ impl<C: Cpu> Told<'_, C> {
     }
 
     fn text(&self) -> String {
-        let Report { outcome, steps, cycle, last } = self.report;
-        let (before, ours, theirs, what) = match outcome {
+        let Report { outcome, steps, cycle, last, other_sleeps } = self.report;
+        let peer = self.stand_in.map_or(self.peer.to_owned(), |other| format!("{} as {other}", self.peer));
+        let (before, ours, theirs, what, moment) = match outcome {
             Outcome::Same { end } => {
                 let end = match end {
                     End::Limit => String::new(),
                     End::Stopped(Stop::Halted) => "; the program has ended".to_owned(),
                     End::Stopped(_) => format!("; no instruction at {}", self.source.place(self.cpu.pc())),
                 };
-                return format!("agreed     with {} in {steps} instructions, {cycle} cycles{end}\n", self.peer);
+                let slept = match other_sleeps {
+                    0 => String::new(),
+                    n => format!("; {n} sleeps of another length"),
+                };
+                return format!("agreed     with {peer} in {steps} instructions, {cycle} cycles{slept}{end}\n");
             }
-            Outcome::Differs { before, ours, theirs, what } => (before, ours, theirs, what),
+            Outcome::Differs { before, ours, theirs, what, moment } => (before, ours, theirs, what, moment),
         };
-        let mut out = format!("differs    from {} after {steps} instructions: {}\n", self.peer, what.join(", "));
+        let mut out = format!("differs    from {peer} after {steps} instructions: {}\n", what.join(", "));
         for (i, done) in last.iter().enumerate() {
             let mark = if i + 1 == last.len() { '>' } else { ' ' };
             out.push_str(&format!("{mark} cycle {:>8}  {}\n", done.cycle, self.line(done)));
             if let Some(vector) = done.interrupt {
                 out.push_str(&format!("  then the interrupt {}\n", self.vector(vector)));
             }
+        }
+        if let Some(vector) = moment {
+            let name = self.vector(*vector);
+            out.push_str(&format!("the interrupt {name} is entered by both, at different instructions\n"));
         }
         out.push_str(&format!("{:<10} {:>8}  {:>8}  {:>8}\n", "register", "before", "emu", self.peer));
         let rows = before.regs.iter().zip(&ours.regs).zip(&theirs.regs);
@@ -325,7 +395,7 @@ impl<C: Cpu> Told<'_, C> {
     }
 
     fn document(&self) -> Value {
-        let Report { outcome, steps, cycle, last } = self.report;
+        let Report { outcome, steps, cycle, last, other_sleeps } = self.report;
         let view = |view: &View| {
             let regs = view.regs.iter().map(|(name, value)| ((*name).to_owned(), json!(value)));
             json!({ "cycle": view.cycle, "registers": Value::Object(regs.collect()) })
@@ -336,13 +406,14 @@ impl<C: Cpu> Told<'_, C> {
         };
         let difference = match outcome {
             Outcome::Same { .. } => Value::Null,
-            Outcome::Differs { before, ours, theirs, what } => json!({
-                "what": what, "before": view(before), "emu": view(ours), "peer": view(theirs),
+            Outcome::Differs { before, ours, theirs, what, moment } => json!({
+                "what": what, "interrupt": moment.map(|vector| self.vector(vector)), "before": view(before), "emu": view(ours), "peer": view(theirs),
                 "last": last.iter().map(done).collect::<Vec<_>>(),
             }),
         };
         json!({
-            "schema": 1, "mcu": self.source.names.chip.name, "against": self.peer, "instructions": steps, "cycles": cycle,
+            "schema": 1, "mcu": self.source.names.chip.name, "against": self.peer, "as": self.stand_in, "instructions": steps, "cycles": cycle,
+            "other_sleeps": other_sleeps,
             "agreed": matches!(outcome, Outcome::Same { .. }), "difference": difference,
         })
     }

@@ -8,6 +8,7 @@ use emu_core::pins::Event;
 use crate::chips::{VECTOR_BACK, VECTOR_WORDS};
 use crate::cpu::Mcs51;
 use crate::isa::Kind;
+use crate::predecode::Counter;
 
 impl Engine for Mcs51 {
     /// A, B, PSW and the data pointers.
@@ -66,11 +67,23 @@ impl Engine for Mcs51 {
         self.code.mark(pc)
     }
     fn head(&self, end: u32) -> Option<u32> {
-        self.code.look(end).map(|found| found.0)
+        self.code.look(end).map(|found| found.head)
     }
     fn steady(&self, end: u32, at: u64) -> u64 {
-        let looks = self.code.look(end).map_or(&[][..], |found| &found.1);
+        let looks = self.code.look(end).map_or(&[][..], |found| &found.looks);
         looks.iter().map(|&addr| self.soc.steady_until(addr.into(), at)).min().unwrap_or(NEVER)
+    }
+    fn renews(&self, end: u32) -> bool {
+        self.code.look(end).is_some_and(|found| found.renews)
+    }
+    fn counter(&self, end: u32) -> Option<u64> {
+        let place = self.counter_place(self.code.look(end)?.counter?);
+        Some(self.ram[place].into())
+    }
+    fn set_counter(&mut self, end: u32, value: u64) {
+        if let Some(counter) = self.code.look(end).and_then(|found| found.counter) {
+            self.ram[self.counter_place(counter)] = value as u8;
+        }
     }
     fn held(&self) -> Self::Held {
         let hot = &self.hot;
@@ -96,6 +109,14 @@ impl Engine for Mcs51 {
 }
 
 impl Mcs51 {
+    /// Where in RAM a counter is.
+    fn counter_place(&self, counter: Counter) -> usize {
+        match counter {
+            Counter::Reg(n) => (self.hot.bank | u32::from(n)) as usize % self.ram.len(),
+            Counter::Ram(addr) => addr.into(),
+        }
+    }
+
     /// MOVX where it does not just reach a memory: a write that may change the program, or a chip without a bus. There what is
     /// outside reads FFh for ever, since nothing drives it, and no probe is told of it.
     fn external<P: Probe>(&mut self, pc: u32, probe: &mut P) {

@@ -24,6 +24,28 @@ pub enum External {
     Absent,
 }
 
+/// A loop that only looks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Loop {
+    /// Its first instruction.
+    pub head: u32,
+    /// The registers of the chip that it reads.
+    pub looks: Vec<u8>,
+    /// It clears the watchdog.
+    pub renews: bool,
+    /// It does nothing but count down this byte.
+    pub counter: Option<Counter>,
+}
+
+/// What a DJNZ counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Counter {
+    /// A register of the bank.
+    Reg(u8),
+    /// A byte of RAM.
+    Ram(u8),
+}
+
 /// Program memory in both forms.
 #[derive(Debug, Clone)]
 pub struct Code {
@@ -34,8 +56,8 @@ pub struct Code {
     pub ops: [Box<[Mcs51Op; SPAN]>; 2],
     /// The same without any marks or traps.
     pub plain: Box<[Mcs51Op; SPAN]>,
-    /// The loops that only look, by the jump that closes them: head, and the registers of the chip that they read.
-    loops: BTreeMap<u32, (u32, Vec<u8>)>,
+    /// The loops that only look, by the jump that closes them.
+    loops: BTreeMap<u32, Loop>,
     traps: BTreeSet<u32>,
     external: External,
     size: u32,
@@ -96,8 +118,8 @@ impl Code {
         }
     }
 
-    /// The loop that only looks and is closed by the jump at `end`: its head and what it reads.
-    pub fn look(&self, end: u32) -> Option<&(u32, Vec<u8>)> {
+    /// The loop that only looks and is closed by the jump at `end`.
+    pub fn look(&self, end: u32) -> Option<&Loop> {
         self.loops.get(&end)
     }
 
@@ -121,7 +143,9 @@ impl Code {
             self.plain[pc as usize] = op;
             let head = loop_closed_by(op, self.at(pc), pc);
             let spins = head == Some(pc) && matches!(op.kind, Kind::Sjmp | Kind::Ajmp | Kind::Ljmp);
-            let looks = head.filter(|_| !spins).and_then(|head| Some((head, self.only_looks(head, pc)?)));
+            let looks = head
+                .filter(|_| !spins)
+                .and_then(|head| self.counts_down(op, head, pc).or_else(|| self.only_looks(head, pc)));
             let kinds = match (self.traps.contains(&pc), spins, &looks) {
                 (true, ..) => [Kind::Trap; 2],
                 (_, true, _) => [Kind::Poll; 2],
@@ -138,16 +162,18 @@ impl Code {
         }
     }
 
-    /// The registers of the chip that the loop from `head` to the jump at `end` reads, when a turn of it changes nothing but
-    /// what the core holds: then a turn that leaves the core as it was is followed by one just like it, until one of those
-    /// registers changes. `None` for other loops, and for those that read a register which never rests.
-    fn only_looks(&self, head: u32, end: u32) -> Option<Vec<u8>> {
+    /// The loop from `head` to the jump at `end`, when a turn of it changes nothing but what the core holds and the watchdog:
+    /// then a turn that leaves the core as it was is followed by one just like it, until one of the registers that it reads
+    /// changes. `None` for other loops, and for those that read a register which never rests.
+    fn only_looks(&self, head: u32, end: u32) -> Option<Loop> {
+        let mut renews = false;
         let (mut looks, mut starts, mut targets, mut pc) = (Vec::new(), Vec::new(), Vec::new(), head);
         while pc <= end {
             let record = record(decode(self.at(pc), pc, self.external));
             if record.reaches_out {
                 return None;
             }
+            renews |= record.renews;
             starts.push(pc);
             targets.extend(target(&record, self.at(pc), pc));
             looks.extend(record.looks);
@@ -156,7 +182,18 @@ impl Code {
         // A jump into the middle of an instruction would find others there.
         let strays = targets.iter().any(|target| (head..=end).contains(target) && !starts.contains(target));
         let whole = starts.last() == Some(&end) && !strays;
-        (whole && !looks.iter().any(|&addr| restless(addr))).then_some(looks)
+        (whole && !looks.iter().any(|&addr| restless(addr))).then_some(Loop { head, looks, renews, counter: None })
+    }
+
+    /// The loop from `head` to the DJNZ `op` at `end`, when nothing but NOPs stands between.
+    fn counts_down(&self, op: Mcs51Op, head: u32, end: u32) -> Option<Loop> {
+        let counter = match op.kind {
+            Kind::DjnzReg => Counter::Reg(op.arg[0]),
+            Kind::DjnzRam => Counter::Ram(op.arg[0]),
+            _ => return None,
+        };
+        let idle = (head..end).all(|pc| decode(self.at(pc), pc, self.external).kind == Kind::Nop);
+        idle.then_some(Loop { head, looks: Vec::new(), renews: false, counter: Some(counter) })
     }
 }
 
@@ -208,7 +245,8 @@ fn in_ram(mut op: Mcs51Op) -> Mcs51Op {
 /// The target of a short backward jump (or one to itself), the head of the loop that it closes.
 fn loop_closed_by(op: Mcs51Op, bytes: [u8; 3], pc: u32) -> Option<u32> {
     let record = record(op);
-    target(&record, bytes, pc).filter(|&target| !record.reaches_out && target <= pc && pc - target <= REACH)
+    let stays = !record.reaches_out || matches!(op.kind, Kind::DjnzReg | Kind::DjnzRam);
+    target(&record, bytes, pc).filter(|&target| stays && target <= pc && pc - target <= REACH)
 }
 
 /// The target of a jump that says where it goes.

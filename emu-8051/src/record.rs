@@ -26,7 +26,9 @@ pub struct Record {
     pub distance: Option<i8>,
     /// Target of an absolute jump.
     pub target: Option<u16>,
-    /// Writes something apart from A, B, DPTR and flags, or goes to a computed address.
+    /// Writes the register that clears the watchdog.
+    pub renews: bool,
+    /// Writes something else apart from A, B, DPTR and flags, or goes to a computed address.
     pub reaches_out: bool,
 }
 
@@ -47,7 +49,8 @@ impl Record {
 
     fn write(&mut self, addr: u8) {
         // What the core holds is compared whole at every turn of a loop; the stack pointer and PSW are left alone by it.
-        self.reaches_out |= !matches!(addr, at::ACC | at::B | at::DPL | at::DPH);
+        self.renews |= addr == at::WDTRST;
+        self.reaches_out |= !matches!(addr, at::ACC | at::B | at::DPL | at::DPH | at::WDTRST);
     }
 }
 

@@ -103,12 +103,25 @@ impl Engine for Avr {
         self.code.mark(pc)
     }
     fn head(&self, end: u32) -> Option<u32> {
-        self.code.look(end).map(|found| found.0)
+        self.code.look(end).map(|found| found.head)
     }
     fn steady(&self, end: u32, at: u64) -> u64 {
-        let looks = self.code.look(end).map_or(&[][..], |found| &found.1);
+        let looks = self.code.look(end).map_or(&[][..], |found| &found.looks);
         let io = looks.iter().filter(|&&r| (0x20..self.part.chip.ram_start).contains(&r) && !matches!(r, SPL..=SREG));
         io.map(|&r| self.soc.steady_until(r, at)).min().unwrap_or(NEVER)
+    }
+    fn renews(&self, end: u32) -> bool {
+        self.code.look(end).is_some_and(|found| found.renews)
+    }
+    fn counter(&self, end: u32) -> Option<u64> {
+        let regs = &self.code.look(end).filter(|found| !found.counter.is_empty())?.counter;
+        Some(regs.iter().rev().fold(0, |high, &reg| high << 8 | u64::from(self.data.bytes[usize::from(reg)])))
+    }
+    fn set_counter(&mut self, end: u32, value: u64) {
+        let Some(found) = self.code.look(end) else { return };
+        for (&reg, byte) in found.counter.iter().zip(value.to_le_bytes()) {
+            self.data.bytes[usize::from(reg)] = byte;
+        }
     }
     fn held(&self) -> Self::Held {
         (std::array::from_fn(|r| self.data.bytes[r]), self.hot.flags)

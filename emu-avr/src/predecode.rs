@@ -14,6 +14,19 @@ use crate::record::record;
 /// is behind the end of a smaller memory falls to the slow path, which goes on at the beginning.
 pub const WORDS: usize = 0x1_0000;
 
+/// A loop that only looks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Loop {
+    /// Its first instruction.
+    pub head: u32,
+    /// The data addresses that it reads.
+    pub looks: Vec<u16>,
+    /// It clears the watchdog.
+    pub renews: bool,
+    /// It does nothing but count these registers down, as one number, the lowest first.
+    pub counter: Vec<u8>,
+}
+
 /// Program memory in both forms.
 #[derive(Debug, Clone)]
 pub struct Code {
@@ -24,8 +37,8 @@ pub struct Code {
     pub ops: [Box<[AvrOp; WORDS]>; 2],
     /// The same without any marks or traps.
     pub plain: Box<[AvrOp; WORDS]>,
-    /// The loops that only look, by the branch that closes them: head, and the data addresses that they read.
-    loops: BTreeMap<u32, (u32, Vec<u16>)>,
+    /// The loops that only look, by the branch that closes them.
+    loops: BTreeMap<u32, Loop>,
     part: &'static Part,
     traps: BTreeSet<u32>,
     /// What differs from the bytes that it was built with.
@@ -100,8 +113,8 @@ impl Code {
         }
     }
 
-    /// The loop that only looks and is closed by the branch at `end`: its head and what it reads.
-    pub fn look(&self, end: u32) -> Option<&(u32, Vec<u16>)> {
+    /// The loop that only looks and is closed by the branch at `end`.
+    pub fn look(&self, end: u32) -> Option<&Loop> {
         self.loops.get(&end)
     }
 
@@ -111,7 +124,7 @@ impl Code {
             let op = self.decode(pc);
             self.plain[pc as usize] = op;
             let head = loop_closed_by(op, pc);
-            let looks = head.and_then(|head| Some((head, self.only_looks(head, pc)?)));
+            let looks = head.and_then(|head| self.only_looks(head, pc).or_else(|| self.counts_down(head, pc)));
             let kinds = match (self.traps.contains(&pc), head, &looks) {
                 (true, ..) => [Kind::Trap; 2],
                 (_, Some(head), _) if head == pc => [Kind::Poll; 2],
@@ -153,29 +166,91 @@ impl Code {
         row.op(kind, bits, &Site { pc, len, next_len: self.len_at(pc + len), pc_mask: self.mask() })
     }
 
-    /// The data addresses that the loop from `head` to the branch at `end` reads, when a turn of it depends on nothing
-    /// else: it reaches out to nothing, and needs no register or flag that it has written itself a turn before. So its
-    /// turns are all alike until one of those cells changes. `None` for other loops, and for those that read a cell
+    /// The loop from `head` to the branch at `end`, when a turn of it depends on nothing but the cells that it reads: it
+    /// reaches out to nothing but the watchdog, and needs no register or flag that it has written itself a turn before. So
+    /// its turns are all alike until one of those cells changes. `None` for other loops, and for those that read a cell
     /// which never rests.
-    fn only_looks(&self, head: u32, end: u32) -> Option<Vec<u16>> {
+    fn only_looks(&self, head: u32, end: u32) -> Option<Loop> {
         let (mut looks, mut needs, mut writes, mut pc) = (Vec::new(), 0u64, 0u64, head);
+        let (mut renews, mut skipped, mut constants) = (false, false, Constants::default());
         while pc <= end {
-            let record = record(self.decode(pc), false);
+            let op = self.decode(pc);
+            let mut record = record(op, false);
+            if let Some(addr) = constants.load(op) {
+                (record.reaches_out, record.looks) = (false, vec![addr]);
+            }
             if record.reaches_out {
                 return None;
             }
+            // What is skipped leaves the register as it was.
+            constants.run(op, record.writes, skipped);
+            skipped = record.conditional;
+            renews |= record.renews;
             needs |= record.reads & !writes;
             writes |= record.writes;
             looks.extend(record.looks);
             pc += self.len_at(pc);
         }
         let rests = !looks.is_empty() && !looks.iter().any(|&reg| self.part.restless(reg));
-        (needs & writes == 0 && head != end && rests).then_some(looks)
+        (needs & writes == 0 && head != end && rests).then_some(Loop { head, looks, renews, counter: Vec::new() })
+    }
+
+    /// The loop from `head` to the BRNE at `end`, when it counts down by one, by DEC, SBIW or SUBI with SBCI, and does nothing
+    /// besides but clear the watchdog.
+    fn counts_down(&self, head: u32, end: u32) -> Option<Loop> {
+        let (mut counter, mut closed): (Vec<u8>, bool) = (Vec::new(), false);
+        for pc in head..end {
+            let op = self.decode(pc);
+            let (reg, first) = (op.arg[0], counter.is_empty());
+            match op.kind {
+                Kind::Nop | Kind::Wdr => closed = !first,
+                Kind::Dec if first => (counter, closed) = (vec![reg], true),
+                Kind::Sbiw if first && op.arg[1] == 1 => (counter, closed) = (vec![reg, reg + 1], true),
+                Kind::Subi if first && op.arg[1] == 1 => counter.push(reg),
+                Kind::Sbci if !first && !closed && op.arg[1] == 0 && !counter.contains(&reg) => counter.push(reg),
+                _ => return None,
+            }
+        }
+        let counts = self.decode(end).kind == Kind::Brne && !counter.is_empty();
+        counts.then_some(Loop { head, looks: Vec::new(), renews: false, counter })
+    }
+}
+
+/// Registers of which the loop itself says what they hold.
+#[derive(Default)]
+struct Constants([Option<u8>; 32]);
+
+impl Constants {
+    /// The data address behind the registers that a load reads through a pointer of constants.
+    fn load(&self, op: AvrOp) -> Option<u16> {
+        let (low, offset) = match op.kind {
+            Kind::LdX => (26, 0),
+            Kind::LdY => (28, 0),
+            Kind::LdZ => (30, 0),
+            Kind::LddY => (28, op.arg[1]),
+            Kind::LddZ => (30, op.arg[1]),
+            _ => return None,
+        };
+        let addr = u16::from_le_bytes([self.0[low]?, self.0[low + 1]?]).wrapping_add(offset.into());
+        (addr >= 0x20).then_some(addr)
+    }
+
+    /// An instruction that writes `writes` is over, or was skipped perhaps.
+    fn run(&mut self, op: AvrOp, writes: u64, skipped: bool) {
+        let of = |reg: u8| self.0[usize::from(reg & 31)];
+        let values: &[Option<u8>] = match op.kind {
+            Kind::Ldi => &[Some(op.arg[1])],
+            Kind::Movw => &[of(op.arg[1]), of(op.arg[1] + 1)],
+            _ => &[],
+        };
+        let mut values = values.iter();
+        let written = self.0.iter_mut().enumerate().filter(|(reg, _)| writes >> reg & 1 == 1);
+        written.for_each(|(_, held)| *held = values.next().copied().flatten().filter(|_| !skipped));
     }
 }
 
 /// Words between the ends of a loop that is looked at.
-const REACH: u32 = 8;
+const REACH: u32 = 16;
 
 /// The target of a short backward branch (or a jump to itself), the head of the loop that it closes.
 fn loop_closed_by(op: AvrOp, pc: u32) -> Option<u32> {

@@ -30,6 +30,8 @@ pub struct Record {
     pub target: Option<u32>,
     /// Has a condition: a branch or a skip.
     pub conditional: bool,
+    /// Clears the watchdog.
+    pub renews: bool,
     /// Does something that outlives it apart from registers and flags, or reads memory at a computed address.
     pub reaches_out: bool,
 }
@@ -170,7 +172,7 @@ impl AvrMachine for Recorder {
         self.record.reaches_out = true;
     }
     fn clear_watchdog(&mut self) {
-        self.record.reaches_out = true;
+        self.record.renews = true;
     }
 }
 

@@ -94,6 +94,14 @@ pub trait Engine: Cpu {
     fn head(&self, end: u32) -> Option<u32>;
     /// The cycle up to which everything that this loop looks at keeps its value from the cycle `at` on.
     fn steady(&self, end: u32, at: u64) -> u64;
+    /// The loop that only looks and is closed by the instruction at `end` clears the watchdog: how long ago its last turn did counts,
+    /// and no turn before it.
+    fn renews(&self, end: u32) -> bool;
+    /// What the counter holds of the loop that is closed by the instruction at `end` and does nothing but count down to zero, one a
+    /// turn; none for other loops.
+    fn counter(&self, end: u32) -> Option<u64>;
+    /// Lets that counter hold another value.
+    fn set_counter(&mut self, end: u32, value: u64);
     /// What the core holds.
     fn held(&self) -> Self::Held;
 
@@ -267,38 +275,77 @@ fn repeat<E: Engine>(cpu: &mut E, limit: u64, start: u64, counted: u64) {
 
 /// At the head of the loop that only looks and is closed by the jump at `end`, if the jump was taken: runs one turn, and if it
 /// leaves the core as it was, jumps over as many whole turns as nothing can change in. Stops early at the deadline, at a
-/// trap, or where the loop is left.
+/// trap, or where the loop is left. Where the watchdog is cleared, the last turn is run: it leaves what all before it would have.
 fn jump_over_turns<E: Engine, P: Probe>(cpu: &mut E, end: u32, deadline: u64, idle: bool, probe: &mut P) {
     let Some(head) = cpu.head(end).filter(|&head| head == cpu.pc()) else { return };
+    if let Some(left) = cpu.counter(end) {
+        count_turns(cpu, (head, end), left, deadline, probe);
+        return;
+    }
     let (start, counted, before) = (cpu.cycle(), cpu.instructions(), cpu.held());
     let promised = cpu.steady(end, start);
     if promised.min(deadline).saturating_sub(start) < WORTH {
         cpu.looks().blind_until = start + BLIND;
         return;
     }
-    loop {
-        let pc = cpu.pc();
-        // A loop within the loop is looked at for itself.
-        let inner = pc != end && cpu.mark(pc) != Mark::Plain;
-        if cpu.cycle() >= deadline || cpu.has_trap(pc) || inner || !(head..=end).contains(&pc) {
-            return;
-        }
-        if P::INSN && probe.insn(cpu.cycle(), pc) {
-            *cpu.stop() = true;
-            return;
-        }
-        if cpu.single(pc, probe).is_err() {
-            return;
-        }
-        if pc == end {
-            break;
-        }
+    if !whole_turn(cpu, (head, end), deadline, probe) {
+        return;
     }
     let now = cpu.cycle();
     // A promise that ends now was good for this turn and says nothing of the next.
     if cpu.pc() == head && cpu.held() == before && now < promised {
         let promised = cpu.steady(end, now);
         cpu.looks().endless |= idle && promised == NEVER;
-        repeat(cpu, promised.min(deadline), start, counted);
+        let limit = promised.min(deadline);
+        if cpu.renews(end) {
+            repeat(cpu, limit.saturating_sub(now - start), start, counted);
+            whole_turn(cpu, (head, end), deadline, probe);
+        } else {
+            repeat(cpu, limit, start, counted);
+        }
+    }
+}
+
+/// At the head of a loop that counts down to zero, with so many turns left: runs one, jumps over all but the last two or as many as
+/// the deadline leaves room for, and runs one more, which leaves the flags that all before it would have.
+fn count_turns<E: Engine, P: Probe>(cpu: &mut E, (head, end): (u32, u32), left: u64, deadline: u64, probe: &mut P) {
+    let (start, counted) = (cpu.cycle(), cpu.instructions());
+    // A probe that is told of writes sees the counter's, which may lie in memory.
+    if P::DATA || left.min(deadline.saturating_sub(start)) < WORTH {
+        cpu.looks().blind_until = start + BLIND;
+        return;
+    }
+    if !whole_turn(cpu, (head, end), deadline, probe) || cpu.pc() != head {
+        return;
+    }
+    let turn = cpu.cycle() - start;
+    let room = (deadline.saturating_sub(cpu.cycle()) / turn).saturating_sub(1);
+    if let Some(now) = cpu.counter(end).filter(|&now| now + 1 == left) {
+        let turns = room.min(now.saturating_sub(2));
+        cpu.set_counter(end, now - turns);
+        cpu.clock().repeat(turns, start, counted);
+        whole_turn(cpu, (head, end), deadline, probe);
+    }
+}
+
+/// Runs the turn of a loop that begins at its head, up to behind the jump at its end; false where it stops before.
+fn whole_turn<E: Engine, P: Probe>(cpu: &mut E, (head, end): (u32, u32), deadline: u64, probe: &mut P) -> bool {
+    loop {
+        let pc = cpu.pc();
+        // A loop within the loop is looked at for itself.
+        let inner = pc != end && cpu.mark(pc) != Mark::Plain;
+        if cpu.cycle() >= deadline || cpu.has_trap(pc) || inner || !(head..=end).contains(&pc) {
+            return false;
+        }
+        if P::INSN && probe.insn(cpu.cycle(), pc) {
+            *cpu.stop() = true;
+            return false;
+        }
+        if cpu.single(pc, probe).is_err() {
+            return false;
+        }
+        if pc == end {
+            return true;
+        }
     }
 }

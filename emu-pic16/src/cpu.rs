@@ -463,11 +463,21 @@ impl Engine for Pic16 {
         self.code.mark(self.hot.at & BANK, pc)
     }
     fn head(&self, end: u32) -> Option<u32> {
-        self.code.look(self.hot.at & BANK, end).map(|found| found.0)
+        self.code.look(self.hot.at & BANK, end).map(|found| found.head)
     }
     fn steady(&self, end: u32, at: u64) -> u64 {
-        let looks = self.code.look(self.hot.at & BANK, end).map_or(&[][..], |found| found.1);
+        let looks = self.code.look(self.hot.at & BANK, end).map_or(&[][..], |found| &found.looks);
         looks.iter().map(|&sfr| self.soc.steady_until(sfr as u16, at)).min().unwrap_or(NEVER)
+    }
+    fn renews(&self, end: u32) -> bool {
+        self.code.look(self.hot.at & BANK, end).is_some_and(|found| found.renews)
+    }
+    fn counter(&self, end: u32) -> Option<u64> {
+        self.ram.get(usize::from(self.code.look(self.hot.at & BANK, end)?.counter?)).map(|&byte| byte.into())
+    }
+    fn set_counter(&mut self, end: u32, value: u64) {
+        let place = self.code.look(self.hot.at & BANK, end).and_then(|found| found.counter);
+        place.and_then(|at| self.ram.get_mut(usize::from(at))).into_iter().for_each(|byte| *byte = value as u8);
     }
     fn held(&self) -> Self::Held {
         (self.hot.w, self.hot.status(), self.hot.pointer, self.hot.pclath)

@@ -17,10 +17,15 @@ const REACH: u32 = 16;
 
 /// A loop that only looks.
 #[derive(Debug, Clone)]
-struct Loop {
-    head: u32,
+pub struct Loop {
+    /// Its first instruction.
+    pub head: u32,
     /// The registers of the chip that it reads.
-    looks: Vec<Sfr>,
+    pub looks: Vec<Sfr>,
+    /// It clears the watchdog.
+    pub renews: bool,
+    /// It does nothing but count down this byte of RAM.
+    pub counter: Option<u16>,
 }
 
 /// Program memory in both forms. Behind its end it begins anew (DS33023, section 6.2).
@@ -114,9 +119,9 @@ impl Code {
         }
     }
 
-    /// The loop that only looks and is closed by the jump at `end`: its head and what it reads.
-    pub fn look(&self, bank: u32, end: u32) -> Option<(u32, &[Sfr])> {
-        self.loops.get(&(bank | end)).map(|found| (found.head, found.looks.as_slice()))
+    /// The loop that only looks and is closed by the jump at `end`.
+    pub fn look(&self, bank: u32, end: u32) -> Option<&Loop> {
+        self.loops.get(&(bank | end))
     }
 
     fn predecode(&mut self, pc: u32) {
@@ -127,6 +132,7 @@ impl Code {
             self.plain[at as usize] = op;
             let spins = op.kind == Kind::Goto && spins(word, pc);
             let looks = if spins { None } else { self.loop_closed_by(op, bank as u16, pc) };
+            let looks = looks.or_else(|| self.counts_down(op, bank as u16, pc));
             let kinds = match (self.traps.contains(&pc), spins, &looks) {
                 (true, ..) => [Kind::Trap; 2],
                 (_, true, _) => [Kind::Poll; 2],
@@ -151,8 +157,9 @@ impl Code {
         }
     }
 
-    /// The loop that the GOTO `op` at `end` closes, when a turn of it changes nothing but W and flags: then a turn that leaves
-    /// the core as it was is followed by one just like it, until a register of the chip that it reads changes.
+    /// The loop that the GOTO `op` at `end` closes, when a turn of it changes nothing but W, flags, the bank, PCLATH and the
+    /// watchdog: then a turn that leaves the core as it was is followed by one just like it, until a register of the chip that
+    /// it reads changes. It comes to its head in the bank of its end.
     fn loop_closed_by(&self, op: Pic16Op, bank: u16, end: u32) -> Option<Loop> {
         let target = Some(op).filter(|op| op.kind == Kind::Goto).and_then(|op| record(op).target)?;
         // PCLATH as it is in all code that stays in its page; the loop is not jumped over when it turns out otherwise.
@@ -160,15 +167,46 @@ impl Code {
         if head > end || end - head > REACH {
             return None;
         }
-        let mut looks = Vec::new();
+        let (mut looks, mut renews, mut now, mut skipped) = (Vec::new(), false, bank, false);
         for pc in head..=end {
-            let record = record(decode(self.words[pc as usize], bank, &self.places));
-            if record.reaches_out {
-                return None;
+            let word = self.words[pc as usize];
+            let record = record(decode(word, now, &self.places));
+            match chosen(word, now) {
+                Some(bank) if !skipped => now = bank,
+                None if !record.reaches_out => {}
+                _ => return None,
             }
+            skipped = record.skips;
+            renews |= record.renews;
             looks.extend(record.looks.iter().filter_map(|place| register(*place)));
         }
-        Some(Loop { head, looks })
+        (now == bank).then_some(Loop { head, looks, renews, counter: None })
+    }
+
+    /// The loop that the GOTO `op` at `end` closes, when it counts a byte down by DECFSZ and does nothing besides but clear the
+    /// watchdog.
+    fn counts_down(&self, op: Pic16Op, bank: u16, end: u32) -> Option<Loop> {
+        let target = Some(op).filter(|op| op.kind == Kind::Goto).and_then(|op| record(op).target)?;
+        let head = end & 0x1800 | u32::from(target);
+        if head >= end || end - head > REACH {
+            return None;
+        }
+        let at = |pc: u32| decode(self.words[pc as usize], bank, &self.places);
+        let idle = (head..end - 1).all(|pc| matches!(at(pc).kind, Kind::Nop | Kind::Clrwdt));
+        let test = at(end - 1);
+        let counter = Some(u16::from_le_bytes([test.arg[0], test.arg[1]]));
+        (idle && test.kind == Kind::DecfszFRam).then_some(Loop { head, looks: Vec::new(), renews: false, counter })
+    }
+}
+
+/// The bank behind an instruction that sets or clears a bit of the bank or of PCLATH, from where it is `bank`; none for others.
+fn chosen(word: u16, bank: u16) -> Option<u16> {
+    let (bit, set) = (word >> 7 & 7, word & 0x0400 != 0);
+    let with = |mask: u16| if set { bank | mask } else { bank & !mask };
+    match (word & 0x3800, word & 0x7F, bit) {
+        (0x1000, 0x03, 5 | 6) => Some(with(1 << (bit - 5))),
+        (0x1000, 0x0A, _) => Some(bank),
+        _ => None,
     }
 }
 

@@ -26,6 +26,8 @@ pub struct Record {
     pub target: Option<u16>,
     /// It may skip the next instruction.
     pub skips: bool,
+    /// Clears the watchdog.
+    pub renews: bool,
     /// Writes something apart from W and flags, reads through FSR, or goes where it does not say.
     pub reaches_out: bool,
 }
@@ -119,7 +121,7 @@ impl Pic16Machine for Record {
         self.reaches_out = true;
     }
     fn clear_watchdog(&mut self) {
-        self.reaches_out = true;
+        self.renews = true;
     }
     fn standby(&mut self) {
         self.reaches_out = true;

@@ -1,8 +1,8 @@
 //! A run cut anywhere is the same run: long, in slices, step by step, from a clone, with or without jumping over polls.
 
-use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_avr::isa::{KINDS, Kind, ROWS};
+use emu_avr::{Avr, Options};
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
 use emu_core::{Cpu, RamInit, Stop};
@@ -11,11 +11,11 @@ use super::states::{draw, split};
 
 const SEED: u64 = 0x5EED_0002;
 
-/// All that a program can see, and what tools count.
-fn look(avr: &Avr) -> (Vec<Option<u8>>, [u32; 3], u64, u64) {
+/// All that a program can see, what tools count, and what is saved.
+fn look(avr: &Avr) -> (Vec<Option<u8>>, [u32; 3], u64, u64, Vec<u8>) {
     let reg = |name| avr.reg(name).unwrap_or(u32::MAX);
     let data = (0..0x900).map(|a| avr.peek("data", a)).collect();
-    (data, [reg("SREG"), reg("SP"), reg("PC")], avr.cycle(), avr.instructions())
+    (data, [reg("SREG"), reg("SP"), reg("PC")], avr.cycle(), avr.instructions(), avr.save())
 }
 
 pub fn machine(words: &[u16], seed: u64) -> Avr {
@@ -128,21 +128,65 @@ const POLLS: &[&[&str]] = &[
     &["sbic 0x1E, 0", "rjmp .-4", "inc r20", "rjmp .-8"],
     &["sbis 0x1E, 7", "rjmp .-4"],
     &["rjmp .-2"],
+    &["wdr", "sbis 0x15, 0", "rjmp .-6", "out 0x15, r17", "inc r20", "rjmp .-12"],
+    &["in r16, 0x15", "wdr", "sbrs r16, 0", "rjmp .-8", "sbi 0x15, 0", "inc r20", "rjmp .-14"],
+    &["wdr", "rjmp .-4"],
+    // Through a pointer of constants, as compilers without optimisation do.
+    &["ldi r30, 0x35", "ldi r31, 0", "ld r16, Z", "sbrs r16, 0", "rjmp .-10", "st Z, r17", "inc r20", "rjmp .-16"],
+    &[
+        "ldi r24, 0x30",
+        "ldi r25, 0",
+        "movw r28, r24",
+        "ldd r24, Y+5",
+        "wdr",
+        "andi r24, 1",
+        "breq .-14",
+        "std Y+5, r17",
+        "rjmp .-18",
+    ],
+    // Delays.
+    &["ldi r24, 200", "dec r24", "brne .-4", "in r20, 0x26", "rjmp .-10"],
+    &["ldi r24, 200", "ldi r25, 3", "sbiw r24, 1", "brne .-4", "in r20, 0x15", "rjmp .-12"],
+    &["ldi r18, 99", "ldi r19, 7", "wdr", "subi r18, 1", "sbci r19, 0", "nop", "brne .-10", "inc r20", "rjmp .-18"],
+    &["ldi r18, 99", "subi r18, 1", "sbci r18, 0", "brne .-6", "rjmp .-10"],
+    &["subi r18, 1", "brne .-4", "sbci r19, 0", "sbiw r26, 1", "dec r21", "brne .-8", "rjmp .-14"],
+    // A pointer that is skipped over, now and then, is none.
+    &[
+        "ldi r30, 0x35",
+        "ldi r31, 0",
+        "sbic 0x15, 0",
+        "ldi r30, 0x20",
+        "ld r16, Z",
+        "sbrs r16, 0",
+        "rjmp .-14",
+        "out 0x15, r17",
+        "rjmp .-18",
+    ],
+];
+
+/// What stands in front of them, by the watchdog: off; 16 ms until it resets the chip; its interrupt, which leaves its flag.
+const WATCHDOGS: [&[&str]; 3] = [
+    &[],
+    &["ldi r18, 0x18", "sts 0x60, r18", "ldi r18, 0x08", "sts 0x60, r18"],
+    &["ldi r18, 0x18", "sts 0x60, r18", "ldi r18, 0x40", "sts 0x60, r18"],
 ];
 
 #[test]
 fn polling_loops() {
     let mut rng = Rng::new(SEED ^ 1);
     for (n, lines) in POLLS.iter().enumerate() {
-        for prescaler in 1..=5 {
+        for (prescaler, watchdog) in (1..=5).flat_map(|p| WATCHDOGS.map(|watchdog| (p, watchdog))) {
             // TCCR0B starts timer 0; r17 clears its overflow flag.
             let head = [format!("ldi r16, {prescaler}"), "out 0x25, r16".into(), "ldi r17, 1".into()];
-            let all = head.iter().map(String::as_str).chain(lines.iter().copied());
-            let text = all.collect::<Vec<_>>().join("\n");
+            let head = head.iter().map(String::as_str).chain(watchdog.iter().copied());
+            let text = head.chain(lines.iter().copied()).collect::<Vec<_>>().join("\n");
             let image = emu_asm::image(&ATMEGA328P, &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
-            let avr = Avr::new(&ATMEGA328P, &image, RamInit::Random(n as u64));
+            // At this clock the watchdog's 16 ms are some 2,000 cycles.
+            let options = Options { hz: 128_000, fuses: None, lock: None, start_up: false };
+            let avr = Avr::with(&ATMEGA328P, &image, RamInit::Random(n as u64), options);
             let until = 500 + rng.below(20_000);
-            same_however_cut(&format!("loop {n}, prescaler {prescaler}, until {until}"), &avr, until, &mut rng);
+            let what = format!("loop {n}, prescaler {prescaler}, watchdog {watchdog:?}, until {until}");
+            same_however_cut(&what, &avr, until, &mut rng);
         }
     }
 }

@@ -169,9 +169,7 @@ impl Job for Check<'_> {
         let mut course: Option<Course<'_, C>> = None;
         let mut wrong = None;
         while scans < budget.scans && wrong.is_none() {
-            if scans % 64 == 0 {
-                progress(scans, budget.scans);
-            }
+            progress(scans, budget.scans);
             if let Some(seed) = stimulus.begin(&hints) {
                 blocks += 1;
                 if blocks <= 3 || blocks % RESETS == 0 || stimulus.is_long() {

@@ -1,8 +1,10 @@
 //! Where scans begin in an image of which nothing is known: by the timer's flag that it waits for.
 //!
 //! First the flag: registers of timer flags are watched, and of all instructions that write there the one is taken that does it
-//! once in about CYCLE. Then the loop: between two such writes the instructions that the chip executes most often are
+//! once in about CYCLE. Then the loop: shortly before such a write the instructions that the chip executes most often are
 //! the loop that waits, what follows them is the first of the scan, and the first of them to come again is its end.
+//!
+//! Only those last cycles are looked at instruction by instruction; else turns of loops that only wait are jumped over.
 
 use std::collections::HashMap;
 
@@ -31,6 +33,10 @@ const AVR: [&str; 6] = ["TIFR", "TIFR0", "TIFR1", "TIFR2", "TIFR3", "ETIFR"];
 const PIC16: [&str; 3] = ["PIR1", "PIR2", "INTCON"];
 const MCS51: [&str; 2] = ["TCON", "T2CON"];
 const MCS51_BITS: [&str; 3] = ["TF0", "TF1", "TF2"];
+
+/// Machine cycles before a flag is cleared in which the loop that waits is looked for; where it is not found, in more of them. A
+/// scan that is busy for long in loops of its own lies before them.
+const WINDOWS: [u64; 3] = [512, 8192, u64::MAX];
 
 /// Watches writes to flag registers, with the instruction that makes them.
 struct Flags {
@@ -64,7 +70,9 @@ impl Flags {
 
 impl Probe for Flags {
     const INSN: bool = true;
+    const EVERY: bool = false;
     const DATA: bool = true;
+    const READS: bool = false;
 
     fn insn(&mut self, _: u64, pc: u32) -> bool {
         self.pc = pc;
@@ -120,45 +128,56 @@ pub(crate) fn find<C: Cpu>(mut cpu: C, period: u64) -> Result<Found, String> {
             None => format!("no timer's flag is cleared again and again, every {period} machine cycles as CYCLE asks"),
         });
     };
-    // From one take to the next, twice: a scan and its wait, whatever the order of the instructions.
+    // From one take to the next: a scan and its wait, whatever the order of the instructions.
     cpu.trap(take, true);
-    let mut trace = Trace::default();
     let limit = period.saturating_mul(2);
-    for lap in 0..3 {
-        if lap == 1 {
-            trace.0.clear();
+    to_trap(&mut cpu, limit)?;
+    let from = cpu.clone();
+    to_trap(&mut cpu, limit)?;
+    let members = WINDOWS.iter().find_map(|window| {
+        let (mut near, until) = (from.clone(), cpu.cycle().saturating_sub(*window));
+        if until > near.cycle() && near.run(until, &mut ()) != Stop::Limit {
+            return None;
         }
-        let until = cpu.cycle().saturating_add(limit);
-        match cpu.run(until, &mut trace) {
-            Stop::Trap { .. } => {}
-            stop => return Err(format!("the instruction that clears the flag does not come again ({stop:?})")),
-        }
-    }
-    waits(&trace.0, mean)
+        let mut trace = Trace::default();
+        near.run(cpu.cycle(), &mut trace);
+        trace.0.push(take);
+        waits(&trace.0)
+    });
+    let (start, members) = members
+        .ok_or_else(|| "the program does not wait for the flag in a loop, or has no time left to wait".to_owned())?;
+    cpu.trap(take, false);
+    members.iter().for_each(|&pc| cpu.trap(pc, true));
+    let wait = to_trap(&mut cpu, limit)?;
+    Ok(Found { start, wait, period: mean })
 }
 
-/// The loop in two periods' instructions.
-fn waits(trace: &[u32], period: u64) -> Result<Found, String> {
-    let none = || "the program does not wait for the flag in a loop, or has no time left to wait".to_owned();
+/// Runs to the next trap, within so many machine cycles.
+fn to_trap<C: Cpu>(cpu: &mut C, limit: u64) -> Result<u32, String> {
+    match cpu.run(cpu.cycle().saturating_add(limit), &mut ()) {
+        Stop::Trap { pc } => Ok(pc),
+        stop => Err(format!("the instruction that clears the flag does not come again ({stop:?})")),
+    }
+}
+
+/// The loop in the instructions that lead to a take: the first behind it, and its own.
+fn waits(trace: &[u32]) -> Option<(u32, Vec<u32>)> {
     let mut visits: HashMap<u32, u64> = HashMap::new();
     trace.iter().for_each(|&pc| *visits.entry(pc).or_default() += 1);
     let most = visits.values().copied().max().unwrap_or(0);
-    // What leaves the loop is not executed on the last turn.
+    // What leaves the loop is not executed on the last turn, what the trace begins behind not on the first.
     let member = |pc: &u32| visits.get(pc).is_some_and(|&n| n + 2 >= most);
     if most < 6 {
-        return Err(none());
+        return None;
     }
-    let exits: Vec<u32> = trace
-        .windows(2)
-        .filter_map(|pair| match pair {
-            [from, to] if member(from) && !member(to) => Some(*to),
-            _ => None,
-        })
-        .collect();
-    let start = exits.first().copied().filter(|start| exits.iter().all(|exit| exit == start)).ok_or_else(none)?;
-    let first = trace.iter().position(|&pc| pc == start).ok_or_else(none)?;
-    let wait = trace.iter().skip(first).find(|pc| member(pc)).copied().ok_or_else(none)?;
-    Ok(Found { start, wait, period })
+    let mut exits = trace.windows(2).filter_map(|pair| match pair {
+        [from, to] if member(from) && !member(to) => Some(*to),
+        _ => None,
+    });
+    let start = exits.next()?;
+    let mut members: Vec<u32> = visits.keys().copied().filter(|pc| member(pc)).collect();
+    members.sort_unstable();
+    exits.all(|exit| exit == start).then_some((start, members))
 }
 
 fn run<C: Cpu, P: Probe>(cpu: &mut C, until: u64, probe: &mut P) -> Result<(), String> {

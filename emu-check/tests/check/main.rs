@@ -13,3 +13,4 @@ mod periods;
 mod peripherals;
 mod random;
 mod report;
+mod waits;

@@ -1,64 +1,107 @@
 //! gpsim (Debian's `gpsim`): typed commands. `step` executes an instruction, without start-up timers before the first one;
-//! `cycles` tells the cycle counter.
+//! `cycles` tells the cycle counter, whatever went wrong before it, so that it ends every answer. What it does not understand it
+//! says in lines of their own behind the prompt. A `step` in sleep takes one cycle of it; `run` goes on to a break.
 
 use std::io;
-use std::path::Path;
 
 use super::pipe::{Pipe, after};
-use super::{Peer, View, odd};
+use super::{Nap, Peer, Start, View, no_chip, odd, sleeps_on};
 
 /// The program and the package.
 pub const PROGRAM: (&str, &str) = ("gpsim", "gpsim");
+
+/// Where nothing says how W is printed, it is among the registers of the chip.
+const ALL: &str = "dump s";
 
 /// gpsim with a program.
 #[derive(Debug)]
 pub struct Gpsim {
     pipe: Pipe,
+    /// The command that prints W.
+    w: &'static str,
 }
 
-impl Gpsim {
-    /// Starts it as the chip that we call `chip`, at `hz`, with the HEX file `hex` of `folder`.
-    ///
-    /// # Errors
-    /// As [`Pipe::start`]; the chip is not known there.
-    pub fn new(folder: &Path, hex: &str, chip: &str, hz: u64) -> io::Result<Gpsim> {
-        let name = chip.replacen("pic", "p", 1);
-        let mut pipe = Pipe::start(PROGRAM.0, &["-i"], folder)?;
-        pipe.tell(&format!(
-            "load {name} {hex}\nfrequency {hz}\n{name}.BreakOnInvalidRegisterRead = false\n\
-             {name}.BreakOnInvalidRegisterWrite = false\npc\nW\n"
-        ))?;
-        let lines = pipe.until(ends)?;
-        if lines.iter().any(|line| line.contains("pc = ")) {
-            Ok(Gpsim { pipe })
-        } else {
-            Err(odd(format!("it does not load {hex} for {name}")))
-        }
+/// The chip of gpsim that is the same machine as `chip` under another name: the 16F84A differs from the 16F84 in its speed alone
+/// (DS35007, section 1), the 16F871 has ports D and E beside what the 16F870 has (DS30569, table 1-1).
+#[must_use]
+pub fn stands_for(chip: &str) -> Option<&'static str> {
+    match chip {
+        "pic16f84a" => Some("p16f84"),
+        "pic16f870" => Some("p16f871"),
+        _ => None,
     }
 }
 
-/// The answer to the last command of a step.
+impl Gpsim {
+    /// Starts it with a program.
+    ///
+    /// # Errors
+    /// As [`Pipe::start`]; the chip is not known there.
+    pub fn new(start: &Start<'_>) -> io::Result<Gpsim> {
+        let name = stands_for(start.chip).map_or_else(|| start.chip.replacen("pic", "p", 1), str::to_owned);
+        let mut pipe = Pipe::start(start.program, &["-i"], start.folder, start.patience)?;
+        let (hex, hz) = (start.hex, start.hz);
+        pipe.tell(&format!(
+            "load {name} {hex}\nfrequency {hz}\n{name}.BreakOnInvalidRegisterRead = false\n\
+             {name}.BreakOnInvalidRegisterWrite = false\npc\nW\ncycles\n"
+        ))?;
+        let lines = pipe.until(ends)?;
+        if lines.iter().any(|line| line.contains("not a valid processor")) {
+            return Err(no_chip(start.chip));
+        }
+        if !lines.iter().any(|line| line.starts_with("pc = ")) {
+            return Err(odd(format!("it does not load {hex} for {name}: {}", complaint(&lines))));
+        }
+        // The 16C71 has no register of that name (0.31).
+        let w = if lines.iter().any(|line| line.starts_with("W = ")) { "W" } else { ALL };
+        Ok(Gpsim { pipe, w })
+    }
+
+    /// What it shows after these commands.
+    fn look(&mut self, commands: &str) -> io::Result<View> {
+        self.pipe.tell(&format!("{commands}pc\nstatus\nfsr\n{}\ncycles\n", self.w))?;
+        let lines = self.pipe.until(ends)?;
+        view(&lines).ok_or_else(|| odd(complaint(&lines)))
+    }
+}
+
+/// The answer to the last command: the cycle counter, as `N = 0xN`.
 fn ends(line: &str) -> bool {
-    // Without a program there is no W.
-    line.starts_with("W = ") || line.ends_with("> W") && line.contains("ERROR") || line.contains("is undefined")
+    line.split_once(" = 0x").is_some_and(|(name, _)| !name.is_empty() && name.bytes().all(|b| b.is_ascii_digit()))
+}
+
+/// What is wrong in an answer.
+fn complaint(lines: &[String]) -> String {
+    let found = lines.iter().find(|line| line.contains("ERROR") || line.contains("failed"));
+    found.map_or_else(|| format!("it answers `{}`", lines.join(" / ")), |line| format!("it says `{line}`"))
 }
 
 impl Peer for Gpsim {
     fn step(&mut self) -> io::Result<View> {
-        self.pipe.tell("step 1\ncycles\npc\nstatus\nfsr\nW\n")?;
-        let lines = self.pipe.until(ends)?;
-        view(&lines).ok_or_else(|| odd(format!("it answers `{}`", lines.join(" / "))))
+        self.look("step 1\n")
+    }
+
+    fn sleep(&mut self, nap: Nap) -> io::Result<View> {
+        self.look("step 1\n")?;
+        // A break at a cycle would end a sleep without a wake, but it cannot be taken back (0.31).
+        let view = self.look(&format!("break e 0x{:x}\nrun\n", nap.pc)).map_err(|error| sleeps_on(error, nap))?;
+        self.pipe.tell("clear 0\ncycles\n")?;
+        self.pipe.until(ends)?;
+        Ok(view)
     }
 }
 
 /// Reads what the commands have printed.
 fn view(lines: &[String]) -> Option<View> {
-    let value =
-        |key: &str| lines.iter().rev().find(|line| line.starts_with(key)).and_then(|line| after(line, " = ", 16));
-    let digits =
-        |line: &&String| line.split_once(" = ").is_some_and(|(name, _)| name.bytes().all(|b| b.is_ascii_digit()));
-    let cycle = lines.iter().find(digits).and_then(|line| after(line, " = ", 16))?;
-    let regs = [("W", "W = "), ("STATUS", "status = "), ("FSR", "fsr = "), ("PC", "pc = ")];
-    let regs: Option<Vec<_>> = regs.iter().map(|(name, key)| Some((*name, value(key)? as u32))).collect();
-    Some(View { cycle: Some(cycle), regs: regs? })
+    let value = |key: &str| {
+        lines.iter().rev().find(|line| line.starts_with(key)).and_then(|line| after(line, " = ", 16)).map(|n| n as u32)
+    };
+    let cycle = lines.iter().rev().find(|line| ends(line)).and_then(|line| after(line, " = ", 16))?;
+    let dumped = || {
+        let line = lines.iter().find(|line| line.contains(" W  "))?;
+        after(line.split_once(" W  ")?.1, "=", 16).map(|n| n as u32)
+    };
+    let (status, fsr, pc) = (value("status = ")?, value("fsr = ")?, value("pc = ")?);
+    let w = value("W = ").or_else(dumped)?;
+    Some(View { cycle: Some(cycle), regs: vec![("W", w), ("STATUS", status), ("FSR", fsr), ("PC", pc)] })
 }

@@ -13,6 +13,8 @@ pub mod simavr;
 
 use std::collections::VecDeque;
 use std::io;
+use std::path::Path;
+use std::time::Duration;
 
 use emu_core::cpu::{Cpu, Probe, Stop};
 
@@ -28,13 +30,58 @@ pub struct View {
     pub regs: Vec<(&'static str, u32)>,
 }
 
+impl View {
+    /// The program counter.
+    #[must_use]
+    pub fn pc(&self) -> Option<u32> {
+        self.regs.iter().find(|(name, _)| *name == "PC").map(|(_, value)| *value)
+    }
+}
+
+/// How a peer is started.
+#[derive(Debug, Clone, Copy)]
+pub struct Start<'a> {
+    /// Its program, by name or path.
+    pub program: &'a Path,
+    /// The folder that it runs in.
+    pub folder: &'a Path,
+    /// The HEX file there.
+    pub hex: &'a str,
+    /// What we call the chip.
+    pub chip: &'a str,
+    /// The stack pointer after reset, in memory; simavr begins at the end of RAM on all chips.
+    pub sp: u32,
+    /// The oscillator in Hz.
+    pub hz: u64,
+    /// Clocks of the oscillator in a machine cycle.
+    pub clocks_per_cycle: u32,
+    /// How long an answer may take.
+    pub patience: Duration,
+}
+
+/// A sleep that our machine has passed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Nap {
+    /// Where it goes on, as the chip's addresses are written.
+    pub pc: u32,
+    /// Machine cycles from the start to the wake, as the peer counts them.
+    pub cycle: u64,
+}
+
 /// A simulator with the same program, at its start.
 pub trait Peer {
     /// Executes an instruction and shows what has become of it.
     ///
     /// # Errors
-    /// The simulator has ended, or says what cannot be understood.
+    /// The simulator has ended, says what cannot be understood, or does not answer in time ([`io::ErrorKind::TimedOut`]).
     fn step(&mut self) -> io::Result<View>;
+
+    /// Executes an instruction that puts our machine to sleep, passes the sleep, and shows what it is then. A peer that wakes
+    /// elsewhere or later shows where it is.
+    ///
+    /// # Errors
+    /// As [`Peer::step`].
+    fn sleep(&mut self, nap: Nap) -> io::Result<View>;
 }
 
 /// What is compared, and how far.
@@ -81,6 +128,8 @@ pub enum Outcome {
         theirs: View,
         /// Names of what differs; `cycles` for those.
         what: Vec<&'static str>,
+        /// The interrupt that both enter hereabouts, at different instructions.
+        moment: Option<u8>,
     },
 }
 
@@ -104,6 +153,8 @@ pub struct Report {
     pub cycle: u64,
     /// The last instructions, the one that differs at the end.
     pub last: VecDeque<Done>,
+    /// Sleeps that the peer passes in more or fewer cycles: those are not compared, what is behind them is.
+    pub other_sleeps: u64,
 }
 
 /// The name under which cycles are told, and may be ignored.
@@ -114,39 +165,42 @@ pub const CYCLES: &str = "cycles";
 /// # Errors
 /// As [`Peer::step`].
 pub fn compare<C: Cpu>(cpu: &mut C, peer: &mut dyn Peer, terms: &Terms) -> io::Result<Report> {
-    let (mut last, mut steps) = (VecDeque::new(), 0);
-    let begun = cpu.cycle();
-    let report = |outcome, steps, cycle, last| Ok(Report { outcome, steps, cycle, last });
+    let (mut last, mut steps, mut other_sleeps) = (VecDeque::new(), 0, 0);
+    // Our cycle where the peer's count is 0.
+    let mut begun = cpu.cycle();
     loop {
+        let report = |outcome, cycle, last| Ok(Report { outcome, steps, cycle, last, other_sleeps });
         if cpu.cycle() >= terms.until || steps >= terms.steps {
-            return report(Outcome::Same { end: End::Limit }, steps, cpu.cycle(), last);
+            return report(Outcome::Same { end: End::Limit }, cpu.cycle(), last);
         }
         let (pc, cycle) = (cpu.pc(), cpu.cycle());
         let before = cpu.clone();
         let mut entered = Entered(None);
         let executed = cpu.instructions();
-        // What keeps the core from its next instruction (a memory that is read, sleep) is passed along with it.
+        // What keeps the core from its next instruction (a memory that is read) is passed along with it.
         while cpu.instructions() == executed && entered.0.is_none() && cpu.cycle() < terms.until {
             match cpu.step(&mut seer::events(&mut entered)) {
                 Stop::Limit => {}
-                stop => return report(Outcome::Same { end: End::Stopped(stop) }, steps, cycle, last),
+                stop => return report(Outcome::Same { end: End::Stopped(stop) }, cycle, last),
             }
         }
-        let theirs = peer.step()?;
-        let look = |cpu: &C| view(cpu, &theirs, begun);
-        let mut what = differences(&look(cpu), &theirs, terms);
-        if !what.is_empty() && entered.0.is_none() {
-            // The peer may enter an interrupt along with the instruction before it.
-            let mut further = cpu.clone();
-            if further.step(&mut seer::events(&mut entered)) == Stop::Limit && entered.0.is_some() {
-                let rest = differences(&look(&further), &theirs, terms);
-                if rest.is_empty() {
-                    (*cpu, what) = (further, rest);
-                }
+        let asleep = entered.0.is_none() && cpu.sleeps();
+        let theirs = if asleep {
+            if let Err(end) = pass(cpu, terms.until, &mut entered) {
+                return report(Outcome::Same { end }, cpu.cycle(), last);
             }
-            if !what.is_empty() {
-                entered.0 = None;
-            }
+            let pc = cpu.chip().code_address(cpu.pc());
+            peer.sleep(Nap { pc, cycle: cpu.cycle().wrapping_sub(begun) })?
+        } else {
+            peer.step()?
+        };
+        let mut what = differences(&view(cpu, &theirs, begun), &theirs, terms);
+        if !what.is_empty()
+            && let Some((further, vector, shift)) = follow(cpu, entered.0, &theirs, (begun, asleep), terms)
+        {
+            (*cpu, entered.0, what) = (further, vector, Vec::new());
+            other_sleeps += u64::from(shift != begun);
+            begun = shift;
         }
         steps += 1;
         if last.len() >= terms.last.max(1) {
@@ -154,10 +208,95 @@ pub fn compare<C: Cpu>(cpu: &mut C, peer: &mut dyn Peer, terms: &Terms) -> io::R
         }
         last.push_back(Done { pc, cycle, interrupt: entered.0 });
         if !what.is_empty() {
-            let (before, ours) = (view(&before, &theirs, begun), look(cpu));
-            return report(Outcome::Differs { before, ours, theirs, what }, steps, cpu.cycle(), last);
+            let (before, ours) = (view(&before, &theirs, begun), view(cpu, &theirs, begun));
+            let moment = moment(cpu, entered.0, &theirs, peer);
+            let outcome = Outcome::Differs { before, ours, theirs, what, moment };
+            return Ok(Report { outcome, steps, cycle: cpu.cycle(), last, other_sleeps });
         }
     }
+}
+
+/// Passes the sleep that the machine is in, up to its next instruction, that of an interrupt perhaps.
+fn pass<C: Cpu>(cpu: &mut C, until: u64, entered: &mut Entered) -> Result<(), End> {
+    // Nothing is driven from outside, so nothing wakes it.
+    if cpu.clone().waits_for_ever() {
+        return Err(End::Stopped(Stop::Halted));
+    }
+    match cpu.run(until, &mut Woken(entered)) {
+        Stop::Probe => Ok(()),
+        Stop::Limit => Err(End::Limit),
+        stop => Err(End::Stopped(stop)),
+    }
+}
+
+/// Stops before the first instruction, and notes the interrupt that it belongs to.
+struct Woken<'a>(&'a mut Entered);
+
+impl Probe for Woken<'_> {
+    const INSN: bool = true;
+
+    fn insn(&mut self, _at: u64, _pc: u32) -> bool {
+        true
+    }
+
+    fn irq(&mut self, at: u64, vector: u8) {
+        self.0.irq(at, vector);
+    }
+}
+
+/// Looks for the peer's state where ours differs at first: it may enter an interrupt along with the instruction before it, or along
+/// with its first instruction, or both, and after a sleep its cycles may be others. Gives our machine there, the interrupt, and our
+/// cycle where the peer's count is 0.
+fn follow<C: Cpu>(
+    cpu: &C,
+    interrupt: Option<u8>,
+    theirs: &View,
+    (begun, asleep): (u64, bool),
+    terms: &Terms,
+) -> Option<(C, Option<u8>, u64)> {
+    let fits = |cpu: &C| {
+        let shift = theirs.cycle.filter(|_| asleep).map_or(begun, |cycle| cpu.cycle().wrapping_sub(cycle));
+        differences(&view(cpu, theirs, shift), theirs, terms).is_empty().then_some(shift)
+    };
+    let mut further = cpu.clone();
+    if let Some(shift) = fits(&further) {
+        return Some((further, interrupt, shift));
+    }
+    let mut entered = Entered(interrupt);
+    // The entry, unless it is behind us already; then an instruction.
+    for _ in 0..1 + u32::from(interrupt.is_none()) {
+        if further.step(&mut seer::events(&mut entered)) != Stop::Limit || entered.0.is_none() {
+            return None;
+        }
+        if let Some(shift) = fits(&further) {
+            return Some((further, entered.0, shift));
+        }
+    }
+    None
+}
+
+/// Instructions within which an interrupt is looked for that one of the two has entered.
+const NEAR: u32 = 16;
+
+/// The interrupt that one of the two has entered just now, and the other enters soon: `entered` by us, else by the peer.
+fn moment<C: Cpu>(cpu: &C, entered: Option<u8>, theirs: &View, peer: &mut dyn Peer) -> Option<u8> {
+    let (mut ours, mut found) = (cpu.clone(), Entered(entered));
+    for _ in 0..NEAR {
+        if found.0.is_some() {
+            break;
+        }
+        ours.step(&mut seer::events(&mut found));
+    }
+    let vector = found.0?;
+    let address = |cpu: &C| Some(cpu.chip().code_address(cpu.pc()));
+    let first = address(&ours);
+    ours.step(&mut ());
+    // A peer may execute the first instruction along with the entry.
+    let there = [first, address(&ours)];
+    if entered.is_none() {
+        return there.contains(&theirs.pc()).then_some(vector);
+    }
+    (0..NEAR).any(|_| peer.step().is_ok_and(|view| there.contains(&view.pc()))).then_some(vector)
 }
 
 /// Our registers, those that the peer tells.
@@ -167,7 +306,7 @@ fn view<C: Cpu>(cpu: &C, theirs: &View, begun: u64) -> View {
         _ => cpu.reg(name).unwrap_or(0),
     };
     View {
-        cycle: theirs.cycle.map(|_| cpu.cycle() - begun),
+        cycle: theirs.cycle.map(|_| cpu.cycle().wrapping_sub(begun)),
         regs: theirs.regs.iter().map(|&(name, _)| (name, own(name))).collect(),
     }
 }
@@ -195,4 +334,26 @@ impl Probe for Entered {
 /// What cannot be understood of a peer.
 pub(crate) fn odd(what: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, what.into())
+}
+
+/// A sleep that has no end there.
+pub(crate) fn sleeps_on(error: io::Error, nap: Nap) -> io::Error {
+    match error.kind() {
+        io::ErrorKind::TimedOut => {
+            let what = format!("it sleeps on where emu wakes, in cycle {}, at 0x{:04x} ({error})", nap.cycle, nap.pc);
+            io::Error::new(io::ErrorKind::TimedOut, what)
+        }
+        _ => error,
+    }
+}
+
+/// An answer that does not come in time.
+pub(crate) fn late(patience: Duration, what: impl AsRef<str>) -> io::Error {
+    let what = format!("no answer within {} s; {}", patience.as_secs(), what.as_ref());
+    io::Error::new(io::ErrorKind::TimedOut, what)
+}
+
+/// A chip that a peer does not have.
+pub(crate) fn no_chip(chip: &str) -> io::Error {
+    io::Error::new(io::ErrorKind::Unsupported, chip)
 }

@@ -1,12 +1,12 @@
 //! s51 of uCsim (Debian's `sdcc-ucsim`): typed commands. `step` prints the registers, `state` the clocks since power-up; setting
 //! up takes none. Memories are random there at first, so they are filled; a stack that comes round is no error on silicon. It looks
-//! for commands ten times a second, so many steps are asked for at once.
+//! for commands ten times a second, so many steps are asked for at once. A `step` in idle mode takes one cycle of it; `run` goes on
+//! to a breakpoint.
 
 use std::io;
-use std::path::Path;
 
 use super::pipe::{Pipe, after};
-use super::{Peer, View, odd};
+use super::{Nap, Peer, Start, View, odd, sleeps_on};
 
 /// The program and the package.
 pub const PROGRAM: (&str, &str) = ("s51", "sdcc-ucsim");
@@ -26,19 +26,44 @@ pub struct S51 {
     ahead: u32,
 }
 
+/// The type that s51 calls it, with timer 2 or without, CMOS (with idle and power-down) or not. What Atmel's chips have beyond
+/// those (watchdog, second data pointer) no type has.
+#[must_use]
+pub fn kind(chip: &str) -> &'static str {
+    match chip {
+        "8031" | "8051" | "8751" => "51",
+        "8032" | "8052" | "8752" => "52",
+        "at89c52" | "at89s52" => "C52",
+        _ => "C51",
+    }
+}
+
 impl S51 {
-    /// Starts it as an 8052 with the HEX file `hex` of `folder`.
+    /// Starts it with a program.
     ///
     /// # Errors
     /// As [`Pipe::start`].
-    pub fn new(folder: &Path, hex: &str, clocks_per_cycle: u32) -> io::Result<S51> {
-        let mut pipe = Pipe::start(PROGRAM.0, &["-t", "8052", "-b", "-q"], folder)?;
+    pub fn new(start: &Start<'_>) -> io::Result<S51> {
+        let args = ["-t", kind(start.chip), "-b", "-q"];
+        let mut pipe = Pipe::start(start.program, &args, start.folder, start.patience)?;
         pipe.tell(&format!(
-            "set error stack off\nset error stack_overflow off\nfill iram 0 255 0\nfill xram 0 65535 0\nfile \"{hex}\"\nstate\n"
+            "set error stack off\nset error stack_overflow off\nfill iram 0 255 0\nfill xram 0 65535 0\nfile \"{}\"\nstate\n",
+            start.hex
         ))?;
-        pipe.until(|line| line.starts_with("Simulation:"))?;
-        Ok(S51 { pipe, clocks_per_cycle: clocks_per_cycle.max(1).into(), ahead: 0 })
+        pipe.until(ends)?;
+        Ok(S51 { pipe, clocks_per_cycle: start.clocks_per_cycle.max(1).into(), ahead: 0 })
     }
+
+    /// The next answer to `step` and `state`, or to what prints the same.
+    fn look(&mut self) -> io::Result<View> {
+        let lines = self.pipe.until(ends)?;
+        view(&lines, self.clocks_per_cycle).ok_or_else(|| odd(format!("it answers `{}`", lines.join(" / "))))
+    }
+}
+
+/// The last line of what `state` prints.
+fn ends(line: &str) -> bool {
+    line.starts_with("Simulation:")
 }
 
 impl Peer for S51 {
@@ -48,8 +73,22 @@ impl Peer for S51 {
             self.ahead = AHEAD;
         }
         self.ahead -= 1;
-        let lines = self.pipe.until(|line| line.starts_with("Simulation:"))?;
-        view(&lines, self.clocks_per_cycle).ok_or_else(|| odd(format!("it answers `{}`", lines.join(" / "))))
+        self.look()
+    }
+
+    fn sleep(&mut self, nap: Nap) -> io::Result<View> {
+        let asleep = self.step()?;
+        // Steps that were asked for already are cycles of the sleep, up to the one that wakes.
+        while self.ahead > 0 {
+            let view = self.step()?;
+            if view.pc() != asleep.pc() {
+                return Ok(view);
+            }
+        }
+        self.pipe.tell(&format!("break 0x{:04x}\nrun\n", nap.pc))?;
+        self.pipe.until(|line| line.contains("Stop at")).map_err(|error| sleeps_on(error, nap))?;
+        self.pipe.tell(&format!("clear 0x{:04x}\ninfo registers\nstate\n", nap.pc))?;
+        self.look()
     }
 }
 

@@ -1,13 +1,14 @@
-//! simavr (Debian's `simavr`) by the remote protocol of gdb, which it serves at port 1234 of this machine. It tells no cycles.
+//! simavr (Debian's `simavr`) by the remote protocol of gdb, which it serves at port 1234 of this machine. It tells no cycles. A step
+//! over SLEEP ends the sleep there, so it is continued to a breakpoint at the instruction behind the wake.
 
 use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use super::{Peer, View, odd};
+use super::pipe::Pipe;
+use super::{Nap, Peer, Start, View, late, no_chip, odd, sleeps_on};
 
 /// The program and the package.
 pub const PROGRAM: (&str, &str) = ("simavr", "simavr");
@@ -15,12 +16,14 @@ pub const PROGRAM: (&str, &str) = ("simavr", "simavr");
 /// Where it listens.
 const PORT: u16 = 1234;
 
-/// How often, and how far apart, it is tried to reach it.
-const TRIES: u32 = 100;
+/// How far apart it is tried to reach it.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// How long an answer may take.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// Most bytes of a packet.
+const LONGEST: usize = 4096;
+
+/// The number of the stack pointer among gdb's registers.
+const SP: u8 = 33;
 
 /// The names of the registers.
 #[rustfmt::skip]
@@ -32,72 +35,144 @@ const REGS: [&str; 32] = [
 /// simavr with a program. It is ended when this is dropped.
 #[derive(Debug)]
 pub struct Simavr {
-    child: Child,
+    child: Process,
     line: TcpStream,
+    /// What has come and was not read.
+    inbox: Vec<u8>,
+    patience: Duration,
+}
+
+/// A process that is ended when this is dropped.
+#[derive(Debug)]
+struct Process(Child);
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        _ = self.0.kill();
+        _ = self.0.wait();
+    }
+}
+
+/// The chip of simavr that is the same machine as `chip` under another name: to the ATmega48A, 88A and 168A the sheet of the 48PA
+/// family (DS40002061) gives the registers and figures of the chips without a letter.
+#[must_use]
+pub fn stands_for(chip: &str) -> Option<&'static str> {
+    match chip {
+        "atmega48a" => Some("atmega48"),
+        "atmega88a" => Some("atmega88"),
+        "atmega168a" => Some("atmega168"),
+        _ => None,
+    }
 }
 
 impl Simavr {
-    /// Starts it as `chip` at `hz` with the HEX file `hex` of `folder`.
+    /// Starts it with a program.
     ///
     /// # Errors
-    /// As [`Command::spawn`]; its port is taken, or it cannot be reached.
-    pub fn new(folder: &Path, hex: &str, chip: &str, hz: u64) -> io::Result<Simavr> {
+    /// As [`Command::spawn`]; its port is taken, it does not know the chip, or cannot be reached.
+    pub fn new(start: &Start<'_>) -> io::Result<Simavr> {
         let place = SocketAddr::from((Ipv4Addr::LOCALHOST, PORT));
         // Whoever listens there already would be taken for it.
         TcpListener::bind(place)
             .map_err(|error| odd(format!("port {PORT}, at which it listens, is taken: {error}")))?;
-        let mut command = Command::new(PROGRAM.0);
-        command.args(["-g", "-m", chip, "-f", &hz.to_string(), hex]).current_dir(folder);
-        let mut child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
-        for _ in 0..TRIES {
-            if let Ok(line) = TcpStream::connect_timeout(&place, PATIENCE) {
-                line.set_read_timeout(Some(PATIENCE))?;
+        let chip = stands_for(start.chip).unwrap_or(start.chip);
+        let mut command = Command::new(start.program);
+        command.args(["-g", "-m", chip, "-f", &start.hz.to_string(), start.hex]).current_dir(start.folder);
+        let mut child = Process(command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?);
+        let until = Instant::now() + start.patience;
+        while Instant::now() < until {
+            if let Ok(line) = TcpStream::connect_timeout(&place, PAUSE) {
+                line.set_write_timeout(Some(start.patience))?;
                 line.set_nodelay(true)?;
-                return Ok(Simavr { child, line });
+                let mut peer = Simavr { child, line, inbox: Vec::new(), patience: start.patience };
+                let [low, high, ..] = start.sp.to_le_bytes();
+                peer.ask(&format!("P{SP:x}={low:02x}{high:02x}"))?;
+                return Ok(peer);
             }
-            if child.try_wait()?.is_some() {
-                return Err(odd(format!("it ends at once: does it know {chip}?")));
+            if child.0.try_wait()?.is_some() {
+                let known = knows(start, chip)?;
+                return Err(if known { odd("it ends at once") } else { no_chip(start.chip) });
             }
             sleep(PAUSE);
         }
-        _ = child.kill();
-        _ = child.wait();
-        Err(odd(format!("it cannot be reached at port {PORT}")))
+        Err(late(start.patience, format!("it cannot be reached at port {PORT}")))
     }
 
     /// Sends a packet and takes the answer, without what frames it.
     fn ask(&mut self, packet: &str) -> io::Result<String> {
         let sum = packet.bytes().fold(0u8, u8::wrapping_add);
         self.line.write_all(format!("${packet}#{sum:02x}").as_bytes())?;
-        let mut byte = [0];
-        let mut answer = Vec::new();
-        let (mut within, mut behind) = (false, 0);
-        while behind < 3 {
-            self.line.read_exact(&mut byte)?;
-            match byte[0] {
-                b'$' => (within, answer) = (true, Vec::new()),
-                b'#' if within => behind = 1,
-                _ if behind > 0 => behind += 1,
-                other if within => answer.push(other),
-                _ => {}
+        let until = Instant::now() + self.patience;
+        let answer = loop {
+            if let Some((answer, rest)) = framed(&self.inbox) {
+                self.inbox = rest;
+                break answer;
             }
-            if answer.len() > 4096 {
+            if self.inbox.len() > LONGEST {
                 return Err(odd("its answer has no end"));
             }
-        }
+            let left = until.saturating_duration_since(Instant::now());
+            let gone = late(self.patience, format!("no answer to `{packet}`"));
+            if left.is_zero() {
+                return Err(gone);
+            }
+            self.line.set_read_timeout(Some(left))?;
+            let mut piece = [0; 1024];
+            match self.line.read(&mut piece) {
+                Ok(0) => return Err(odd(format!("it has ended{}", self.code()))),
+                Ok(n) => self.inbox.extend(piece.get(..n).unwrap_or_default()),
+                Err(error) if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) => {
+                    return Err(gone);
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(odd(format!("{error}{}", self.code()))),
+            }
+        };
         self.line.write_all(b"+")?;
-        Ok(String::from_utf8_lossy(&answer).into_owned())
+        Ok(answer)
     }
+
+    /// How the process ended, in words.
+    fn code(&mut self) -> String {
+        self.child.0.try_wait().ok().flatten().map_or(String::new(), |status| format!(", {status}"))
+    }
+
+    /// Lets it go on, by `s` or `c`, up to where it stops, and shows it.
+    fn go(&mut self, how: &str) -> io::Result<View> {
+        let stopped = self.ask(how)?;
+        if !stopped.starts_with('T') && !stopped.starts_with('S') {
+            return Err(odd(format!("it answers `{stopped}` to `{how}`")));
+        }
+        let answer = self.ask("g")?;
+        view(&answer).ok_or_else(|| odd(format!("its registers are `{answer}`")))
+    }
+}
+
+/// The first whole packet, and what follows it.
+fn framed(bytes: &[u8]) -> Option<(String, Vec<u8>)> {
+    let from = bytes.iter().position(|&byte| byte == b'$')? + 1;
+    let len = bytes.get(from..)?.iter().position(|&byte| byte == b'#')?;
+    let rest = bytes.get(from + len + 3..)?;
+    Some((String::from_utf8_lossy(bytes.get(from..from + len)?).into_owned(), rest.to_vec()))
+}
+
+/// It lists the chip among those that it knows.
+fn knows(start: &Start<'_>, chip: &str) -> io::Result<bool> {
+    let mut pipe = Pipe::start(start.program, &["--list-cores"], start.folder, start.patience)?;
+    let lines = pipe.rest()?;
+    Ok(lines.iter().any(|line| line.split_whitespace().any(|name| name == chip)))
 }
 
 impl Peer for Simavr {
     fn step(&mut self) -> io::Result<View> {
-        let stopped = self.ask("s")?;
-        if !stopped.starts_with('T') && !stopped.starts_with('S') {
-            return Err(odd(format!("it answers `{stopped}` to a step")));
-        }
-        let answer = self.ask("g")?;
-        view(&answer).ok_or_else(|| odd(format!("its registers are `{answer}`")))
+        self.go("s")
+    }
+
+    fn sleep(&mut self, nap: Nap) -> io::Result<View> {
+        self.ask(&format!("Z0,{:x},2", nap.pc))?;
+        let view = self.go("c").map_err(|error| sleeps_on(error, nap))?;
+        self.ask(&format!("z0,{:x},2", nap.pc))?;
+        Ok(view)
     }
 }
 
@@ -111,11 +186,4 @@ fn view(answer: &str) -> Option<View> {
     }
     regs.extend([("SREG", byte(32)?), ("SP", number(33, 2)?), ("PC", number(35, 4)?)]);
     Some(View { cycle: None, regs })
-}
-
-impl Drop for Simavr {
-    fn drop(&mut self) {
-        _ = self.child.kill();
-        _ = self.child.wait();
-    }
 }

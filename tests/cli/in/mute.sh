@@ -1,0 +1,3 @@
+#!/bin/sh
+# A simulator that takes commands and says nothing.
+while read -r _; do :; done
