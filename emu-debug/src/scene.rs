@@ -179,7 +179,7 @@ impl Site for ChipSite<'_> {
     }
 
     fn names(&self) -> Vec<String> {
-        let pins = self.chip().pins.iter().filter(|pin| pin.dip != 0).map(|pin| pin.name.to_owned());
+        let pins = self.chip().present_pins().map(|(_, pin)| pin.name.to_owned());
         let symbols = self.names.symbols.iter().map(|symbol| symbol.name.clone());
         pins.chain(symbols).chain([supply_name(self.chip()).to_owned()]).collect()
     }

@@ -262,6 +262,7 @@ impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const 
         constants: Vec::new,
         vectors: &[],
         vector_words: if FLASH > 0x2000 { 2 } else { 1 },
+        packages: &[],
         vector_back: 0,
         spaces: &[
             ("data", END as u32, 1),
