@@ -7,7 +7,7 @@
 //!   family.rs  the families of chips          sink.rs    what the name of a result stands for
 //!   guess.rs   which chip a HEX file was made for   held.rs    why a chip can never go on
 //!   attach.rs  devices at the pins            sources.rs the text of source lines
-//!   snapshots.rs  states of machines as files
+//!   snapshots.rs  states of machines as files     readings.rs  where silicon and data sheet differ
 //!   lint.rs    what `run --lint` found              store.rs  files that keep what a memory holds
 //!   avr.rs     flags of the AVR family        mcs51.rs  flags of the 8051 family
 //!   pic16.rs   flags of the PIC16 family       ap101.rs  flags and configuration of AP101
@@ -53,6 +53,7 @@ mod mcs51;
 mod nearest;
 mod output;
 mod pic16;
+mod readings;
 mod report;
 mod run;
 mod scenarios;

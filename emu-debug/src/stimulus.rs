@@ -191,6 +191,17 @@ pub fn example_pin(chip: &Chip, n: usize) -> &'static str {
     chip.present_pins().nth(n).map_or("PIN", |(_, pin)| pin.name)
 }
 
+/// Why the machine does not have a pin that its chip's row has, a sentence.
+#[must_use]
+pub fn lacking(chip: &Chip, pin: PinId) -> String {
+    let name = chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
+    if chip.packages.is_empty() {
+        return format!("{name} is no channel of this machine: the configuration in its image has fewer");
+    }
+    let others: Vec<_> = chip.packages.iter().filter(|of| of.number(pin).is_some()).map(|of| of.name).collect();
+    format!("{name} is no pin of the chosen package; packages that have it are {}", others.join(", "))
+}
+
 /// Both sides of the sign.
 fn halves<'t>(chip: &Chip, text: &'t str) -> Result<(&'t str, &'t str), String> {
     let (name, value) = text.split_once('=').ok_or_else(|| {
