@@ -30,7 +30,9 @@ pub struct ChipsArgs {
 pub fn chips(args: &ChipsArgs) -> Result<u8, Failure> {
     if args.json {
         let wanted = |chip: &&Chip| args.chip.is_none_or(|only| only.name == chip.name);
-        output::json(&json!({ "schema": 1, "chips": family::chips().filter(wanted).map(document).collect::<Vec<_>>() }))?;
+        output::json(
+            &json!({ "schema": 1, "chips": family::chips().filter(wanted).map(document).collect::<Vec<_>>() }),
+        )?;
     } else if let Some(chip) = args.chip {
         output::print(table(chip))?;
     } else {

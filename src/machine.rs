@@ -13,8 +13,8 @@ use crate::args::Mcu;
 use crate::attach::{self, Attached, Bench};
 use crate::fail::Failure;
 use crate::family::{self, Setup};
-use crate::store::{self, Store};
 use crate::readings::{self, Reading};
+use crate::store::{self, Store};
 use crate::{ap101, avr, mcs51, pic16};
 
 /// Flags of the machine.

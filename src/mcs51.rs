@@ -1,8 +1,8 @@
 //! The flags of `emu run` that belong to the 8051 family.
 
 use clap::{Args, ValueEnum};
-use emu_8051::chips::{self, Part};
 use emu_8051::Options;
+use emu_8051::chips::{self, Part};
 use emu_core::chip::{Chip, Family};
 use emu_core::image::Image;
 

@@ -44,9 +44,9 @@ const READINGS: [Reading; 8] = [
 
 /// The reading `NAME=READING`.
 pub fn reading(text: &str) -> Result<Reading, String> {
-    let found = text.split_once('=').and_then(|(name, choice)| {
-        READINGS.into_iter().find(|row| (row.name, row.choice) == (name, choice))
-    });
+    let found = text
+        .split_once('=')
+        .and_then(|(name, choice)| READINGS.into_iter().find(|row| (row.name, row.choice) == (name, choice)));
     found.ok_or_else(|| {
         let of = |family| {
             let rows = READINGS.iter().filter(move |row| row.family == family);

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use emu_avr::chips::{ATMEGA328P, CHIPS, PARTS, Part, Site, chip, part, unit};
 use emu_avr::soc::{Put, Soc};
 use emu_avr::{Avr, Options};
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, PinDef};
 use emu_core::cpu::{Bus, Reset};
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
@@ -79,7 +79,8 @@ fn rows_name_what_exists() {
         assert_eq!(reset, "RESET", "{name}");
         for (i, pin) in part.chip.pins.iter().enumerate() {
             assert_eq!(exists(i as u16), pin.name != "RESET" && pin.note != "absent", "{name}: {}", pin.name);
-            if pin.name == "RESET" || pin.name.starts_with("ADC") {
+            assert_eq!(pin.name.starts_with("ADC"), pin.note == PinDef::ANALOG, "{name}: {}", pin.name);
+            if pin.name == "RESET" || pin.note == PinDef::ANALOG {
                 continue;
             }
             let letter = pin.name.chars().nth(1).unwrap_or_default() as usize;

@@ -106,8 +106,10 @@ fn lints() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     // Each code of the family is told of somewhere.
     let silent = |code: &&str| fired.iter().all(|seen| !seen.contains(code));
-    let ours =
-        CODES.iter().map(|row| row.code).filter(|&code| ["LINT007", "LINT020", "LINT021"].contains(&code) || ("LINT009"..="LINT015").contains(&code));
+    let ours = CODES
+        .iter()
+        .map(|row| row.code)
+        .filter(|&code| ["LINT007", "LINT020", "LINT021"].contains(&code) || ("LINT009"..="LINT015").contains(&code));
     assert_eq!(ours.filter(silent).collect::<Vec<_>>(), Vec::<&str>::new());
 }
 

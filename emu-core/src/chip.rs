@@ -1,7 +1,7 @@
 //! Chips are data: one row each, written with struct update syntax.
 
 use crate::image::Space;
-use crate::pins::PinId;
+use crate::pins::{Level, PinId};
 use crate::table::{Alias, Flow, Line, Row, Site};
 
 /// The families of chips, each a crate with one instruction table.
@@ -128,6 +128,17 @@ pub struct PinDef {
     pub dip: u8,
     /// What else it does, or why a program should not use it freely.
     pub note: &'static str,
+}
+
+impl PinDef {
+    /// The note of a pin that is an input of the converter and nothing else.
+    pub const ANALOG: &str = "analog input";
+
+    /// This level is worth a place in an overview: a pin that is analog alone has one only while something drives it.
+    #[must_use]
+    pub fn tells_by(&self, level: Level) -> bool {
+        self.note != PinDef::ANALOG || level != Level::Float
+    }
 }
 
 /// A package that a chip comes in.

@@ -297,7 +297,9 @@ impl Lint {
             Lint::PresetPort { .. } => "write STO to the port and behind it a NOP with the preset: TIM Rn,#d",
             Lint::OddField { .. } => "look at the address: the program may run into data",
             Lint::CaptureWritten { .. } => "choose the mode first; --reading icr-write=top does as the data sheet says",
-            Lint::EdgeWoke { .. } => "wake by a low level or a pin change; --reading int-wake=level does as the data sheet says",
+            Lint::EdgeWoke { .. } => {
+                "wake by a low level or a pin change; --reading int-wake=level does as the data sheet says"
+            }
             Lint::ChannelAbsent { .. } => "choose another channel, or the package of the board (--package)",
         }
     }

@@ -31,8 +31,7 @@ static CHIPS: [(Kind, Chip); 6] = [
 
 const FIRST_48: Chip =
     Chip { ints: 2, unclocked: &[], edge_only: &[], edges_wake: false, masks: [0xFF, 0x7F, 0xFF, 0] };
-const MEGA162: Chip =
-    Chip { ints: 3, unclocked: &[2], edge_only: &[2], edges_wake: false, masks: [0xFF, 0xFF, 0, 0] };
+const MEGA162: Chip = Chip { ints: 3, unclocked: &[2], edge_only: &[2], edges_wake: false, masks: [0xFF, 0xFF, 0, 0] };
 
 fn live(seed: u64, seen: &mut [u64; 5]) {
     let mut rng = Rng::new(seed);

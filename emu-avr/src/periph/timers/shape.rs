@@ -94,19 +94,40 @@ impl Shape {
     /// An 8-bit timer with a pin T, as timer 0 of the ATmega328P (2 channels).
     #[must_use]
     pub const fn narrow(channels: u8) -> Shape {
-        Shape { wide: false, channels, capture: false, taps: Shape::PIN_TAPS, asynchronous: false, icr_only_as_top: false }
+        Shape {
+            wide: false,
+            channels,
+            capture: false,
+            taps: Shape::PIN_TAPS,
+            asynchronous: false,
+            icr_only_as_top: false,
+        }
     }
 
     /// A 16-bit timer with input capture and a pin T, as timer 1 of the ATmega328P (2 channels).
     #[must_use]
     pub const fn wide(channels: u8) -> Shape {
-        Shape { wide: true, channels, capture: true, taps: Shape::PIN_TAPS, asynchronous: false, icr_only_as_top: false }
+        Shape {
+            wide: true,
+            channels,
+            capture: true,
+            taps: Shape::PIN_TAPS,
+            asynchronous: false,
+            icr_only_as_top: false,
+        }
     }
 
     /// An 8-bit timer that may run on a watch crystal, as timer 2 of the ATmega328P (2 channels).
     #[must_use]
     pub const fn crystal(channels: u8) -> Shape {
-        Shape { wide: false, channels, capture: false, taps: Shape::OWN_TAPS, asynchronous: true, icr_only_as_top: false }
+        Shape {
+            wide: false,
+            channels,
+            capture: false,
+            taps: Shape::OWN_TAPS,
+            asynchronous: true,
+            icr_only_as_top: false,
+        }
     }
 
     /// The highest count.
