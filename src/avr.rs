@@ -31,6 +31,10 @@ pub struct Flags {
     /// The lock bits in place of those of the image (`.lock` of an ELF file): 0xFF.
     #[arg(long, value_name = "VALUE", value_parser = |text: &str| byte("lock bits are", text))]
     lock: Option<u8>,
+    /// The package: DIP28, TQFP32, MLF32 or MLF28 on ATmega48 to 328 (`emu chips CHIP` lists them). It refuses pins that the package
+    /// does not have, and --lint reports their channels. Default: the pins of all packages.
+    #[arg(long, value_name = "NAME")]
+    package: Option<String>,
 }
 
 /// A fuse byte: which, and its value.
@@ -83,11 +87,23 @@ pub struct Wiring {
 }
 
 impl Flags {
+    /// The name of the package, as the chip's row has it.
+    fn package(&self, chip: &Chip) -> Result<Option<&'static str>, Failure> {
+        let Some(name) = &self.package else { return Ok(None) };
+        if chip.packages.is_empty() {
+            return Err(Failure::Usage(format!("--package is for chips of the AVR family; {} is none", chip.name)));
+        }
+        chip.package(name).map(|package| Some(package.name)).ok_or_else(|| {
+            let all: Vec<_> = chip.packages.iter().map(|package| package.name).collect();
+            Failure::value("--package <NAME>", name, &format!("{} comes in {}", chip.name, all.join(", ")))
+        })
+    }
+
     /// How the machine of `chip` with `image` is wired, with an oscillator of `clock` Hz if that is given; refuses flags that are
     /// not for the chip.
     pub fn wiring(&self, chip: &Chip, image: &Image, clock: Option<u64>, start_up: bool) -> Result<Wiring, Failure> {
         let hz = clock.unwrap_or(chip.default_hz);
-        let plain = Options { hz, fuses: None, lock: self.lock, start_up: false };
+        let plain = Options { lock: self.lock, package: self.package(chip)?, ..Options::at(hz) };
         let Some(part) = part(chip) else {
             let given = [("--fuse", !self.fuse.is_empty()), ("--lock", self.lock.is_some())];
             return match given.into_iter().find(|(_, given)| *given) {

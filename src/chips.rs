@@ -1,7 +1,8 @@
 //! `emu chips`: the chips and what they have.
 
 use clap::Args;
-use emu_core::chip::{Chip, PinDef};
+use emu_core::chip::{Chip, Package, PinDef};
+use emu_core::pins::PinId;
 use serde_json::{Value, json};
 
 use crate::fail::{Failure, exit};
@@ -10,21 +11,30 @@ use crate::{family, output};
 const EXAMPLES: &str = "\
 Examples:
   emu chips
+  emu chips atmega328p
   emu chips --json | jq '.chips[0].pins[].name'";
 
 /// Flags of `emu chips`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ChipsArgs {
-    /// One JSON document with memories, pins and vectors.
+    /// One chip alone, with its pins and their numbers in each package.
+    #[arg(value_name = "CHIP", value_parser = family::chip)]
+    pub chip: Option<&'static Chip>,
+    /// One JSON document with memories, packages, pins and vectors.
     #[arg(long)]
     pub json: bool,
 }
 
-/// Lists the chips.
+/// Lists the chips, or one with its pins.
 pub fn chips(args: &ChipsArgs) -> Result<u8, Failure> {
     if args.json {
-        output::json(&json!({ "schema": 1, "chips": family::chips().map(document).collect::<Vec<_>>() }))?;
+        let wanted = |chip: &&Chip| args.chip.is_none_or(|only| only.name == chip.name);
+        output::json(
+            &json!({ "schema": 1, "chips": family::chips().filter(wanted).map(document).collect::<Vec<_>>() }),
+        )?;
+    } else if let Some(chip) = args.chip {
+        output::print(table(chip))?;
     } else {
         let width = family::chips().map(|c| c.name.len()).max().unwrap_or(0);
         let lines = family::chips().map(|c| format!("{:width$}  {}\n", c.name, c.title));
@@ -33,8 +43,42 @@ pub fn chips(args: &ChipsArgs) -> Result<u8, Failure> {
     Ok(exit::OK)
 }
 
+/// The title of a chip, and its pins with their numbers.
+fn table(chip: &Chip) -> String {
+    const NUMBER: usize = 6;
+    let names: Vec<&str> = chip.packages.iter().map(|package| package.name).collect();
+    // Without packages the row has the numbers of one, whose name it does not know.
+    let numbers = |id: PinId, def: &PinDef| -> Vec<Option<u8>> {
+        match chip.packages {
+            [] => Some(def.dip).filter(|&dip| dip != Chip::NO_PACKAGE).map(Some).into_iter().collect(),
+            packages => packages.iter().map(|package| package.number(id)).collect(),
+        }
+    };
+    let width = chip.present_pins().map(|(_, def)| def.name.len()).max().unwrap_or(0).max("pin".len());
+    let line = |name: &str, cells: Vec<String>, note: &str| {
+        let cells: String = cells.iter().map(|cell| format!("  {cell:>NUMBER$}")).collect();
+        format!("{}\n", format!("{name:width$}{cells}  {note}").trim_end())
+    };
+    let mut text = format!("{}  {}\n", chip.name, chip.title);
+    if !names.is_empty() {
+        text += &line("pin", names.iter().map(|name| (*name).to_owned()).collect(), "");
+    }
+    for (id, def) in chip.present_pins() {
+        let shown = |number: Option<u8>| number.map_or("-".to_owned(), |number| number.to_string());
+        text += &line(def.name, numbers(id, def).into_iter().map(shown).collect(), def.note);
+    }
+    text
+}
+
+/// A package, and the numbers of its pins by their names.
+fn package(chip: &Chip, package: &Package) -> Value {
+    let number = |(id, def): (PinId, &PinDef)| package.number(id).map(|number| (def.name.to_owned(), json!(number)));
+    let pins: serde_json::Map<String, Value> = chip.present_pins().filter_map(number).collect();
+    json!({ "name": package.name, "pins": pins })
+}
+
 fn document(chip: &Chip) -> Value {
-    let pins = chip.pins.iter().filter(|p| p.dip != 0);
+    let pins = chip.present_pins().map(|(_, def)| def);
     json!({
         "name": chip.name,
         "family": family::name(chip.family),
@@ -46,6 +90,7 @@ fn document(chip: &Chip) -> Value {
         "max_hz": chip.max_hz,
         "default_hz": chip.default_hz,
         "pins": pins.map(pin).collect::<Vec<_>>(),
+        "packages": chip.packages.iter().map(|of| package(chip, of)).collect::<Vec<_>>(),
         "vectors": chip.vectors,
         "spaces": chip.spaces.iter().map(|row| space(chip, row)).collect::<Vec<_>>(),
     })
@@ -54,7 +99,7 @@ fn document(chip: &Chip) -> Value {
 /// A pin, with its number where there is a package that gives it one.
 fn pin(pin: &PinDef) -> Value {
     match pin.dip {
-        Chip::NO_PACKAGE => json!({ "name": pin.name, "note": pin.note }),
+        0 | Chip::NO_PACKAGE => json!({ "name": pin.name, "note": pin.note }),
         dip => json!({ "name": pin.name, "dip": dip, "note": pin.note }),
     }
 }

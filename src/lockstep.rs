@@ -171,7 +171,7 @@ pub fn lockstep(args: &LockstepArgs, terminal: &Terminal) -> Result<u8, Failure>
     let setup = Setup {
         ram: RamInit::Zero,
         bus: false,
-        avr: emu_avr::Options { hz, fuses: None, lock: None, start_up: false },
+        avr: emu_avr::Options::at(hz),
         mcs51: emu_8051::Options::default(),
         pic16: emu_pic16::Options { hz, start_up: false, ..emu_pic16::Options::default() },
         ap101: emu_ap101::Options::default(),

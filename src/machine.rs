@@ -5,7 +5,7 @@ use emu_core::chip::{Chip, Family};
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
 use emu_core::pins::{PinId, Time};
-use emu_debug::stimulus::{Put, drive, put};
+use emu_debug::stimulus::{Put, drive, lacking, put};
 use emu_debug::text::unescape;
 use emu_debug::{Clock, Drive, Sender, Source, time};
 
@@ -13,6 +13,7 @@ use crate::args::Mcu;
 use crate::attach::{self, Attached, Bench};
 use crate::fail::Failure;
 use crate::family::{self, Setup};
+use crate::readings::{self, Reading};
 use crate::store::{self, Store};
 use crate::{ap101, avr, mcs51, pic16};
 
@@ -56,6 +57,12 @@ pub struct MachineArgs {
     /// of the chip's interface, or ,sda=PIN,scl=PIN,wp=PIN and ,sck=PIN,mosi=PIN,miso=PIN. Repeatable.
     #[arg(long, value_name = "DEVICE", value_parser = attach::attached)]
     pub attach: Vec<Attached>,
+    /// What is true where silicon and its data sheet differ, or where a sentence of a manual can be read two ways. On AVR
+    /// int-wake=edge or level: an edge on INT0 and INT1 ends deep sleep too, or a low level alone (default: edge on ATmega328, 328P and
+    /// the A, P, PA variants); icr-write=any or top: ICR is written in any mode (default), or only where it is TOP. On the 8051
+    /// interrupt-sample=previous or now, hold=write or access. Repeatable.
+    #[arg(long, value_name = "NAME=READING", value_parser = readings::reading)]
+    reading: Vec<Reading>,
     #[command(flatten)]
     avr: avr::Flags,
     #[command(flatten)]
@@ -111,13 +118,15 @@ impl MachineArgs {
             let why = format!("--no-start-up is for chips of the AVR and PIC16 families; {} is none", chip.name);
             return Err(Failure::Usage(why));
         }
-        let mcs51 = self.mcs51.options(chip)?;
+        readings::refuse(&self.reading, chip)?;
+        let mcs51 = self.mcs51.options(chip, &self.reading)?;
         let ap101 = self.ap101.options(chip, asked)?;
         let pic16 = self.pic16.options(chip, asked.unwrap_or(chip.default_hz), how.start_up)?;
         // Refused before the image is read, like the others.
         self.avr.wiring(chip, &Image::default(), asked, how.start_up)?;
         let image = read()?;
-        let avr = self.avr.wiring(chip, &image, asked, how.start_up)?;
+        let mut avr = self.avr.wiring(chip, &image, asked, how.start_up)?;
+        avr.options.readings = readings::avr(&self.reading);
         let hz = ap101::hz(chip, &image, &ap101).unwrap_or(avr.options.hz);
         if hz > chip.max_hz {
             let why = format!("{} runs at up to {} Hz", chip.name, chip.max_hz);
@@ -184,7 +193,7 @@ impl MachineArgs {
     }
 }
 
-/// Refuses pins that the machine does not have because its image says so: those that are driven, and the `others`.
+/// Refuses pins that the machine does not have because its image or `--package` says so: those that are driven, and the `others`.
 pub fn there<C: Cpu>(cpu: &C, drives: &[Drive], others: impl Iterator<Item = PinId>) -> Result<(), Failure> {
     let driven = drives.iter().filter_map(|drive| match drive.put {
         Put::Level(pin, _) | Put::Volts(pin, _) | Put::Counts(pin, _) => Some(pin),
@@ -192,11 +201,6 @@ pub fn there<C: Cpu>(cpu: &C, drives: &[Drive], others: impl Iterator<Item = Pin
     });
     match driven.chain(others).find(|pin| !cpu.has_pin(*pin)) {
         None => Ok(()),
-        Some(pin) => {
-            let name = cpu.chip().pins.get(usize::from(pin)).map_or("?", |def| def.name);
-            Err(Failure::Usage(format!(
-                "{name} is no channel of this machine: the configuration in its image has fewer"
-            )))
-        }
+        Some(pin) => Err(Failure::Usage(lacking(cpu.chip(), pin))),
     }
 }

@@ -8,7 +8,7 @@
 //!   guess.rs   which chip a HEX file was made for   held.rs    why a chip can never go on
 //!   chosen.rs  the chip that an image itself names  made_for.rs which AVR an ELF file was linked for
 //!   attach.rs  devices at the pins            sources.rs the text of source lines
-//!   snapshots.rs  states of machines as files
+//!   snapshots.rs  states of machines as files     readings.rs  where silicon and data sheet differ
 //!   lint.rs    what `run --lint` found              store.rs  files that keep what a memory holds
 //!   avr.rs     flags of the AVR family        mcs51.rs  flags of the 8051 family
 //!   pic16.rs   flags of the PIC16 family       ap101.rs  flags and configuration of AP101
@@ -56,6 +56,7 @@ mod mcs51;
 mod nearest;
 mod output;
 mod pic16;
+mod readings;
 mod report;
 mod run;
 mod scenarios;

@@ -1,13 +1,14 @@
 //! The flags of `emu run` that belong to the 8051 family.
 
 use clap::{Args, ValueEnum};
+use emu_8051::Options;
 use emu_8051::chips::{self, Part};
-use emu_8051::{Options, Readings};
 use emu_core::chip::{Chip, Family};
 use emu_core::image::Image;
 
 use crate::fail::Failure;
 use crate::output;
+use crate::readings::{self, Reading};
 
 /// The flags.
 #[derive(Debug, Args)]
@@ -23,10 +24,6 @@ pub struct Flags {
     /// Run at 6 clocks a machine cycle, on chips that can.
     #[arg(long)]
     x2: bool,
-    /// How to take a sentence of the manual that can be read two ways: interrupt-sample=previous or now, hold=write or
-    /// access. Repeatable.
-    #[arg(long, value_name = "NAME=READING", value_parser = reading)]
-    reading: Vec<Reading>,
 }
 
 /// Level of the EA pin.
@@ -38,28 +35,9 @@ enum Ea {
     Low,
 }
 
-/// A reading of the manual (see [`Readings`]).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Reading {
-    /// Interrupt flags are polled as they are now, not as they were in the cycle before.
-    SampleNow(bool),
-    /// Reads of IE and IP hold interrupts back for an instruction too, not only writes.
-    HoldOnRead(bool),
-}
-
-fn reading(text: &str) -> Result<Reading, String> {
-    match text.split_once('=') {
-        Some(("interrupt-sample", "previous")) => Ok(Reading::SampleNow(false)),
-        Some(("interrupt-sample", "now")) => Ok(Reading::SampleNow(true)),
-        Some(("hold", "write")) => Ok(Reading::HoldOnRead(false)),
-        Some(("hold", "access")) => Ok(Reading::HoldOnRead(true)),
-        _ => Err("readings are interrupt-sample=previous, interrupt-sample=now, hold=write and hold=access".to_owned()),
-    }
-}
-
 impl Flags {
     /// How the machine of `chip` is wired and how the manual is read; refuses flags that are not for it.
-    pub fn options(&self, chip: &Chip) -> Result<Options, Failure> {
+    pub fn options(&self, chip: &Chip, readings: &[Reading]) -> Result<Options, Failure> {
         let part = (chip.family == Family::Mcs51).then(|| chips::part(chip.name)).flatten();
         let can = |able: fn(&Part) -> bool| part.is_some_and(able);
         let given = [
@@ -72,23 +50,15 @@ impl Flags {
                 " with program memory on the chip",
             ),
             ("--x2", self.x2, can(|part| part.x2), " that run at 6 clocks a machine cycle"),
-            ("--reading", !self.reading.is_empty(), part.is_some(), ""),
         ];
         if let Some((flag, _, _, which)) = given.into_iter().find(|(_, given, can, _)| *given && !can) {
             let which = if part.is_some() { which } else { "" };
             let why = format!("{flag} is for chips of the 8051 family{which}; {} is none", chip.name);
             return Err(Failure::Usage(why));
         }
-        let mut readings = Readings::default();
-        for reading in &self.reading {
-            match reading {
-                Reading::SampleNow(now) => readings.sample_now = *now,
-                Reading::HoldOnRead(too) => readings.hold_on_read = *too,
-            }
-        }
         // Without program memory on the chip the pin is low, as data sheets ask for.
         let ea = self.ea.map_or(can(|part| part.chip.on_chip > 0), |ea| ea == Ea::High);
-        Ok(Options { von_neumann: self.von_neumann, ea, x2: self.x2, readings })
+        Ok(Options { von_neumann: self.von_neumann, ea, x2: self.x2, readings: readings::mcs51(readings) })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Snapshots of machines, for all who write and read them.
 
+use emu_avr::{Options, Readings};
 use emu_core::chip::{Chip, Family};
 use emu_core::image::Image;
 use emu_debug::snapshot::{self, Head};
@@ -11,7 +12,12 @@ use crate::output;
 /// What snapshots of a machine are of, their cycle aside.
 pub fn head(chip: &Chip, image: &Image, setup: &Setup) -> Head {
     let options = match chip.family {
-        Family::Avr => format!("{:?}", setup.avr),
+        Family::Avr => {
+            // Readings that are not given are not said. A package changes nothing of the state.
+            let Options { hz, fuses, lock, start_up, readings, package: _ } = setup.avr;
+            let plain = format!("Options {{ hz: {hz}, fuses: {fuses:?}, lock: {lock:?}, start_up: {start_up} }}");
+            if readings == Readings::default() { plain } else { format!("{plain}, {readings:?}") }
+        }
         Family::Mcs51 => format!("{:?}, {} Hz", setup.mcs51, setup.avr.hz),
         Family::Pic16 => format!("{:?}", setup.pic16),
         Family::Ap101 => format!("{:?}", setup.ap101),

@@ -1,5 +1,6 @@
 //! How a run went, for people and as JSON.
 
+use emu_core::chip::PinDef;
 use emu_core::cpu::{Cpu, Fault};
 use emu_core::pins::{Level, PinId};
 use emu_debug::text::escape;
@@ -125,9 +126,11 @@ impl<C: Cpu> Story<'_, C> {
         (range.start..range.end).filter_map(cell).collect()
     }
 
-    /// Name and level of the pins that the package has.
+    /// Name and level of the pins that the package has; of those that are analog alone, the ones that something drives.
     fn pins(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
-        self.source.names.chip.pins.iter().zip(0..).filter(|(_, id)| self.cpu.has_pin(*id)).map(|(def, id)| {
+        let pins = self.source.names.chip.pins.iter().zip(0..);
+        let shown = |(def, id): &(&PinDef, PinId)| self.cpu.has_pin(*id) && def.tells_by(self.cpu.level(*id));
+        pins.filter(shown).map(|(def, id)| {
             let level = match self.cpu.level(id) {
                 Level::Low => "0",
                 Level::High => "1",

@@ -179,6 +179,7 @@ pub(crate) const I8051: Part = Part {
         constants: || [PORT_3, PORT_3_BUS].concat(),
         vectors: &["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL"],
         vector_words: VECTOR_WORDS,
+        packages: &[],
         vector_back: VECTOR_BACK,
         spaces: &[("code", 0x1_0000, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1), ("xdata", 0x1_0000, 1)],
         told: &[("idata", 0), ("sfr", 0), ("bit", 0), ("xdata", 0)],

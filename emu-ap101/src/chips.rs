@@ -98,6 +98,7 @@ pub static AP101: Chip = Chip {
     pins: PIN_LIST,
     vectors: &[],
     vector_words: 0,
+    packages: &[],
     vector_back: 0,
     spaces: &[
         ("code", SPAN as u32, 2),

@@ -13,12 +13,14 @@ use emu_core::state::Damaged;
 use crate::chips::{self, Part};
 use crate::flags::Flags;
 use crate::lint::Lints;
+use crate::periph::external;
 use crate::periph::spm::Bytes;
+use crate::periph::timers::Shape;
 use crate::predecode::Code;
 use crate::soc::{LOW, Put, Soc};
 use crate::turn::{Data, Hot, MOST_RAM, RAM, SPH, SPL, SREG, Turn, ram};
 
-/// How a machine is wired.
+/// How a machine is wired, and what its silicon is taken to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
     /// Clock before CLKPR, in Hz.
@@ -29,6 +31,42 @@ pub struct Options {
     pub lock: Option<u8>,
     /// Every reset takes the start-up time of the fuses; else the program begins at once.
     pub start_up: bool,
+    /// Where silicon and data sheet differ.
+    pub readings: Readings,
+    /// The package, by its name in [`Chip::packages`]. None: the chip has the pins of all its packages.
+    pub package: Option<&'static str>,
+}
+
+impl Options {
+    /// A main clock of `hz` Hz, fuses and lock bits of the image, no start-up time, readings of silicon, pins of all packages.
+    #[must_use]
+    pub fn at(hz: u64) -> Options {
+        Options { hz, fuses: None, lock: None, start_up: false, readings: Readings::default(), package: None }
+    }
+}
+
+/// Where silicon does otherwise than its data sheet says. Defaults are what several people have measured on silicon.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Readings {
+    /// An edge on INT wakes from sleep modes in which the I/O clock stands; false is the sheet's "only level interrupt" (DS40002061,
+    /// table 10-1, note 3). None is as the chip's row has it.
+    pub edges_wake: Option<bool>,
+    /// ICR takes a write only in modes that have it as TOP, as the sheet says (16.11.7); else in all.
+    pub icr_only_as_top: bool,
+}
+
+impl Readings {
+    /// A timer as it is taken to be; one that the chip does not have has no channel.
+    pub(crate) fn timer(self, shape: Option<&Shape>) -> Shape {
+        let shape = shape.copied().unwrap_or(Shape::narrow(0));
+        Shape { icr_only_as_top: self.icr_only_as_top, ..shape }
+    }
+
+    /// The external interrupts as they are taken to be.
+    pub(crate) fn external(self, mut kind: external::Kind) -> external::Kind {
+        kind.edges_wake = self.edges_wake.unwrap_or(kind.edges_wake);
+        kind
+    }
 }
 
 /// An AVR chip with its program. A clone is a snapshot; program memory is shared until it changes.
@@ -49,7 +87,7 @@ impl Avr {
     #[must_use]
     pub fn new(chip: &'static Chip, image: &Image, init: RamInit) -> Avr {
         let start_up = image.bytes_in("fuse").next().is_some();
-        Avr::with(chip, image, init, Options { hz: chip.default_hz, fuses: None, lock: None, start_up })
+        Avr::with(chip, image, init, Options { start_up, ..Options::at(chip.default_hz) })
     }
 
     /// The same in a wiring of its own.
@@ -148,6 +186,10 @@ impl Cpu for Avr {
 
     fn clocks_per_cycle(&self) -> u32 {
         1
+    }
+
+    fn has_pin(&self, pin: PinId) -> bool {
+        self.soc.has_pin(pin)
     }
 
     fn reset(&mut self, why: Reset) {

@@ -21,4 +21,4 @@ pub mod soc;
 mod state;
 mod turn;
 
-pub use cpu::{Avr, Options};
+pub use cpu::{Avr, Options, Readings};

@@ -73,6 +73,13 @@ impl Lints {
         self.live = None;
     }
 
+    /// An edge on INT`int` has ended the sleep of the instruction before.
+    pub fn edge_woke(&mut self, int: u8) {
+        if let Some(live) = &mut self.live {
+            live.found.push((live.last, Lint::EdgeWoke { int }));
+        }
+    }
+
     /// The chip is reset: what registers of the core and of the chip hold is known.
     pub fn reset(&mut self) {
         if let Some(live) = &mut self.live {

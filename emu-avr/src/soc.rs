@@ -20,7 +20,7 @@ use crate::periph::guard::{self, Watchdog};
 use crate::periph::ports::Ports;
 use crate::periph::spi::Spi;
 use crate::periph::spm::{Bytes, Spm};
-use crate::periph::timers::{Shape, Timer};
+use crate::periph::timers::Timer;
 use crate::periph::twi::Twi;
 use crate::periph::usart::Usart;
 use crate::periph::{Device, Outbox, Signal, timers};
@@ -163,13 +163,13 @@ impl Soc {
     /// The chip at cycle 0 after power-on; `eeprom` is its data memory.
     #[must_use]
     pub fn new(part: &'static Part, options: Options, bytes: Bytes, eeprom: Arc<Vec<u8>>) -> Soc {
-        let timer = |n: usize| Timer::new(part.timers.get(n).copied().unwrap_or(Shape::narrow(0)));
+        let timer = |n: usize| Timer::new(options.readings.timer(part.timers.get(n)));
         let hz = options.hz.max(1);
         let power = Power::new(part, options, &bytes);
         let always_on = Fuses::programmed(bytes.fuses, part.fuses.wdton);
         let mut soc = Soc {
             part,
-            wiring: Arc::new(Wiring::new(part)),
+            wiring: Arc::new(Wiring::new(part, options.package)),
             ports: Ports::new(part.ports, power.has_reset_pin.then_some(part.reset)),
             timers: std::array::from_fn(timer),
             usarts: std::array::from_fn(|_| Usart::new(0)),
@@ -180,7 +180,7 @@ impl Soc {
             eeprom: Eeprom::new(part.eeprom, eeprom, hz),
             spm: Spm::new(part.spm, bytes, power::boot_start(part, &bytes), hz),
             watchdog: Watchdog::new(part.watchdog, always_on, hz),
-            external: External::new(part.external),
+            external: External::new(options.readings.external(part.external)),
             prescalers: [Prescaler::new(0); 2],
             gtccr: 0,
             mcusr: 0,

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use emu_avr::chips::{ATMEGA328P, CHIPS, PARTS, Part, Site, chip, part, unit};
-use emu_avr::soc::Soc;
+use emu_avr::soc::{Put, Soc};
 use emu_avr::{Avr, Options};
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, PinDef};
 use emu_core::cpu::{Bus, Reset};
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
@@ -44,7 +44,7 @@ fn sizes_are_those_of_the_data_sheets() {
         let c = part.chip;
         let boot = if part.spm.boot { c.flash - part.spm.nrww } else { 0 };
         let ports: BTreeSet<char> =
-            c.pins.iter().filter(|pin| pin.name != "RESET").filter_map(|pin| pin.name.chars().nth(1)).collect();
+            c.pins.iter().filter(|pin| pin.name.starts_with('P')).filter_map(|pin| pin.name.chars().nth(1)).collect();
         let ports: String = ports.into_iter().collect();
         let signature: String = part.signature.iter().map(|byte| format!("{byte:02X}")).collect();
         let found = format!(
@@ -79,10 +79,14 @@ fn rows_name_what_exists() {
         assert_eq!(reset, "RESET", "{name}");
         for (i, pin) in part.chip.pins.iter().enumerate() {
             assert_eq!(exists(i as u16), pin.name != "RESET" && pin.note != "absent", "{name}: {}", pin.name);
+            assert_eq!(pin.name.starts_with("ADC"), pin.note == PinDef::ANALOG, "{name}: {}", pin.name);
+            if pin.name == "RESET" || pin.note == PinDef::ANALOG {
+                continue;
+            }
             let letter = pin.name.chars().nth(1).unwrap_or_default() as usize;
             let first = if part.chip.pins[0].name == "PA0" { 'A' } else { 'B' } as usize;
-            assert!(pin.name == "RESET" || pin.name == format!("P{}{}", pin.name.chars().nth(1).unwrap_or('?'), i % 8));
-            assert!(pin.name == "RESET" || letter - first == i / 8, "{name}: {}", pin.name);
+            assert!(pin.name == format!("P{}{}", pin.name.chars().nth(1).unwrap_or('?'), i % 8));
+            assert!(letter - first == i / 8, "{name}: {}", pin.name);
         }
         let dips: Vec<u8> = part.chip.pins.iter().map(|pin| pin.dip).filter(|&dip| dip != 0).collect();
         assert_eq!(dips.len(), dips.iter().collect::<BTreeSet<_>>().len(), "{name}: package pins");
@@ -96,8 +100,63 @@ fn rows_name_what_exists() {
     }
 }
 
+/// Packages that number the pins anew, with the pins of each in the order of their numbers from 1 on; `-` is supply or reference.
+const PACKAGES: &str = "
+    atmega328p DIP28  | PC6 PD0 PD1 PD2 PD3 PD4 - - PB6 PB7 PD5 PD6 PD7 PB0 PB1 PB2 PB3 PB4 PB5 - - - PC0 PC1 PC2 PC3 PC4 PC5
+    atmega328p TQFP32 | PD3 PD4 - - - - PB6 PB7 PD5 PD6 PD7 PB0 PB1 PB2 PB3 PB4 PB5 - ADC6 - - ADC7 PC0 PC1 PC2 PC3 PC4 PC5 PC6 PD0 PD1 PD2
+    atmega328p MLF32  | PD3 PD4 - - - - PB6 PB7 PD5 PD6 PD7 PB0 PB1 PB2 PB3 PB4 PB5 - ADC6 - - ADC7 PC0 PC1 PC2 PC3 PC4 PC5 PC6 PD0 PD1 PD2
+    atmega328p MLF28  | PD3 PD4 - - PB6 PB7 PD5 PD6 PD7 PB0 PB1 PB2 PB3 PB4 PB5 - - - PC0 PC1 PC2 PC3 PC4 PC5 PC6 PD0 PD1 PD2
+    atmega8    DIP28  | PC6 PD0 PD1 PD2 PD3 PD4 - - PB6 PB7 PD5 PD6 PD7 PB0 PB1 PB2 PB3 PB4 PB5 - - - PC0 PC1 PC2 PC3 PC4 PC5
+    atmega8    TQFP32 | PD3 PD4 - - - - PB6 PB7 PD5 PD6 PD7 PB0 PB1 PB2 PB3 PB4 PB5 - ADC6 - - ADC7 PC0 PC1 PC2 PC3 PC4 PC5 PC6 PD0 PD1 PD2
+    atmega8    MLF32  | PD3 PD4 - - - - PB6 PB7 PD5 PD6 PD7 PB0 PB1 PB2 PB3 PB4 PB5 - ADC6 - - ADC7 PC0 PC1 PC2 PC3 PC4 PC5 PC6 PD0 PD1 PD2
+";
+
+#[test]
+fn packages_have_the_pins_of_the_data_sheets() {
+    let mut read = Vec::new();
+    for line in PACKAGES.lines().filter(|line| !line.trim().is_empty()) {
+        let (head, pins) = line.split_once('|').expect("two columns");
+        let (name, package) = head.trim().split_once(' ').expect("a chip and a package");
+        let chip = chip(name).expect("a chip");
+        let found = chip.package(package.trim()).expect("a package");
+        for (number, name) in (1..).zip(pins.split_whitespace()) {
+            let at = (0..).zip(chip.pins).find(|&(pin, _)| found.number(pin) == Some(number));
+            assert_eq!(at.map_or("-", |(_, def)| def.name), name, "{head}: pin {number}");
+        }
+        read.push((chip.name, found.name));
+    }
+    for part in PARTS {
+        let chip = part.chip;
+        let there = |name: &str| read.contains(&(name, chip.packages[0].name));
+        assert!(chip.packages.iter().all(|package| package.pins.len() == chip.pins.len()), "{}", chip.name);
+        assert_eq!(chip.packages.len() == 1, !there(chip.name) && chip.source != "DS40002061", "{}", chip.name);
+        // Every pin is in some package, and every converter's channel has one.
+        assert!((0..).zip(chip.pins).all(|(pin, def)| chip.has_pin(pin) || def.note == "absent"), "{}", chip.name);
+        assert!(part.analog.iter().all(|&pin| chip.has_pin(pin)), "{}", chip.name);
+    }
+}
+
+/// ADC6 and ADC7 convert what stands on their pins.
+#[test]
+fn channels_of_the_flat_packages_convert() {
+    for name in ["atmega328p", "atmega48", "atmega168a", "atmega8"] {
+        let chip = chip(name).expect("a chip");
+        let reg = |name: &str| chip.reg(name).expect("a register");
+        for (channel, millivolts, wanted) in [(6, 1_200, 245), (7, 3_700, 757)] {
+            let mut soc = soc(chip);
+            let pin = chip.pin(&format!("ADC{channel}")).expect("a pin");
+            soc.put(0, 0, Put::Volts(pin, millivolts));
+            soc.write(reg("ADMUX"), 0x40 | channel, 1);
+            soc.write(reg("ADCSRA"), 0xC0, 2);
+            soc.fire(100);
+            let code = u16::from(soc.read(reg("ADCL"), 100).0) | u16::from(soc.read(reg("ADCH"), 101).0) << 8;
+            assert_eq!(code, wanted, "{name}: ADC{channel}");
+        }
+    }
+}
+
 fn options(chip: &Chip) -> Options {
-    Options { hz: chip.default_hz, fuses: None, lock: None, start_up: false }
+    Options::at(chip.default_hz)
 }
 
 /// The chip around the core after power-on.

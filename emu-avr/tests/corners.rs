@@ -7,7 +7,7 @@ use emu_core::{Cpu, Event, Level, Probe, RamInit, Stop, Time};
 /// The machine of a program.
 fn machine(source: &str, lock: u8, fuses: [u8; 3]) -> Avr {
     let image = emu_asm::image(&ATMEGA328P, source).unwrap_or_else(|e| panic!("{e}\n{source}"));
-    let options = Options { hz: 1_000_000, fuses: Some(fuses), lock: Some(lock), start_up: false };
+    let options = Options { fuses: Some(fuses), lock: Some(lock), ..Options::at(1_000_000) };
     Avr::with(&ATMEGA328P, &image, RamInit::Zero, options)
 }
 

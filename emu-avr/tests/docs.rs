@@ -100,6 +100,12 @@ fn table_of_chips() -> String {
     table
 }
 
+/// The number of a pin in the usual package, or with the name of the first other package that has it.
+fn number(part: &Part, id: PinId, pin: &PinDef) -> String {
+    let other = || part.chip.packages.iter().find_map(|of| Some(format!("{} of {}", of.number(id)?, of.name)));
+    if pin.dip != 0 { pin.dip.to_string() } else { other().unwrap_or_default() }
+}
+
 /// Pins of each kind of chip; those that are alike stand together.
 fn table_of_pins() -> String {
     let mut kinds: Vec<(Vec<&str>, String)> = Vec::new();
@@ -109,7 +115,7 @@ fn table_of_pins() -> String {
         let cells: Vec<String> = (0..)
             .zip(part.chip.pins)
             .filter(there)
-            .map(|(id, pin)| format!("{} | {} | {} |", pin.name, pin.dip, uses(part, id)))
+            .map(|(id, pin)| format!("{} | {} | {} |", pin.name, number(part, id, pin), uses(part, id)))
             .collect();
         for pair in cells.chunks(2) {
             table += &format!("| {} {}\n", pair[0], pair.get(1).map_or("| | |", String::as_str));

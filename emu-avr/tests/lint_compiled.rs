@@ -59,7 +59,7 @@ fn run(mcu: &str, name: &str, level: &str) -> Option<(String, Vec<String>)> {
     assert!(gcc.status.success(), "{mcu} {name} {level}: {said}");
     let bytes = fs::read(&file).expect("an image");
     let loaded = load_elf(name, &bytes, chip.elf, chip.elf_machine).expect("an image");
-    let options = Options { hz: 16_000_000, fuses: None, lock: None, start_up: false };
+    let options = Options::at(16_000_000);
     let mut avr = Avr::with(chip, &loaded.image, RamInit::Random(5), options);
     let mut seen = Seen::default();
     let stop = avr.run(40_000_000, &mut seen);

@@ -1,7 +1,7 @@
 //! Any way of running the whole chip gives the same machine: random programs that write peripherals, wait for them, sleep and are
 //! interrupted, while pins are driven.
 
-use emu_avr::{Avr, Options, chips};
+use emu_avr::{Avr, Options, Readings, chips};
 use emu_core::chip::Chip;
 use emu_core::engine::Engine;
 use emu_core::image::{Image, Segment};
@@ -250,9 +250,9 @@ fn plan(seed: u64) -> Plan<Avr> {
     let text = program(chip, rng);
     let options = Options {
         hz: pick(rng, &[1_000_000, 8_000_000, 16_000_000, 100_000]),
-        fuses: None,
-        lock: None,
         start_up: rng.one_in(4),
+        readings: Readings { edges_wake: pick(rng, &[None, Some(false), Some(true)]), icr_only_as_top: rng.one_in(4) },
+        ..Options::at(0)
     };
     let bytes = text.words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let image = Image { segments: vec![Segment { space: "flash", addr: 0, bytes }], ..Image::default() };

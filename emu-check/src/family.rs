@@ -6,7 +6,7 @@ use emu_8051::Mcs51;
 use emu_ap101::Ap101;
 use emu_ap101::chips::FIRST_OUTPUT;
 use emu_avr::Avr;
-use emu_core::chip::{Chip, Family};
+use emu_core::chip::{Chip, Family, PinDef};
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
 use emu_core::pins::{Pin, PinId};
@@ -126,7 +126,8 @@ pub(crate) fn unnamed(chip: &Chip, named: &[PinId]) -> (Vec<PinId>, Vec<PinId>) 
     let note = |pin: PinId| chip.pins.get(usize::from(pin)).map_or("absent", |p| p.note);
     let is = |pin: PinId, what: &[&str]| note(pin).split(", ").any(|note| what.contains(&note));
     // The reset pin may have a pull-up of its own.
-    let port: Vec<PinId> = free.filter(|&pin| !is(pin, &["absent", "RESET", "reset", "MCLR", "PEN"])).collect();
+    let apart = ["absent", "RESET", "reset", "MCLR", "PEN", PinDef::ANALOG];
+    let port: Vec<PinId> = free.filter(|&pin| !is(pin, &apart)).collect();
     let drivable = port.iter().copied().filter(|&pin| !is(pin, &RESERVED)).collect();
     (port, drivable)
 }

@@ -1,7 +1,7 @@
 //! Chips are data: one row each, written with struct update syntax.
 
 use crate::image::Space;
-use crate::pins::PinId;
+use crate::pins::{Level, PinId};
 use crate::table::{Alias, Flow, Line, Row, Site};
 
 /// The families of chips, each a crate with one instruction table.
@@ -90,6 +90,8 @@ pub struct Chip {
     pub constants: fn() -> Vec<(&'static str, i32)>,
     /// Pins in the order of their [`PinId`].
     pub pins: &'static [PinDef],
+    /// Packages that the chip comes in, the usual one first. None where the row knows only the numbers in [`PinDef::dip`].
+    pub packages: &'static [Package],
     /// Interrupt vectors by number.
     pub vectors: &'static [&'static str],
     /// Program words per vector.
@@ -126,6 +128,34 @@ pub struct PinDef {
     pub dip: u8,
     /// What else it does, or why a program should not use it freely.
     pub note: &'static str,
+}
+
+impl PinDef {
+    /// The note of a pin that is an input of the converter and nothing else.
+    pub const ANALOG: &str = "analog input";
+
+    /// This level is worth a place in an overview: a pin that is analog alone has one only while something drives it.
+    #[must_use]
+    pub fn tells_by(&self, level: Level) -> bool {
+        self.note != PinDef::ANALOG || level != Level::Float
+    }
+}
+
+/// A package that a chip comes in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Package {
+    /// Name, such as `DIP28`.
+    pub name: &'static str,
+    /// Number of each pin of [`Chip::pins`] in it, in their order; 0 for one that it does not have.
+    pub pins: &'static [u8],
+}
+
+impl Package {
+    /// The number of `pin` in this package; none where it does not have that pin.
+    #[must_use]
+    pub fn number(&self, pin: PinId) -> Option<u8> {
+        self.pins.get(usize::from(pin)).copied().filter(|&number| number != 0)
+    }
 }
 
 impl Chip {
@@ -166,6 +196,24 @@ impl Chip {
     #[must_use]
     pub fn code_address(&self, word: u32) -> u32 {
         word.saturating_mul(self.word_bytes) / self.width(self.code)
+    }
+
+    /// Some package of the chip has the pin.
+    #[must_use]
+    pub fn has_pin(&self, pin: PinId) -> bool {
+        let usual = self.pins.get(usize::from(pin)).is_some_and(|def| def.dip != 0);
+        usual || self.packages.iter().any(|package| package.number(pin).is_some())
+    }
+
+    /// The pins that some package has, with their identities.
+    pub fn present_pins(&self) -> impl Iterator<Item = (PinId, &'static PinDef)> {
+        (0..).zip(self.pins).filter(|(id, _)| self.has_pin(*id))
+    }
+
+    /// The package `name` (case aside).
+    #[must_use]
+    pub fn package(&self, name: &str) -> Option<&'static Package> {
+        self.packages.iter().find(|package| package.name.eq_ignore_ascii_case(name))
     }
 
     /// The pin `name` (case aside).

@@ -141,7 +141,7 @@ pub trait Cpu: Clone {
     fn trap(&mut self, pc: u32, on: bool);
     /// The chip has this pin, as it is configured.
     fn has_pin(&self, pin: PinId) -> bool {
-        self.chip().pins.get(usize::from(pin)).is_some_and(|pin| pin.dip != 0)
+        self.chip().has_pin(pin)
     }
     /// Level of a pin now.
     fn level(&self, pin: PinId) -> Level;

@@ -119,6 +119,21 @@ pub enum Lint {
         /// The word.
         word: u16,
     },
+    /// A capture register was written in a mode that does not have it as TOP: silicon takes that, the data sheet denies it.
+    CaptureWritten {
+        /// Address of its low byte.
+        addr: u16,
+    },
+    /// An edge on an external interrupt has ended a sleep: silicon does that, the data sheet denies it.
+    EdgeWoke {
+        /// The number of the input INT.
+        int: u8,
+    },
+    /// The converter is set to a channel whose pin the chosen package does not have.
+    ChannelAbsent {
+        /// The channel.
+        channel: u8,
+    },
 }
 
 /// The codes of lints.
@@ -198,6 +213,15 @@ pub const CODES: &[Code] = &[
     Code { code: "LINT019", title: "a field of an instruction is not empty",
         explain: "NOT and CLR have no operand, and execute whatever their lower twelve bits are. The words B000h and C000h are the \
                   plain ones; others are often data that the program runs into. Mend: look at the address." },
+    Code { code: "LINT020", title: "a program relies on silicon against its data sheet",
+        explain: "It writes ICR1 or ICR3 in a mode that does not have that as TOP, or an edge on INT0 or INT1 wakes it from a sleep \
+                  in which the I/O clock stands. The data sheet says that the one has no effect and that only a low level does \
+                  the other; boards do both, and so does the emulator. --reading icr-write=top and --reading int-wake=level \
+                  take the sheet by its letter. Mend: choose the mode before ICR is written; wake by a level or a pin change." },
+    Code { code: "LINT021", title: "a channel of the converter has no pin in this package",
+        explain: "ADC6 and ADC7 of ATmega8 and ATmega48 to 328 are pins of the packages with 32 pins alone. In the package that \
+                  --package names the channel converts to 0 here, and to anything on a board. Mend: choose another channel, or \
+                  the package of the board; without --package the chip has the pins of all." },
 ];
 
 /// Baud rates that serial lines have: the usual ones, and those of MIDI, S.BUS and DMX512.
@@ -237,6 +261,8 @@ impl Lint {
             Lint::InputWritten { .. } => 16,
             Lint::PresetPort { .. } => 17,
             Lint::OddField { .. } => 18,
+            Lint::CaptureWritten { .. } | Lint::EdgeWoke { .. } => 19,
+            Lint::ChannelAbsent { .. } => 20,
         };
         &CODES[row]
     }
@@ -270,6 +296,11 @@ impl Lint {
             Lint::InputWritten { .. } => "write an output or a bit of M",
             Lint::PresetPort { .. } => "write STO to the port and behind it a NOP with the preset: TIM Rn,#d",
             Lint::OddField { .. } => "look at the address: the program may run into data",
+            Lint::CaptureWritten { .. } => "choose the mode first; --reading icr-write=top does as the data sheet says",
+            Lint::EdgeWoke { .. } => {
+                "wake by a low level or a pin change; --reading int-wake=level does as the data sheet says"
+            }
+            Lint::ChannelAbsent { .. } => "choose another channel, or the package of the board (--package)",
         }
     }
 }
@@ -326,6 +357,15 @@ impl fmt::Display for Lint {
             Lint::InputWritten { addr } => write!(f, "the input I{addr} is written"),
             Lint::PresetPort { module, why } => write!(f, "the preset port of R{module}: {why}"),
             Lint::OddField { word } => write!(f, "0x{word:04x} has something in its field"),
+            Lint::CaptureWritten { addr } => {
+                write!(f, "the capture register at 0x{addr:02x} is written in a mode that does not have it as TOP")
+            }
+            Lint::EdgeWoke { int } => {
+                write!(f, "an edge on INT{int} ends the sleep, where the data sheet has a low level alone do that")
+            }
+            Lint::ChannelAbsent { channel } => {
+                write!(f, "the converter is set to ADC{channel}, which the package does not have")
+            }
         }
     }
 }

@@ -132,6 +132,13 @@ pub fn describe(lint: Lint, names: &Names<'_>) -> String {
             let (port, pins) = (register(names, port), pins(names, port, bits));
             format!("{port} is read and used, and nothing drives {pins}")
         }
+        Lint::CaptureWritten { addr } => {
+            let low = register(names, addr);
+            let name = low.strip_suffix('L').unwrap_or(&low);
+            format!(
+                "{name} is written in a mode that does not have it as TOP, where the data sheet denies that it can be"
+            )
+        }
         _ => lint.to_string(),
     }
 }

@@ -9,7 +9,7 @@ use emu_core::pins::{Level, PinId, Time};
 use scenario::{Input, Output, Reading, Scale, Scenario, Site, Timed, Value, bind};
 
 use crate::sender::Sender;
-use crate::stimulus::{Drive, Put, pin, put, supply_name};
+use crate::stimulus::{Drive, Put, lacking, pin, put, supply_name};
 use crate::{Clock, Names};
 
 /// Bytes of the widest thing in memory that is one number.
@@ -142,7 +142,7 @@ impl Site for ChipSite<'_> {
             outside().map_err(|why| (why, false))?
         } else if let Ok(pin) = pin(self.chip(), &own) {
             if !(self.has_pin)(pin) {
-                return Err((format!("{own} is no channel of this machine: its configuration has fewer"), true));
+                return Err((lacking(self.chip(), pin), true));
             }
             outside().map_err(|why| (why, false))?
         } else {
@@ -167,7 +167,7 @@ impl Site for ChipSite<'_> {
         let own = self.own(name);
         let (seen, range) = match pin(self.chip(), &own) {
             Ok(pin) if (self.has_pin)(pin) => (Seen::Pin(pin), (0, 1)),
-            Ok(_) => return Err(format!("{own} is no channel of this machine: its configuration has fewer")),
+            Ok(pin) => return Err(lacking(self.chip(), pin)),
             Err(_) if self.is_supply(&own) => return Err(format!("{own} can be set, not looked at")),
             Err(_) => {
                 let (space, addr, bytes) = self.memory(name).map_err(|why| self.unknown(name, &why))?;
@@ -179,7 +179,7 @@ impl Site for ChipSite<'_> {
     }
 
     fn names(&self) -> Vec<String> {
-        let pins = self.chip().pins.iter().filter(|pin| pin.dip != 0).map(|pin| pin.name.to_owned());
+        let pins = self.chip().present_pins().map(|(_, pin)| pin.name.to_owned());
         let symbols = self.names.symbols.iter().map(|symbol| symbol.name.clone());
         pins.chain(symbols).chain([supply_name(self.chip()).to_owned()]).collect()
     }

@@ -188,13 +188,18 @@ pub fn can<C: Cpu>(cpu: &C, put: Put) -> Result<(), String> {
 /// The name of the pin at position `n` of those that the package has, for messages.
 #[must_use]
 pub fn example_pin(chip: &Chip, n: usize) -> &'static str {
-    chip.pins.iter().filter(|p| p.dip != 0).nth(n).map_or("PIN", |p| p.name)
+    chip.present_pins().nth(n).map_or("PIN", |(_, pin)| pin.name)
 }
 
-/// The package has the pin.
+/// Why the machine does not have a pin that its chip's row has, a sentence.
 #[must_use]
-pub fn present(chip: &Chip, pin: PinId) -> bool {
-    chip.pins.get(usize::from(pin)).is_some_and(|p| p.dip != 0)
+pub fn lacking(chip: &Chip, pin: PinId) -> String {
+    let name = chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
+    if chip.packages.is_empty() {
+        return format!("{name} is no channel of this machine: the configuration in its image has fewer");
+    }
+    let others: Vec<_> = chip.packages.iter().filter(|of| of.number(pin).is_some()).map(|of| of.name).collect();
+    format!("{name} is no pin of the chosen package; packages that have it are {}", others.join(", "))
 }
 
 /// Both sides of the sign.
@@ -219,12 +224,12 @@ pub fn supply_name(chip: &Chip) -> &'static str {
 /// # Errors
 /// The package has no such pin.
 pub fn pin(chip: &Chip, name: &str) -> Result<PinId, String> {
-    let pin = chip.pin(name).filter(|&pin| present(chip, pin));
+    let pin = chip.pin(name).filter(|&pin| chip.has_pin(pin));
     // Its note says what else a pin is.
     let is = |note: &str| !name.is_empty() && note.split(", ").any(|function| function.eq_ignore_ascii_case(name));
-    let shared = || chip.pins.iter().position(|p| p.dip != 0 && is(p.note)).map(|pin| pin as PinId);
+    let shared = || chip.present_pins().find(|(_, def)| is(def.note)).map(|(pin, _)| pin);
     pin.or_else(shared).ok_or_else(|| {
-        let names: Vec<&str> = chip.pins.iter().filter(|p| p.dip != 0).map(|p| p.name).collect();
+        let names: Vec<&str> = chip.present_pins().map(|(_, def)| def.name).collect();
         let names = if chip.family == Family::Ap101 { CHANNELS.to_owned() } else { names.join(" ") };
         format!("{} has no pin `{name}`; its pins are {names}", chip.name)
     })

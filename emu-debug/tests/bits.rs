@@ -23,6 +23,7 @@ const CHIP: Chip = Chip {
     regs: &[Reg { name: "TCON", addr: 0x88 }, Reg { name: "TL0", addr: 0x8A }, Reg { name: "P1", addr: 0x90 }],
     bits: &[Reg { name: "TF0", addr: 0x8D }],
     pins: &[PinDef { name: "P1.0", dip: 1, note: "" }, PinDef { name: "RST", dip: 9, note: "" }],
+    packages: &[],
     spaces: &[("code", 0x1_0000, 1), ("idata", 256, 1), ("sfr", 256, 1), ("xdata", 0x1_0000, 1), ("bit", 256, 1)],
     told: &[("idata", 0), ("sfr", 0), ("xdata", 0), ("bit", 0)],
     ..ATMEGA328P

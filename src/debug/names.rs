@@ -15,7 +15,7 @@ impl Shell {
         const MANY: usize = 100;
         let scope = &self.session.scope;
         let chip = scope.chip();
-        let pins = chip.pins.iter().filter(|pin| pin.dip != 0).map(|pin| pin.name).take(MANY);
+        let pins = chip.present_pins().map(|(_, pin)| pin.name).take(MANY);
         let registers = chip.cpu_regs.iter().copied().chain(chip.regs.iter().map(|reg| reg.name));
         let own = registers.chain(pins).chain(info::names()).map(str::to_owned);
         let symbols = scope.symbols.iter().flat_map(|symbol| {

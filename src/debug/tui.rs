@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
+use emu_core::chip::PinDef;
 use emu_core::pins::{Event, Level};
 use emu_debug::debug::{Goal, Target, What, Why};
 use emu_debug::trace::register_bits;
@@ -220,12 +221,12 @@ impl Face {
 
     fn pins(&self) -> Vec<Value> {
         let target = self.shell.session.target();
-        let value = |(id, name): (u16, &str)| {
+        let value = |(id, pin): (u16, &PinDef)| {
             let (now, old) = (target.level(id), self.before.level(id));
-            Value { name: name.to_owned(), text: level(now).to_owned(), changed: now != old }
+            Value { name: pin.name.to_owned(), text: level(now).to_owned(), changed: now != old }
         };
-        let pins = (0..).zip(target.chip().pins.iter().map(|pin| pin.name));
-        pins.filter(|(id, _)| target.has_pin(*id)).map(value).collect()
+        let shown = |(id, pin): &(u16, &PinDef)| target.has_pin(*id) && pin.tells_by(target.level(*id));
+        (0..).zip(target.chip().pins).filter(shown).map(value).collect()
     }
 
     fn symbols(&self) -> Vec<Value> {

@@ -1,13 +1,13 @@
 //! ATmega64 and ATmega128 (Atmel 2490 and 2467), without the compatibility mode of the fuse M103C.
 
-use emu_core::chip::{Chip, PinDef, Reg};
+use emu_core::chip::{Chip, Package, PinDef, Reg};
 use emu_core::pins::PinId;
 
 use super::Own::*;
 use super::Site::{self, *};
 use super::bits as b;
 use super::old::{self, assr, mcucsr, tccr, timers};
-use super::{Fuses, Memories, Names, Part, named, pins, registers, sites, unit};
+use super::{Fuses, Memories, Names, Part, dip, named, pins, registers, sites, unit};
 use crate::periph::Line;
 use crate::periph::adc::Reg::*;
 use crate::periph::comparator::Reg::*;
@@ -30,6 +30,7 @@ const ATMEGA64: Chip = named!(
         source: "Atmel 2490",
         regs: REGS_64,
         pins: PINS,
+        packages: PACKAGES,
         vectors: VECTORS,
         ..Memories::<0x1_0000, 0x100, 0x1100, 0x800, 3>::CHIP
     }
@@ -43,6 +44,7 @@ const ATMEGA128: Chip = named!(
         source: "Atmel 2467",
         regs: REGS_128,
         pins: PINS,
+        packages: PACKAGES,
         vectors: VECTORS,
         ..Memories::<0x2_0000, 0x100, 0x1100, 0x1000, 3>::CHIP
     }
@@ -223,6 +225,9 @@ const PINS: &[PinDef] = pins! {
     "PF0" 61 ""  "PF1" 60 ""  "PF2" 59 ""  "PF3" 58 ""  "PF4" 57 ""  "PF5" 56 ""  "PF6" 55 ""  "PF7" 54 ""
     "PG0" 33 ""  "PG1" 34 ""  "PG2" 43 ""  "PG3" 18 ""  "PG4" 19 ""  "RESET" 20 "RESET"
 };
+
+/// Package (pin configurations).
+const PACKAGES: &[Package] = &[Package { name: "TQFP64", pins: &dip::<{ PINS.len() }>(PINS) }];
 
 /// Alternate functions (alternate port functions).
 #[rustfmt::skip]

@@ -1,13 +1,13 @@
 //! ATmega16 and ATmega32 (Atmel 2466 and 2503).
 
-use emu_core::chip::{Chip, PinDef, Reg};
+use emu_core::chip::{Chip, Package, PinDef, Reg};
 use emu_core::pins::PinId;
 
 use super::Own::*;
 use super::Site::{self, *};
 use super::bits as b;
 use super::old::{self, assr, general, mcucsr, tccr, tccra, timers};
-use super::{Memories, Names, Part, named, pins, registers, sites, unit};
+use super::{Memories, Names, Part, dip, named, pins, registers, sites, unit};
 use crate::periph::Line;
 use crate::periph::adc::Reg::*;
 use crate::periph::comparator::Reg::*;
@@ -30,6 +30,7 @@ const ATMEGA16: Chip = named!(
         source: "Atmel 2466",
         regs: REGS,
         pins: PINS,
+        packages: PACKAGES,
         vectors: VECTORS_16,
         ..Memories::<0x4000, 0x60, 0x460, 0x200, 2>::CHIP
     }
@@ -43,6 +44,7 @@ const ATMEGA32: Chip = named!(
         source: "Atmel 2503",
         regs: REGS,
         pins: PINS,
+        packages: PACKAGES,
         vectors: VECTORS_32,
         ..Memories::<0x8000, 0x60, 0x860, 0x400, 2>::CHIP
     }
@@ -171,6 +173,9 @@ const PINS: &[PinDef] = pins! {
     "PD0" 14 "RXD"  "PD1" 15 "TXD"  "PD2" 16 ""  "PD3" 17 ""  "PD4" 18 ""  "PD5" 19 ""  "PD6" 20 ""  "PD7" 21 ""
     "RESET" 9 "RESET"
 };
+
+/// Package (pin configurations).
+const PACKAGES: &[Package] = &[Package { name: "DIP40", pins: &dip::<{ PINS.len() }>(PINS) }];
 
 /// Alternate functions (alternate port functions).
 #[rustfmt::skip]

@@ -1,6 +1,6 @@
 //! ATmega162 (Atmel 2513), without the compatibility mode of the fuse M161C.
 
-use emu_core::chip::{Chip, PinDef, Reg};
+use emu_core::chip::{Chip, Package, PinDef, Reg};
 use emu_core::pins::PinId;
 
 use super::Own::*;
@@ -8,7 +8,7 @@ use super::Site::{self, *};
 use super::bits as b;
 use super::fuses::start_up_162;
 use super::old::{self, assr, general, mcucsr, tccr, tccra};
-use super::{Fuses, Memories, Names, Part, named, pins, registers, sites, unit};
+use super::{Fuses, Memories, Names, Part, dip, named, pins, registers, sites, unit};
 use crate::periph::Line;
 use crate::periph::comparator::Reg::*;
 use crate::periph::eeprom::Reg::*;
@@ -29,6 +29,7 @@ const ATMEGA162: Chip = named!(
         source: "Atmel 2513",
         regs: REGS,
         pins: PINS,
+        packages: PACKAGES,
         vectors: VECTORS,
         ..Memories::<0x4000, 0x100, 0x500, 0x200, 3>::CHIP
     }
@@ -191,6 +192,9 @@ const PINS: &[PinDef] = pins! {
     "PD0" 10 "RXD0"  "PD1" 11 "TXD0"  "PD2" 12 ""  "PD3" 13 ""  "PD4" 14 ""  "PD5" 15 ""  "PD6" 16 ""  "PD7" 17 ""
     "PE0" 31 ""  "PE1" 30 ""  "PE2" 29 ""  "RESET" 9 "RESET"
 };
+
+/// Package (pin configurations).
+const PACKAGES: &[Package] = &[Package { name: "DIP40", pins: &dip::<{ PINS.len() }>(PINS) }];
 
 /// Alternate functions (alternate port functions).
 #[rustfmt::skip]

@@ -1,13 +1,13 @@
 //! ATmega8 (Atmel 2486).
 
-use emu_core::chip::{Chip, PinDef, Reg};
+use emu_core::chip::{Chip, Package, PinDef, Reg};
 use emu_core::pins::PinId;
 
 use super::Own::*;
 use super::Site::{self, *};
 use super::bits as b;
 use super::old::{self, assr, general, mcucsr, tccr, tccra};
-use super::{Fuses, Memories, Names, Part, named, pins, registers, sites, unit};
+use super::{ANALOG, Fuses, Memories, Names, Part, TQFP32, dip, named, pins, registers, sites, unit};
 use crate::periph::Line;
 use crate::periph::adc::Reg::*;
 use crate::periph::comparator::Reg::*;
@@ -25,11 +25,12 @@ use crate::periph::{adc, eeprom, external, guard, spm};
 /// ATmega8.
 const ATMEGA8: Chip = named!(
     "atmega8",
-    "ATmega8: 8 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 pins",
+    "ATmega8: 8 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 or 32 pins",
     Chip {
         source: "Atmel 2486",
         regs: REGS,
         pins: PINS,
+        packages: PACKAGES,
         vectors: VECTORS,
         ..Memories::<0x2000, 0x60, 0x460, 0x200, 2>::CHIP
     }
@@ -38,7 +39,7 @@ const ATMEGA8: Chip = named!(
 /// The row of the ATmega8.
 pub(super) const PART_8: Part = Part {
     chip: &ATMEGA8,
-    ports: &[0xFF, 0x7F, 0xFF],
+    ports: &[0xFF, 0x7F, 0xFF, ANALOG],
     sites: &sites(SITES, 0x60),
     lines: LINES,
     pin_changes: &[],
@@ -49,7 +50,7 @@ pub(super) const PART_8: Part = Part {
     vectors: SOURCES,
     timers: &[Shape::narrow(0), Shape::wide(2), Shape::crystal(1)],
     adc: adc::Kind::MEGA8,
-    analog: &[8, 9, 10, 11, 12, 13],
+    analog: &[8, 9, 10, 11, 12, 13, 24, 25],
     ain: [22, 23],
     triggers: &[],
     eeprom: eeprom::Kind::MEGA8,
@@ -127,13 +128,22 @@ registers! {
     0x5D "SPL" Core;                 0x5E "SPH" Core;                 0x5F "SREG" Core;
 }
 
-/// Pins (pin configurations), 8 to a port: pin identity is port (B, C, D) times 8 plus bit.
+/// Pins (pin configurations), 8 to a port: pin identity is port (B, C, D) times 8 plus bit. Behind the ports stand
+/// the analog inputs that are nothing else.
 #[rustfmt::skip]
 const PINS: &[PinDef] = pins! {
     "PB0" 14 ""  "PB1" 15 ""  "PB2" 16 ""  "PB3" 17 ""  "PB4" 18 ""  "PB5" 19 ""  "PB6" 9 "XTAL1"  "PB7" 10 "XTAL2"
     "PC0" 23 ""  "PC1" 24 ""  "PC2" 25 ""  "PC3" 26 ""  "PC4" 27 ""  "PC5" 28 ""  "PC6" 1 "RESET"  "PC7" 0 "absent"
     "PD0" 2 "RXD"  "PD1" 3 "TXD"  "PD2" 4 ""  "PD3" 5 ""  "PD4" 6 ""  "PD5" 11 ""  "PD6" 12 ""  "PD7" 13 ""
+    "ADC6" 0 "analog input"  "ADC7" 0 "analog input"
 };
+
+/// Packages (pin configurations).
+const PACKAGES: &[Package] = &[
+    Package { name: "DIP28", pins: &dip::<{ PINS.len() }>(PINS) },
+    Package { name: "TQFP32", pins: &TQFP32 },
+    Package { name: "MLF32", pins: &TQFP32 },
+];
 
 /// Alternate functions (alternate port functions).
 #[rustfmt::skip]

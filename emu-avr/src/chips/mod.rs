@@ -14,7 +14,7 @@ mod old;
 mod present;
 mod x8;
 
-use emu_core::chip::{Chip, Family};
+use emu_core::chip::{Chip, Family, PinDef};
 use emu_core::image::{Bits, Space};
 use emu_core::pins::PinId;
 
@@ -77,7 +77,7 @@ pub fn part(name: &str) -> Option<&'static Part> {
 pub struct Part {
     /// What all families have. Pins stand eight to a port, by bits, absent ones included.
     pub chip: &'static Chip,
-    /// The bits of each port that there are.
+    /// The bits of each port that there are; behind the ports, pins that belong to none.
     pub ports: &'static [u8],
     /// What stands at each data address below 100h.
     pub sites: &'static [Site; 0x100],
@@ -262,6 +262,7 @@ impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const 
         constants: Vec::new,
         vectors: &[],
         vector_words: if FLASH > 0x2000 { 2 } else { 1 },
+        packages: &[],
         vector_back: 0,
         spaces: &[
             ("data", END as u32, 1),
@@ -302,6 +303,26 @@ macro_rules! pins {
     };
 }
 use pins;
+
+/// ADC6 and ADC7 where they belong to no port: as bits of a port that has no registers.
+const ANALOG: u8 = 0x03;
+
+/// The flat package of ATmega8 and ATmega48 to 328 (pin configurations), whose pins stand as ports B, C, D, ADC6, ADC7.
+#[rustfmt::skip]
+const TQFP32: [u8; 26] = [
+    12, 13, 14, 15, 16, 17, 7, 8,  23, 24, 25, 26, 27, 28, 29, 0,  30, 31, 32, 1, 2, 9, 10, 11,  19, 22,
+];
+
+/// The numbers of the package in [`PinDef::dip`].
+const fn dip<const N: usize>(pins: &[PinDef]) -> [u8; N] {
+    let mut numbers = [0; N];
+    let mut i = 0;
+    while i < N && i < pins.len() {
+        numbers[i] = pins[i].dip;
+        i += 1;
+    }
+    numbers
+}
 
 /// The table of addresses from rows; below 100h RAM begins at `ram`.
 const fn sites(rows: &[(u16, Site)], ram: u16) -> [Site; 0x100] {

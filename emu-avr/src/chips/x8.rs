@@ -1,13 +1,13 @@
 //! ATmega48, 88, 168 and 328 with their variants (DS40002061).
 
-use emu_core::chip::{Chip, PinDef, Reg};
+use emu_core::chip::{Chip, Package, PinDef, Reg};
 use emu_core::pins::PinId;
 
 use super::Own::*;
 use super::Site::{self, *};
 use super::bits as b;
 use super::fuses::{Fuses, start_up};
-use super::{Memories, Names, Part, named, pins, registers, sites, unit};
+use super::{ANALOG, Memories, Names, Part, TQFP32, dip, named, pins, registers, sites, unit};
 use crate::periph::Line;
 use crate::periph::adc::Reg::*;
 use crate::periph::comparator::Reg::*;
@@ -30,6 +30,7 @@ macro_rules! chip {
             max_hz: 20_000_000,
             regs: REGS,
             pins: PINS,
+            packages: PACKAGES,
             vectors: VECTORS,
             ..named!($name, $title, Memories::<$flash, 0x100, $end, $eeprom, 3>::CHIP)
         }
@@ -38,23 +39,23 @@ macro_rules! chip {
 
 /// ATmega328P.
 pub const ATMEGA328P: Chip =
-    chip!("atmega328p", "ATmega328P: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 28 pins", 0x8000, 0x900, 0x400);
+    chip!("atmega328p", "ATmega328P: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 28 or 32 pins", 0x8000, 0x900, 0x400);
 
 /// ATmega328: the 328P without the low-power process.
 pub const ATMEGA328: Chip = named!("atmega328", "ATmega328: as ATmega328P, other process", ATMEGA328P);
 
 /// ATmega168, 88 and 48.
 const ATMEGA168: Chip =
-    chip!("atmega168", "ATmega168: 16 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 pins", 0x4000, 0x500, 0x200);
+    chip!("atmega168", "ATmega168: 16 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 or 32 pins", 0x4000, 0x500, 0x200);
 const ATMEGA88: Chip =
-    chip!("atmega88", "ATmega88: 8 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 pins", 0x2000, 0x500, 0x200);
+    chip!("atmega88", "ATmega88: 8 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 or 32 pins", 0x2000, 0x500, 0x200);
 const ATMEGA48: Chip =
-    chip!("atmega48", "ATmega48: 4 KB flash, 512 bytes RAM, 256 bytes EEPROM, 28 pins", 0x1000, 0x300, 0x100);
+    chip!("atmega48", "ATmega48: 4 KB flash, 512 bytes RAM, 256 bytes EEPROM, 28 or 32 pins", 0x1000, 0x300, 0x100);
 
 /// The row of the ATmega328P.
 pub const PART_328P: Part = Part {
     chip: &ATMEGA328P,
-    ports: &[0xFF, 0x7F, 0xFF],
+    ports: &[0xFF, 0x7F, 0xFF, ANALOG],
     sites: &sites(SITES, 0x100),
     lines: LINES,
     pin_changes: PIN_CHANGES,
@@ -65,12 +66,12 @@ pub const PART_328P: Part = Part {
     vectors: SOURCES,
     timers: &[Shape::narrow(2), Shape::wide(2), Shape::crystal(2)],
     adc: adc::Kind::MEGA48,
-    analog: &[8, 9, 10, 11, 12, 13],
+    analog: &[8, 9, 10, 11, 12, 13, 24, 25],
     ain: [22, 23],
     triggers: TRIGGERS,
     eeprom: eeprom::Kind::MEGA48,
     spm: spm::Kind::MEGA328,
-    external: external::Kind::MEGA48,
+    external: external::Kind::MEGA328,
     watchdog: guard::Kind::MEGA48,
     prr: &[
         (7, unit::TWI),
@@ -165,7 +166,7 @@ pub(super) const PART_168A: Part = Part {
 };
 
 /// The row of the ATmega168.
-pub(super) const PART_168: Part = Part { chip: &ATMEGA168, adc: COLD, ..PART_168A };
+pub(super) const PART_168: Part = Part { chip: &ATMEGA168, adc: COLD, external: external::Kind::MEGA48, ..PART_168A };
 
 /// The row of the ATmega88PA.
 pub(super) const PART_88PA: Part = Part {
@@ -190,7 +191,7 @@ pub(super) const PART_88A: Part = Part {
 };
 
 /// The row of the ATmega88.
-pub(super) const PART_88: Part = Part { chip: &ATMEGA88, adc: COLD, ..PART_88A };
+pub(super) const PART_88: Part = Part { chip: &ATMEGA88, adc: COLD, external: external::Kind::MEGA48, ..PART_88A };
 
 /// The row of the ATmega48PA, which has no boot section, so no IVSEL either (12.5).
 pub(super) const PART_48PA: Part = Part {
@@ -222,7 +223,7 @@ pub(super) const PART_48A: Part = Part {
 };
 
 /// The row of the ATmega48.
-pub(super) const PART_48: Part = Part { chip: &ATMEGA48, adc: COLD, ..PART_48A };
+pub(super) const PART_48: Part = Part { chip: &ATMEGA48, adc: COLD, external: external::Kind::MEGA48, ..PART_48A };
 
 #[rustfmt::skip]
 registers! {
@@ -257,13 +258,27 @@ registers! {
     0xC4 "UBRR0L" Usart(0, UBRRL);   0xC5 "UBRR0H" Usart(0, UBRRH);   0xC6 "UDR0" Usart(0, UDR);
 }
 
-/// Pins (section 1), 8 to a port: pin identity is port (B, C, D) times 8 plus bit.
+/// Pins (section 1), 8 to a port: pin identity is port (B, C, D) times 8 plus bit. Behind the ports stand the analog inputs that
+/// are nothing else.
 #[rustfmt::skip]
 const PINS: &[PinDef] = pins! {
     "PB0" 14 ""  "PB1" 15 ""  "PB2" 16 ""  "PB3" 17 ""  "PB4" 18 ""  "PB5" 19 ""  "PB6" 9 "XTAL1"  "PB7" 10 "XTAL2"
     "PC0" 23 ""  "PC1" 24 ""  "PC2" 25 ""  "PC3" 26 ""  "PC4" 27 ""  "PC5" 28 ""  "PC6" 1 "RESET"  "PC7" 0 "absent"
     "PD0" 2 "RXD0"  "PD1" 3 "TXD0"  "PD2" 4 ""  "PD3" 5 ""  "PD4" 6 ""  "PD5" 11 ""  "PD6" 12 ""  "PD7" 13 ""
+    "ADC6" 0 "analog input"  "ADC7" 0 "analog input"
 };
+
+/// Packages (section 1). The MLF of 32 pins, which is called QFN too, has the numbers of the TQFP; that of 28 pins turns the
+/// DIP28 round by four.
+#[rustfmt::skip]
+const PACKAGES: &[Package] = &[
+    Package { name: "DIP28", pins: &dip::<{ PINS.len() }>(PINS) },
+    Package { name: "TQFP32", pins: &TQFP32 },
+    Package { name: "MLF32", pins: &TQFP32 },
+    Package { name: "MLF28", pins: &[
+        10, 11, 12, 13, 14, 15, 5, 6,  19, 20, 21, 22, 23, 24, 25, 0,  26, 27, 28, 1, 2, 7, 8, 9,  0, 0,
+    ] },
+];
 
 /// Alternate functions (section 14.3), pin change inputs apart.
 #[rustfmt::skip]

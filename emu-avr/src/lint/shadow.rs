@@ -12,7 +12,7 @@ use crate::exec::*;
 use crate::flags::Flag;
 use crate::isa::{AvrOp, Kind, avr_table};
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
-use crate::periph::usart;
+use crate::periph::{adc, timers, usart};
 use crate::soc::Soc;
 use crate::turn::{Data, Hot, RAM, SPH, SPL, SREG, ram};
 
@@ -163,6 +163,13 @@ impl<'a> Shadow<'a> {
                 }
             }
             Site::Own(Own::CLKPR) => self.live.settled = [(now + SETTLED, pc); 2],
+            Site::Timer(n, timers::Reg::ICRL) if !over && !self.soc.icr_is_top(n) => {
+                self.live.find(Lint::CaptureWritten { addr });
+            }
+            Site::Adc(adc::Reg::ADMUX) if !over => {
+                let absent = self.soc.absent_channel(value.byte);
+                absent.into_iter().for_each(|channel| self.live.find(Lint::ChannelAbsent { channel }));
+            }
             _ => {}
         }
     }

@@ -4,8 +4,8 @@
 //! and the third are compared, of the pins of a group the first with what comes in (figure 13-1); either way what changes at the
 //! edge `t` sets its flag at `t + 3`. Levels, and the edges that the data sheet calls asynchronous, do without a clock.
 //!
-//! While the I/O clock stands, [`requests`](super::Device::requests) says what asks to wake: levels and edges without a clock,
-//! and changes of pins that count. It is to be asked again at the end of the start-up time, after [`wake`](super::Device::wake):
+//! While the I/O clock stands, [`requests`](super::Device::requests) says what asks to wake: levels, edges without a clock or by
+//! [`Kind::edges_wake`], and changes of pins that count. It is to be asked again at the end of the start-up time, after [`wake`](super::Device::wake):
 //! a level that is gone by then, or a pin that is back, leaves no interrupt (13.1). The flag of a pin that is not back comes
 //! within the four cycles for which the core is halted then (10.2).
 
@@ -129,6 +129,13 @@ impl External {
         self.pcicr >> group & 1 == 1 && self.pcmsk[group] >> (n % 8) & 1 == 1
     }
 
+    /// Of the interrupt `irq`, edges wake that the data sheet ties to a clock ([`Kind::edges_wake`]).
+    #[must_use]
+    pub fn wakes_by_edge(&self, irq: u8) -> bool {
+        let clocked = self.kind.inputs() & !self.low() & !self.kind.asynchronous;
+        self.kind.edges_wake && clocked.checked_shr(irq.into()).unwrap_or(0) & 1 == 1
+    }
+
     /// INTF0, after everything that was run.
     #[must_use]
     pub const fn flag(&self) -> bool {
@@ -223,7 +230,21 @@ impl External {
         change(self);
         let edges = self.active() & !before & self.one_edge() & self.kind.asynchronous;
         self.set(edges, 0, t, out);
+        if self.stopped.is_some() && self.kind.edges_wake {
+            self.catch_edges(t, out);
+        }
         self.eifr &= !self.low();
+    }
+
+    /// Edges of INT that are on their way set their flags at once: the clock stands, and they wake nevertheless.
+    fn catch_edges(&mut self, t: u64, out: &mut Outbox) {
+        let fresh = self.fresh();
+        let found = self.ways.iter().flatten().chain(&fresh).fold(0, |ints, change| ints | self.found(change));
+        for change in self.ways.iter_mut().flatten() {
+            (change.rose, change.fell) = (0, 0);
+        }
+        self.seen.int = self.pins.int;
+        self.set(found, 0, t, out);
     }
 
     /// Writes ISC of the inputs `mask`, whose bits 0 to 3 begin at the input `first`.

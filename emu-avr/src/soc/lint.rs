@@ -24,6 +24,25 @@ impl Soc {
         (0..8).filter(|bit| exist >> bit & 1 == 1).filter(floats).fold(0, |bits, bit| bits | 1 << bit)
     }
 
+    /// ICR of a timer is TOP in its mode.
+    pub(crate) fn icr_is_top(&self, n: u8) -> bool {
+        self.timers[usize::from(n) % 4].icr_is_top()
+    }
+
+    /// The channel that ADMUX chooses, if it has a pin, but not in the package.
+    pub(crate) fn absent_channel(&self, admux: u8) -> Option<u8> {
+        let channel = admux & self.part.adc.mux;
+        let pin = self.part.analog.get(usize::from(channel))?;
+        (!self.has_pin(*pin)).then_some(channel)
+    }
+
+    /// The input INT whose edge is what wakes the chip, where the data sheet says that only a level does.
+    pub(crate) fn edge_that_wakes(&self) -> Option<u8> {
+        let source = self.first.and_then(|vector| self.part.vectors.get(usize::from(vector).checked_sub(1)?));
+        let &(_, int) = source.filter(|source| source.0 == unit::EXTERNAL)?;
+        (self.power.stopped >> unit::EXTERNAL & 1 == 1 && self.external.wakes_by_edge(int)).then_some(int)
+    }
+
     /// The receiver of a serial port is on.
     pub(crate) fn listens_at(&self, n: usize, t: u64) -> bool {
         self.usarts[n % 2].peek(usart::Reg::UCSRB, t) & usart::RXEN != 0

@@ -1,5 +1,6 @@
 //! Pins: what comes from outside, what units do to them, and who is told of them.
 
+use emu_core::chip::Package;
 use emu_core::cpu::Reset;
 use emu_core::pins::{Level, PinId, Time};
 use emu_core::state;
@@ -30,13 +31,13 @@ impl Default for Put {
 
 state! { enum Put { 0 = Level(pin, level), 1 = Volts(pin, millivolts), 2 = Supply(millivolts) } }
 
-/// Who listens on each pin.
+/// Who listens on each pin, and the package that has the pins, where one is chosen.
 #[derive(Debug)]
-pub struct Wiring(Vec<Vec<(usize, Line)>>);
+pub struct Wiring(Vec<Vec<(usize, Line)>>, Option<&'static Package>);
 
 impl Wiring {
-    /// The wiring of a part.
-    pub fn new(part: &Part) -> Wiring {
+    /// The wiring of a part in the package of that name.
+    pub fn new(part: &Part, package: Option<&str>) -> Wiring {
         let mut pins = vec![Vec::new(); PINS];
         for &(number, line, pin) in part.lines {
             if let Some(lines) = pins.get_mut(usize::from(pin)) {
@@ -48,11 +49,17 @@ impl Wiring {
                 lines.push((unit::EXTERNAL, Line::Pc(number)));
             }
         }
-        Wiring(pins)
+        Wiring(pins, package.and_then(|name| part.chip.package(name)))
     }
 }
 
 impl Soc {
+    /// The chip has this pin, in the package that is chosen, or else in one of its packages.
+    #[must_use]
+    pub fn has_pin(&self, pin: PinId) -> bool {
+        self.wiring.1.map_or_else(|| self.part.chip.has_pin(pin), |package| package.number(pin).is_some())
+    }
+
     /// Drives a pin from outside at the cycle `at`, at once when that has passed. Drives of one cycle act in call order.
     pub fn drive(&mut self, at: u64, now: u64, pin: PinId, level: Level) {
         self.put(at, now, Put::Level(pin, level));

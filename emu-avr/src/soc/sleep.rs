@@ -107,6 +107,7 @@ impl Soc {
     /// The interrupt that is pending in cycle `now` wakes the core, which stands until its clock has started and 4 cycles more
     /// (7.7.1).
     pub fn wake_up(&mut self, now: u64) {
+        self.edge_that_wakes().into_iter().for_each(|int| self.lints.edge_woke(int));
         let wait = match self.power.asleep {
             Some((SleepMode::Standby | SleepMode::ExtendedStandby, _)) => 6,
             Some((SleepMode::PowerSave, _)) if self.power.keeps_timer => 6,

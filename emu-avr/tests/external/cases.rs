@@ -102,7 +102,8 @@ fn run(line: &str) -> Result<(), String> {
         Some("m16") => Kind::MEGA16,
         Some("m162") => Kind::MEGA162,
         Some("m128") => Kind::MEGA128,
-        _ => Kind::MEGA48,
+        Some("2545") => Kind::MEGA48,
+        _ => Kind::MEGA328,
     };
     let mut rig = Rig { dut: External::new(kind), out: Outbox::new(), flags: Vec::new() };
     for text in steps.split_whitespace() {
@@ -147,10 +148,17 @@ const CASES: &str = "
     13.2.4 PCIF does not need PCIE, the interrupt does     | 2:PCMSK0=01 10:PC0=1 12:next?- 13:irq?00 20:PCICR=01 20:irq?04
     13.2.5 not at the edge that sets it                    | 2:PCMSK0=01 10:PC0=1 13:PCIFR=01 13:PCIFR?01 14:PCIFR=01 14:PCIFR?00
     13.2.5 three changes one after the other               | 2:PCMSK0=01 10:PC0=1 11:PC0=0 12:PC0=1 13:PCIFR?01 14:PCIFR=01 14:PCIFR?01 15:PCIFR=01 15:PCIFR?01 16:PCIFR=01 16:PCIFR?00
-    13     edges of INT need the clock: none is seen       | 2:EICRA=01 2:EIMSK=01 10:sleep 20:INT0=1 25:INT0=0 30:irq?00 40:wake 50:EIFR?00
-    13     one that stays is seen when it runs again       | 2:EICRA=01 2:EIMSK=01 10:sleep 20:INT0=1 30:irq?00 40:wake 42:EIFR?00 43:EIFR?01
-    13     what is on its way waits                        | 2:EICRA=01 2:EIMSK=01 10:INT0=1 12:sleep 20:next?- 20:irq?00 40:wake 40:next?41 41:irq?01
-    13     the change at the edge of sleep is not sampled  | 2:EICRA=01 10:INT0=1 10:sleep 40:wake 42:EIFR?00 43:EIFR?01
+    2545   edges of INT need the clock: none is seen       | 2:EICRA=01 2:EIMSK=01 10:sleep 20:INT0=1 25:INT0=0 30:irq?00 40:wake 50:EIFR?00
+    2545   one that stays is seen when it runs again       | 2:EICRA=01 2:EIMSK=01 10:sleep 20:INT0=1 30:irq?00 40:wake 42:EIFR?00 43:EIFR?01
+    2545   what is on its way waits                        | 2:EICRA=01 2:EIMSK=01 10:INT0=1 12:sleep 20:next?- 20:irq?00 40:wake 40:next?41 41:irq?01
+    2545   the change at the edge of sleep is not sampled  | 2:EICRA=01 10:INT0=1 10:sleep 40:wake 42:EIFR?00 43:EIFR?01
+    13     any edge of INT wakes, as on silicon            | 2:EICRA=01 2:EIMSK=01 10:sleep 20:INT0=1 20:irq?01 20:EIFR?01 40:wake 41:taken=0 50:EIFR?00
+    13     one that is back leaves its interrupt           | 2:EICRA=03 2:EIMSK=01 10:sleep 20:INT0=1 25:INT0=0 30:irq?01 40:wake 40:irq?01 50:EIFR?01
+    13     rising and falling, INT1                        | 2:EICRA=08 2:EIMSK=03 10:sleep 20:INT1=1 20:irq?01 25:INT1=0 25:irq?03 30:INT0=1 30:irq?02
+    13     one on its way wakes, and comes once            | 2:EICRA=03 2:EIMSK=01 10:INT0=1 12:sleep 12:irq?01 40:wake 40:taken=0 50:EIFR?00
+    13     one at the edge of sleep does                   | 2:EICRA=03 2:EIMSK=01 10:INT0=1 10:sleep 10:irq?01
+    13     the wrong one does not                          | 2:EICRA=02 2:EIMSK=01 10:sleep 20:INT0=1 30:irq?00 40:wake 50:EIFR?00
+    13     nor one that EIMSK leaves out                   | 2:EICRA=03 10:sleep 20:INT0=1 30:irq?00 40:wake 50:EIFR?01
     13     low level wakes                                 | 2:INT0=1 3:EIMSK=01 10:sleep 15:irq?00 20:INT0=0 20:irq?01 40:wake 40:irq?01
     13.1   gone before the end of start-up: no interrupt   | 2:INT0=1 3:EIMSK=01 10:sleep 20:INT0=0 20:irq?01 30:INT0=1 30:irq?00 40:wake 50:irq?00
     13     a pin change wakes, and has its flag then       | 2:PCMSK0=01 2:PCICR=01 10:sleep 20:PC0=1 20:irq?04 20:PCIFR?00 40:wake 40:irq?00 43:irq?04 43:PCIFR?01

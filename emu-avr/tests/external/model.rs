@@ -1,10 +1,13 @@
 //! The external interrupts stepped clock by clock: every pin with its flip-flops, as section 13 and figure 13-1 draw them.
 
-/// Which pins there are, in plain words: inputs INT, those registered without a clock, those with ISCn0 alone, pins by group.
+/// Which pins there are, in plain words: inputs INT, those registered without a clock, those with ISCn0 alone, and whether edges
+/// wake, pins by group.
 pub struct Chip {
     pub ints: usize,
     pub unclocked: &'static [usize],
     pub edge_only: &'static [usize],
+    /// Edges of the others are caught too while the clock stands.
+    pub edges_wake: bool,
     pub masks: [u8; 4],
 }
 
@@ -132,6 +135,26 @@ impl Model {
         if self.chip.unclocked.contains(&n) && (rises && sense == Sense::Rising || falls && sense == Sense::Falling) {
             self.set_int(n);
         }
+        if !self.clock_on && self.chip.edges_wake {
+            self.catch(n);
+        }
+    }
+
+    /// An edge that is anywhere in the chain of flip-flops sets the flag, without a clock.
+    fn catch(&mut self, n: usize) {
+        let [first, second, third] = self.flops[n];
+        let steps = [(third, second), (second, first), (first, self.int[n])];
+        let (rises, falls) = (steps.contains(&(false, true)), steps.contains(&(true, false)));
+        let edge = match self.sense(n) {
+            Sense::Any => rises || falls,
+            Sense::Falling => falls,
+            Sense::Rising => rises,
+            Sense::Low | Sense::Nothing => false,
+        };
+        if edge && !self.chip.unclocked.contains(&n) {
+            self.set_int(n);
+        }
+        self.flops[n] = [self.int[n]; 3];
     }
 
     pub fn pc(&mut self, n: usize, high: bool) {
@@ -202,6 +225,9 @@ impl Model {
     }
 
     pub fn clock(&mut self, on: bool) {
+        if self.clock_on && !on && self.chip.edges_wake {
+            (0..self.chip.ints).for_each(|n| self.catch(n));
+        }
         self.clock_on = on;
     }
 

@@ -20,17 +20,22 @@ const REGS: [Reg; 10] = [
     Reg::PCMSK3,
 ];
 
-static CHIPS: [(Kind, Chip); 5] = [
-    (Kind::MEGA48, Chip { ints: 2, unclocked: &[], edge_only: &[], masks: [0xFF, 0x7F, 0xFF, 0] }),
-    (Kind::MEGA8, Chip { ints: 2, unclocked: &[], edge_only: &[], masks: [0; 4] }),
-    (Kind::MEGA16, Chip { ints: 3, unclocked: &[2], edge_only: &[2], masks: [0; 4] }),
-    (Kind::MEGA162, Chip { ints: 3, unclocked: &[2], edge_only: &[2], masks: [0xFF, 0xFF, 0, 0] }),
-    (Kind::MEGA128, Chip { ints: 8, unclocked: &[0, 1, 2, 3], edge_only: &[], masks: [0; 4] }),
+static CHIPS: [(Kind, Chip); 6] = [
+    (Kind::MEGA328, Chip { edges_wake: true, ..FIRST_48 }),
+    (Kind::MEGA48, FIRST_48),
+    (Kind::MEGA8, Chip { masks: [0; 4], ..FIRST_48 }),
+    (Kind::MEGA16, Chip { masks: [0; 4], ..MEGA162 }),
+    (Kind::MEGA162, MEGA162),
+    (Kind::MEGA128, Chip { ints: 8, unclocked: &[0, 1, 2, 3], masks: [0; 4], ..FIRST_48 }),
 ];
+
+const FIRST_48: Chip =
+    Chip { ints: 2, unclocked: &[], edge_only: &[], edges_wake: false, masks: [0xFF, 0x7F, 0xFF, 0] };
+const MEGA162: Chip = Chip { ints: 3, unclocked: &[2], edge_only: &[2], edges_wake: false, masks: [0xFF, 0xFF, 0, 0] };
 
 fn live(seed: u64, seen: &mut [u64; 5]) {
     let mut rng = Rng::new(seed);
-    let (kind, chip) = &CHIPS[if rng.one_in(2) { 0 } else { rng.below(5) as usize }];
+    let (kind, chip) = &CHIPS[if rng.one_in(2) { 0 } else { rng.below(6) as usize }];
     let (mut dut, mut model) = (External::new(*kind), Model::new(chip));
     let busy = [2, 4, 15][rng.below(3) as usize];
     let mut listened = false;

@@ -58,7 +58,7 @@ fn timers() {
         16.3   TEMP is shared                              | 1:OCR1AH=12 2:OCR1BL=34 3:OCR1BH?12 3:OCR1AH?00
         16.9.2 CTC with OCR1A                              | 1:OCR1AH=01 2:OCR1AL=2C 3:TCCR1B=09 304:TCNT1L?2C 304:TIFR1?04 305:TCNT1L?00 305:TIFR1?06
         16.9.2 CTC with ICR1 sets ICF1                     | 1:TCCR1B=18 2:ICR1H=00 3:ICR1L=09 4:OCR1AL=FF 5:TCCR1B=19 15:TCNT1L?09 15:TIFR1?04 16:TCNT1L?00 16:TIFR1?24
-        16.11.7 ICR1 is read-only in the other modes       | 1:ICR1H=12 2:ICR1L=34 3:ICR1L?00 4:TCCR1B=18 5:ICR1H=12 6:ICR1L=34 7:ICR1L!34 8:ICR1H!12
+        16.6   ICR1 is written in any mode, on silicon     | 1:ICR1H=12 2:ICR1L=34 3:ICR1L!34 4:ICR1H!12 4:TCCR1B=18 5:ICR1H=56 6:ICR1L=78 7:ICR1L!78 8:ICR1H!56
         16.9.1 normal mode: TOV1                           | 1:TCCR1B=01 8:TCNT1H=FF 9:TCNT1L=FE 12:TIFR1?07 13:TCNT1L?01
         17.1   timers 0 and 1 share the prescaler          | 1:TCCR0B=02 1:TCCR1B=02 99:GTCCR=01 107:TCNT0?0C 107:TCNT1L?0C 108:TCNT0?0D 108:TCNT1L?0D
         17.4.1 PSRSYNC restarts it                         | 1:TCCR0B=02 10:GTCCR=01 11:GTCCR?00 18:TCNT0?01 19:TCNT0?02 27:TCNT0?03

@@ -137,8 +137,7 @@ impl Model {
             "OCR2B" => t2.ocrb = byte,
             "OCR1AL" => t1.ocra = word,
             "OCR1BL" => t1.ocrb = word,
-            "ICR1L" if [8, 10, 12, 14].contains(&t1.mode()) => t1.icr = word,
-            "ICR1L" => {}
+            "ICR1L" => t1.icr = word,
             "TIMSK0" => t0.timsk = value,
             "TIMSK1" => t1.timsk = value,
             "TIMSK2" => t2.timsk = value,

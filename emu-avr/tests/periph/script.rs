@@ -117,6 +117,6 @@ impl Ignore for emu_core::Wake {
 /// The chip around the core after power-on, its reset pin being a port pin (RSTDISBL).
 pub fn chip() -> Soc {
     let fuses = Some([0xFF, 0x59, 0xFF]);
-    let options = Options { hz: CHIP.default_hz, fuses, lock: None, start_up: false };
+    let options = Options { fuses, ..Options::at(CHIP.default_hz) };
     Avr::with(&CHIP, &Image::default(), RamInit::Zero, options).soc().clone()
 }

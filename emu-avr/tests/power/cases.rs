@@ -11,7 +11,7 @@ const MCUCR: u16 = 0x55;
 const SMCR: u16 = 0x53;
 
 fn chip(fuses: [u8; 3], start_up: bool) -> Soc {
-    let options = Options { hz: 8_000_000, fuses: Some(fuses), lock: None, start_up };
+    let options = Options { fuses: Some(fuses), start_up, ..Options::at(8_000_000) };
     Avr::with(&ATMEGA328P, &Image::default(), RamInit::Zero, options).soc().clone()
 }
 

@@ -14,7 +14,7 @@ const REGS: [u16; 10] = [0x61, 0x55, 0x54, 0x53, 0x64, 0x43, 0x66, 0x3E, 0x45, 0
 const RESET_PIN: u16 = 14;
 
 fn chip(fuses: &Fuses, start_up: bool, hz: u64) -> Soc {
-    let options = Options { hz, fuses: Some(fuses.bytes), lock: None, start_up };
+    let options = Options { fuses: Some(fuses.bytes), start_up, ..Options::at(hz) };
     Avr::with(&ATMEGA328P, &Image::default(), RamInit::Zero, options).soc().clone()
 }
 

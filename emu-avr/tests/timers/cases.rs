@@ -78,7 +78,13 @@ fn a_16_bit_timer_counts() {
         16.3   a read of TCNT is no poll while TEMP changes| 1:TCNTH=12 2:TCNTL=34 3:ICRH=00 4:steady.TCNTL?4 4:TCNTL!34 5:steady.TCNTL?-
         16.9.2 CTC with OCR1A                              | 1:OCRAH=01 2:OCRAL=2C 3:TCCRB=09 304:TCNTL?2C 304:TIFR?04 305:TCNTL?00 305:TIFR?06
         16.9.2 CTC with ICR1 sets ICF1                     | 1:TCCRB=18 2:ICRH=00 3:ICRL=09 4:OCRAL=FF 5:TCCRB=19 15:TCNTL?09 15:TIFR?04 16:TCNTL?00 16:TIFR?24
-        16.11.7 ICR1 is read-only in the other modes       | 1:ICRH=12 2:ICRL=34 3:ICRL?00 4:TCCRB=18 5:ICRH=12 6:ICRL=34 7:ICRL!34 8:ICRH!12
+        16.6   ICR1 is written in any mode, on silicon     | 1:ICRH=12 2:ICRL=34 3:ICRL!34 4:ICRH!12 4:TCCRB=18 5:ICRH=56 6:ICRL=78 7:ICRL!78 8:ICRH!56
+        16.9.4 mode 1: OCR has eight bits                  | 1:TCCRA=01 2:OCRAH=18 3:OCRAL=6A 4:OCRAL?6A 4:OCRAH?00 5:OCRBH=FF 6:OCRBL=FF 7:OCRBL?FF 7:OCRBH?00
+        16.9.4 modes 2 and 3: nine and ten bits            | 1:TCCRA=02 2:OCRAH=FF 3:OCRAL=34 4:OCRAH?01 5:TCCRA=03 6:OCRAH=FF 7:OCRAL=34 8:OCRAH?03
+        16.9.3 modes 5, 6, 7: eight, nine and ten bits     | 1:TCCRB=08 2:TCCRA=01 3:OCRBH=FF 4:OCRBL=34 5:OCRBH?00 6:TCCRA=02 7:OCRBH=FF 8:OCRBL=34 9:OCRBH?01 10:TCCRA=03 11:OCRBH=FF 12:OCRBL=34 13:OCRBH?03
+        16.9.3 other modes have them all                   | 1:OCRAH=FF 2:OCRAL=34 3:OCRAH?FF 4:TCCRB=18 5:TCCRA=02 6:OCRAH=FE 7:OCRAL=34 8:OCRAH?FE 9:TCCRA=03 10:OCRAH=FD 11:OCRAL=34 12:OCRAH?FD
+        16.9.4 what was written before keeps its bits      | 1:OCRAH=03 2:OCRAL=E8 3:TCCRA=01 4:OCRAL?E8 4:OCRAH?03
+        16.3   the mask acts on TEMP: a low byte alone     | 1:TCCRA=01 2:ICRH=19 3:ICRL=64 4:OCRAL=6A 5:OCRAL?6A 5:OCRAH?19 6:OCRAH=19 7:TCNTH?00
         16.9.1 normal mode: TOV1                           | 1:TCCRB=01 8:TCNTH=FF 9:TCNTL=FE 12:TIFR?07 13:TCNTL?01
         16.9.3 fast PWM, nine bits                         | 1:TCCRA=02 2:TCCRB=09 3:TIFR=FF 8:TCNTH=01 9:TCNTL=FE 11:TCNTL?FF 11:TIFR&01=00 12:TCNTL!00 12:TIFR&01=01 13:TCNTH!00
         16.9.3 fast PWM, ten bits: above TOP it runs on    | 1:TCCRA=03 2:TCCRB=09 8:TCNTH=04 9:TCNTL=00 19:TCNTL!09 20:TCNTH!04

@@ -138,6 +138,16 @@ impl Model {
         a & 3 | if self.shape.wide { b >> 1 & 12 } else { b >> 1 & 4 }
     }
 
+    /// The modes of 8, 9 and 10 bits have no more bits of OCR than that (16.9.3, 16.9.4).
+    pub fn high_byte_of_ocr(&self) -> u8 {
+        match self.wgm() {
+            1 | 5 => 0x00,
+            2 | 6 => 0x01,
+            3 | 7 => 0x03,
+            _ => 0xFF,
+        }
+    }
+
     pub fn top_is_icr(&self) -> bool {
         self.shape.wide && [8, 10, 12, 14].contains(&self.wgm())
     }
@@ -258,7 +268,8 @@ impl Model {
                     if hit {
                         *pin = on;
                     }
-                    if self.tcnt == 0 {
+                    // The step from TOP to BOTTOM; one from MAX to 0 is none.
+                    if turn {
                         *pin = !on;
                     }
                 }

@@ -41,7 +41,9 @@ fn fast_pwm() {
         15.7.3 mode 7: TOP is OCRA, COM 1 toggles          | 1:OCRA=03 2:TCCRA=43 3:TCCRB=09 7:TCNT?03 7:TIFR?04 8:TCNT?00 8:TIFR?07
         15.7.3 mode 7: a wave of two periods               | 1:OCRA=03 2:TCCRA=43 3:TCCRB=09 7:OCA?0 8:OCA?1 11:OCA?1 12:OCA?0 16:OCA?1
         15.7.3 mode 7: TOP is buffered too                 | 1:OCRA=03 2:TCCRA=03 3:TCCRB=09 9:OCRA=01 11:TCNT?03 12:TCNT?00 13:TCNT?01 14:TCNT?00
-        15.7.3 mode 7: above TOP to MAX, without TOV       | 1:OCRA=03 2:OCRB=80 3:TCCRA=23 4:TCCRB=09 6:TIFR=FF 7:TCNT=FE 10:TCNT?00 10:TIFR?00 10:OCB?1
+        15.7.3 mode 7: above TOP to MAX, without TOV       | 1:OCRA=03 2:OCRB=80 3:TCCRA=23 4:TCCRB=09 6:TIFR=FF 7:TCNT=FE 10:TCNT?00 10:TIFR?00 10:OCB?0 13:TCNT?03 13:OCB?0 14:TCNT?00 14:OCB?1
+        15.7.3 TOP = BOTTOM: a pulse of 5 from the match   | 1:TCCRA=33 2:TCCRB=09 4:OCRB=FB 9:TCNT=FA 11:OCB?0 12:OCB?1 15:TCNT?FF 16:TCNT?00 16:OCB?1 17:TCNT?00 17:OCB?0 300:OCB?0
+        15.7.3 TOP = BOTTOM: and one of 1                  | 1:TCCRA=33 2:TCCRB=09 4:OCRB=FF 9:TCNT=FE 10:TCNT?FE 11:TCNT?FF 11:OCB?0 12:TCNT?00 12:OCB?1 13:OCB?0 300:OCB?0
         15.7.3 OCRB above TOP: the pin stays set           | 1:OCRA=03 2:OCRB=80 3:TCCRA=23 4:TCCRB=09 8:OCB?0 9:OCB?1 99:OCB?1
         15.9.1 COM 1 otherwise leaves the pin to the port  | 1:TCCRA=53 2:OCA?- 2:OCB?- 3:TCCRB=08 4:OCA?0 4:OCB?-
         15.9.1 back to CTC the buffered value acts         | 1:OCRA=50 2:TCCRA=03 3:TCCRB=01 4:OCRA=07 5:TCCRA=02 11:TCNT?07 12:TCNT?00

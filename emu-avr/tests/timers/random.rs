@@ -8,7 +8,7 @@ use emu_core::rng::Rng;
 use crate::model::Model;
 
 /// Timers of the ATmega328P and of its relatives: without a channel, with one, two and three.
-const SHAPES: [Shape; 7] = [
+const SHAPES: [Shape; 8] = [
     Shape::narrow(2),
     Shape::wide(2),
     Shape::crystal(2),
@@ -16,6 +16,7 @@ const SHAPES: [Shape; 7] = [
     Shape::narrow(1),
     Shape::crystal(1),
     Shape::narrow(0),
+    Shape { icr_only_as_top: true, ..Shape::wide(2) },
 ];
 const REGS: [Reg; 16] = [
     Reg::TCCRA,
@@ -337,7 +338,7 @@ fn check(from: u64, shapes: &[usize], lives: u64) -> Heard {
 }
 
 fn without_a_crystal(lives: u64) {
-    let heard = check(0, &[0, 1, 4, 6], lives);
+    let heard = check(0, &[0, 1, 4, 6, 7], lives);
     assert!(heard.flags[5] > lives && heard.flags[2] > lives, "{heard:?}");
 }
 

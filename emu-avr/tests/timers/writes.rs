@@ -100,8 +100,9 @@ impl Model {
             Reg::OCRAL => self.ocr(0, word),
             Reg::OCRBL => self.ocr(1, word),
             Reg::OCRCL => self.ocr(2, word),
-            Reg::ICRL if self.top_is_icr() => self.icr = word,
-            Reg::TCNTH | Reg::OCRAH | Reg::OCRBH | Reg::OCRCH | Reg::ICRH if wide => self.temp = value,
+            Reg::ICRL if self.top_is_icr() || self.shape.capture && !self.shape.icr_only_as_top => self.icr = word,
+            Reg::TCNTH | Reg::ICRH if wide => self.temp = value,
+            Reg::OCRAH | Reg::OCRBH | Reg::OCRCH if wide => self.temp = value & self.high_byte_of_ocr(),
             Reg::TIMSK => {
                 let channels = (2u8 << self.shape.channels) - 2;
                 let all = 1 | channels | if self.shape.capture { 0x20 } else { 0 };

@@ -151,6 +151,7 @@ pub const PIC16F873: Part = Part {
             constants: Vec::new,
             vectors: &["RESET", "INT"],
             vector_words: 4,
+            packages: &[],
             vector_back: 0,
             spaces: &[],
             told: &[("data", 0)],

@@ -8,7 +8,7 @@ use ladder_compile::avr::TARGETS;
 use ladder_compile::target::Target;
 
 fn options(hz: u64) -> Options {
-    Options { hz, fuses: None, lock: None, start_up: false }
+    Options::at(hz)
 }
 
 /// Every chip with seeds of its own, `each` of them from `first` on.

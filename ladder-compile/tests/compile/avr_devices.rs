@@ -25,7 +25,7 @@ fn machine(chip: &'static emu_core::Chip, built: &ladder_compile::target::Built,
     let segments: Vec<(u32, &[u8])> = built.segments.iter().map(|(at, bytes)| (*at, &bytes[..])).collect();
     let hex = emu_core::image::write_hex(&segments);
     let image = emu_core::image::load_hex("image", hex.as_bytes(), chip.hex).expect("a sound image").image;
-    Avr::with(chip, &image, RamInit::Random(5), Options { hz, fuses: None, lock: None, start_up: false })
+    Avr::with(chip, &image, RamInit::Random(5), Options::at(hz))
 }
 
 fn run_to(cpu: &mut Avr, at: u32) {

@@ -101,6 +101,9 @@ impl Device for External {
     /// The I/O clock stops.
     fn sleep(&mut self, t: u64, out: &mut Outbox) {
         self.advance(t, out);
+        if self.stopped.is_none() && self.kind.edges_wake {
+            self.catch_edges(t, out);
+        }
         self.stopped.get_or_insert(t);
     }
 

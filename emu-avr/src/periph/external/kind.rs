@@ -37,22 +37,28 @@ pub struct Kind {
     pub(super) asynchronous: u8,
     /// Those of them that have ISCn0 alone: falling or rising edge, no level.
     pub(super) edge_only: u8,
+    /// Edges that are looked for with a clock set their flag, and so wake, while the clock stands: silicon against its sheet.
+    pub edges_wake: bool,
     /// The bits of PCMSK0 to PCMSK3 that there are; a group without any does not exist.
     pub(super) masks: [u8; 4],
 }
 
 impl Kind {
-    /// ATmega48, 88, 168, 328 and their relatives (DS40002061, 13): interrupts 0 and 1 are INT0 and INT1, 2 to 4 PCINT0 to
+    /// The first ATmega48, 88 and 168 (Atmel 2545, external interrupts): interrupts 0 and 1 are INT0 and INT1, 2 to 4 PCINT0 to
     /// PCINT2.
-    pub const MEGA48: Kind = Kind { ints: 2, asynchronous: 0, edge_only: 0, masks: [0xFF, 0x7F, 0xFF, 0] };
+    pub const MEGA48: Kind =
+        Kind { ints: 2, asynchronous: 0, edge_only: 0, edges_wake: false, masks: [0xFF, 0x7F, 0xFF, 0] };
+    /// ATmega328 and 328P, and the A, P and PA variants of the others (DS40002061, 13). That only a level wakes, note 3 of table
+    /// 10-1, is a fault of the sheet: boards wake by any edge, and the maker has confirmed it.
+    pub const MEGA328: Kind = Kind { edges_wake: true, ..Kind::MEGA48 };
     /// ATmega8 (Atmel 2486, external interrupts): INT0 and INT1.
     pub const MEGA8: Kind = Kind { masks: [0; 4], ..Kind::MEGA48 };
     /// ATmega16 and 32 (Atmel 2466 and 2503, external interrupts): INT0 to INT2.
-    pub const MEGA16: Kind = Kind { ints: 3, asynchronous: 4, edge_only: 4, masks: [0; 4] };
+    pub const MEGA16: Kind = Kind { ints: 3, asynchronous: 4, edge_only: 4, ..Kind::MEGA8 };
     /// ATmega162 (Atmel 2513, external interrupts): interrupts 0 to 2 are INT0 to INT2, 3 and 4 PCINT0 and PCINT1.
     pub const MEGA162: Kind = Kind { masks: [0xFF, 0xFF, 0, 0], ..Kind::MEGA16 };
     /// ATmega64 and 128 (Atmel 2490 and 2467, external interrupts): INT0 to INT7.
-    pub const MEGA128: Kind = Kind { ints: 8, asynchronous: 0x0F, edge_only: 0, masks: [0; 4] };
+    pub const MEGA128: Kind = Kind { ints: 8, asynchronous: 0x0F, ..Kind::MEGA8 };
 
     /// The inputs INT that there are, a bit for each.
     #[must_use]

@@ -141,7 +141,8 @@ impl Timer {
                     if matched {
                         channel.level = up != down;
                     }
-                    if slope == Slope::Fast && self.value == 0 {
+                    // From TOP to BOTTOM, and not by the wrap at MAX, as measured on silicon.
+                    if slope == Slope::Fast && at_top {
                         channel.level = !up;
                     }
                     // 15.7.4: a match that was missed on the way up, or will not come by a new OCR, is made up for at TOP.
@@ -181,7 +182,7 @@ impl Timer {
     /// An edge of the capture pin counts if it is of the kind that is asked for now (16.6).
     fn capture(&mut self, edge: Edge, t: u64, out: &mut Outbox) {
         let wanted = Edge { rising: self.tccrb & regs::ICES != 0, filtered: self.tccrb & regs::ICNC != 0 };
-        if edge == wanted && self.shape.capture && self.mode.top != Top::Icr {
+        if edge == wanted && self.shape.capture && !self.icr_is_top() {
             self.icr = self.value;
             self.set(ICF, t, out);
         }

@@ -23,7 +23,7 @@ use emu_core::NEVER;
 use emu_core::parts::prescaler::{Prescaler, Ticks};
 
 use super::{Drive, Line, Outbox, Signal};
-use mode::{Action, Mode};
+use mode::{Action, Mode, Top};
 use pins::{Icp, Pipe};
 use tosc::Tosc;
 
@@ -207,6 +207,12 @@ impl Timer {
     #[must_use]
     pub const fn counts_for_itself(&self) -> bool {
         self.shape.asynchronous && !self.asynchronous() && self.acting[1] & 7 != 0
+    }
+
+    /// ICR is TOP in the mode of now: only then, says the sheet, can ICR be written (16.11.7).
+    #[must_use]
+    pub fn icr_is_top(&self) -> bool {
+        self.mode.top == Top::Icr
     }
 
     /// Does what is due, before something is changed at `t`.

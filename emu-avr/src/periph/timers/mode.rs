@@ -60,6 +60,14 @@ impl Mode {
         Mode { slope, top }
     }
 
+    /// The bits of the high byte of OCR that there are: a fixed TOP masks what is written (16.9.3, 16.9.4).
+    pub const fn high_bits(self) -> u8 {
+        match self.top {
+            Top::Fixed(top) => (top >> 8) as u8,
+            Top::OcrA | Top::Icr => 0xFF,
+        }
+    }
+
     /// OCR is double buffered: the PWM modes.
     pub const fn buffered(self) -> bool {
         matches!(self.slope, Slope::Fast | Slope::Phase | Slope::Frequency)
@@ -94,6 +102,6 @@ pub enum Action {
     Toggle,
     /// Gives it this level.
     Level(bool),
-    /// PWM: this level at a match upwards; the other one at a match downwards (two slopes) or at BOTTOM (one slope).
+    /// PWM: this level at a match upwards; the other one at a match downwards (two slopes) or from TOP to BOTTOM (one slope).
     Wave(bool),
 }

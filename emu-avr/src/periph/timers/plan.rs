@@ -141,7 +141,7 @@ impl Timer {
             // BOTTOM the match is one upwards.
             Action::Wave(up) if level != up && compare == orbit.top && !(dual && orbit.top == 0) => None,
             Action::Wave(up) if !dual && level != up => orbit.leaves(compare),
-            Action::Wave(_) if !dual => Some(orbit.bottom()),
+            Action::Wave(_) if !dual => orbit.leaves(orbit.top),
             // A match at BOTTOM is one upwards.
             Action::Wave(up) if level == up && compare == 0 && orbit.top != 0 => None,
             Action::Wave(up) => {

@@ -2,7 +2,7 @@
 
 use emu_core::NEVER;
 
-use super::mode::{Action, Mode, Top};
+use super::mode::{Action, Mode};
 use super::{Clock, Outbox, Reg, Tap, Timer};
 
 /// ICNCn and ICESn in TCCRnB.
@@ -81,8 +81,10 @@ impl Timer {
             Reg::OCRAL => self.write_ocr(0, word, t, out),
             Reg::OCRBL => self.write_ocr(1, word, t, out),
             Reg::OCRCL => self.write_ocr(2, word, t, out),
-            Reg::ICRL if self.mode.top == Top::Icr => self.icr = word,
-            Reg::TCNTH | Reg::OCRAH | Reg::OCRBH | Reg::OCRCH | Reg::ICRH if self.shape.wide => self.temp = byte,
+            Reg::ICRL if self.shape.capture && (self.icr_is_top() || !self.shape.icr_only_as_top) => self.icr = word,
+            Reg::TCNTH | Reg::ICRH if self.shape.wide => self.temp = byte,
+            // The mask acts on TEMP: a low byte written alone takes what another register has left there, as measured on silicon.
+            Reg::OCRAH | Reg::OCRBH | Reg::OCRCH if self.shape.wide => self.temp = byte & self.mode.high_bits(),
             Reg::TIMSK => self.timsk = byte & self.shape.flags(),
             Reg::ASSR if self.shape.asynchronous => self.write_assr(byte & (EXCLK | AS2), t, out),
             _ => {}

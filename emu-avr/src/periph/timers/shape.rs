@@ -79,6 +79,8 @@ pub struct Shape {
     pub taps: [Tap; 8],
     /// It may run on TOSC (ASSR); such a timer has no clock from T.
     pub asynchronous: bool,
+    /// ICR takes a write only in modes that have it as TOP, as the data sheet says and silicon does not.
+    pub icr_only_as_top: bool,
 }
 
 impl Shape {
@@ -92,19 +94,40 @@ impl Shape {
     /// An 8-bit timer with a pin T, as timer 0 of the ATmega328P (2 channels).
     #[must_use]
     pub const fn narrow(channels: u8) -> Shape {
-        Shape { wide: false, channels, capture: false, taps: Shape::PIN_TAPS, asynchronous: false }
+        Shape {
+            wide: false,
+            channels,
+            capture: false,
+            taps: Shape::PIN_TAPS,
+            asynchronous: false,
+            icr_only_as_top: false,
+        }
     }
 
     /// A 16-bit timer with input capture and a pin T, as timer 1 of the ATmega328P (2 channels).
     #[must_use]
     pub const fn wide(channels: u8) -> Shape {
-        Shape { wide: true, channels, capture: true, taps: Shape::PIN_TAPS, asynchronous: false }
+        Shape {
+            wide: true,
+            channels,
+            capture: true,
+            taps: Shape::PIN_TAPS,
+            asynchronous: false,
+            icr_only_as_top: false,
+        }
     }
 
     /// An 8-bit timer that may run on a watch crystal, as timer 2 of the ATmega328P (2 channels).
     #[must_use]
     pub const fn crystal(channels: u8) -> Shape {
-        Shape { wide: false, channels, capture: false, taps: Shape::OWN_TAPS, asynchronous: true }
+        Shape {
+            wide: false,
+            channels,
+            capture: false,
+            taps: Shape::OWN_TAPS,
+            asynchronous: true,
+            icr_only_as_top: false,
+        }
     }
 
     /// The highest count.
