@@ -119,6 +119,11 @@ pub enum Lint {
         /// The word.
         word: u16,
     },
+    /// A conversion begins before the holding capacitor of the converter has had the time to charge.
+    EarlyConversion {
+        /// The analog input, by its number.
+        channel: u8,
+    },
 }
 
 /// The codes of lints.
@@ -198,6 +203,12 @@ pub const CODES: &[Code] = &[
     Code { code: "LINT019", title: "a field of an instruction is not empty",
         explain: "NOT and CLR have no operand, and execute whatever their lower twelve bits are. The words B000h and C000h are the \
                   plain ones; others are often data that the program runs into. Mend: look at the address." },
+    Code { code: "LINT020", title: "a conversion begins before the acquisition time has passed",
+        explain: "The holding capacitor of the converter charges through the source of the selected channel, and what it holds as \
+                  GO is set is converted. The time runs from the write that turns the converter on or selects the channel, and \
+                  after a conversion from 2 TAD behind its end: 19.7 us with the 10 bits of most chips and 12 us with 8, by the \
+                  equation of the data sheet for a source of 10 kilohms at 50 degrees. Earlier the result leans to the channel \
+                  before. Fix: wait between the selection and GO." },
 ];
 
 /// Baud rates that serial lines have: the usual ones, and those of MIDI, S.BUS and DMX512.
@@ -237,6 +248,7 @@ impl Lint {
             Lint::InputWritten { .. } => 16,
             Lint::PresetPort { .. } => 17,
             Lint::OddField { .. } => 18,
+            Lint::EarlyConversion { .. } => 19,
         };
         &CODES[row]
     }
@@ -270,6 +282,9 @@ impl Lint {
             Lint::InputWritten { .. } => "write an output or a bit of M",
             Lint::PresetPort { .. } => "write STO to the port and behind it a NOP with the preset: TIM Rn,#d",
             Lint::OddField { .. } => "look at the address: the program may run into data",
+            Lint::EarlyConversion { .. } => {
+                "wait some 20 us after the channel is selected, and 2 TAD more after a conversion, before GO is set"
+            }
         }
     }
 }
@@ -326,6 +341,9 @@ impl fmt::Display for Lint {
             Lint::InputWritten { addr } => write!(f, "the input I{addr} is written"),
             Lint::PresetPort { module, why } => write!(f, "the preset port of R{module}: {why}"),
             Lint::OddField { word } => write!(f, "0x{word:04x} has something in its field"),
+            Lint::EarlyConversion { channel } => {
+                write!(f, "GO is set before the acquisition time of AN{channel} has passed")
+            }
         }
     }
 }
