@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use diag::text::readable;
 use diag::Code;
+use diag::text::readable;
 use emu_core::chip::{Chip, Family};
 use emu_core::cpu::{Cpu, RamInit, Stop};
 use emu_core::image::{Image, write_hex};

@@ -89,6 +89,7 @@ impl Flags {
             config: self.config,
             start_up,
             timer1_hz: self.timer1_crystal.map_or(defaults.timer1_hz, |crystal| crystal.0),
+            ..defaults
         })
     }
 }

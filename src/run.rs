@@ -196,7 +196,9 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
         input::image_with_symbols(&args.image, &symbols, chip, terminal)
     })?;
     chosen.tell_wishes(args.vcd.is_some());
-    let Wired { image, setup, hz, avr, eeprom, bench } = wired;
+    let Wired { image, mut setup, hz, avr, eeprom, bench } = wired;
+    // gpsim's own programs convert without a wait.
+    setup.pic16.ideal_acquisition = script.is_some();
     let shelf = Shelf { head: snapshots::head(chip, &image, &setup), taken };
     let snapshots = Snapshots::open(&args.snapshot, shelf.head.clone())?;
     let pic16 = setup.pic16;

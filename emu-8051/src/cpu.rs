@@ -167,7 +167,7 @@ impl Mcs51 {
             self.hot.set_core(addr, old & !mask | value & mask, self.part.at89s);
         } else {
             let now = self.cycle();
-            self.soc.write_bits(addr.into(), mask, value, now);
+            self.soc.poke(addr.into(), mask, value, now);
         }
     }
 }

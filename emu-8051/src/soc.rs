@@ -381,7 +381,7 @@ impl Bus for Soc {
         let addr = reg as u8;
         if let Some(port) = port_of(addr) {
             // A hand can write while the oscillator stands; events bear the machine's cycle.
-            let ahead = now - self.power.stopped_at(now);
+            let ahead = now.saturating_sub(self.power.stopped_at(now));
             self.frozen += ahead;
             let quiet = self.store_port(port, mask, value, t);
             self.frozen -= ahead;
@@ -410,7 +410,7 @@ impl Bus for Soc {
         }
         let t = self.inner(now);
         if self.irq_at <= t {
-            self.sync(t);
+            self.sync_boundary(t);
             self.irq_at = self.next_interrupt(t);
         }
         self.told = self.told.min(self.irq_at.saturating_add(self.frozen));

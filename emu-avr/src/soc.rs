@@ -279,8 +279,8 @@ impl Soc {
     /// WDR in the cycle `now`.
     pub fn clear_watchdog(&mut self, now: u64) {
         self.run(now);
+        self.run_unit(unit::WATCHDOG, now + 1);
         self.watchdog.restart(now + 1, &mut self.out);
-        self.touch(unit::WATCHDOG);
         self.plan();
     }
 

@@ -6,6 +6,7 @@
 pub mod chip;
 pub mod countdown;
 pub mod cpu;
+pub mod cuts;
 pub mod engine;
 pub mod image;
 pub mod lint;

@@ -134,6 +134,11 @@ pub enum Lint {
         /// The channel.
         channel: u8,
     },
+    /// A conversion begins before the holding capacitor of the converter has had the time to charge.
+    EarlyConversion {
+        /// The analog input, by its number.
+        channel: u8,
+    },
 }
 
 /// The codes of lints.
@@ -222,6 +227,12 @@ pub const CODES: &[Code] = &[
         explain: "ADC6 and ADC7 of ATmega8 and ATmega48 to 328 are pins of the packages with 32 pins alone. In the package that \
                   --package names the channel converts to 0 here, and to anything on a board. Mend: choose another channel, or \
                   the package of the board; without --package the chip has the pins of all." },
+    Code { code: "LINT022", title: "a conversion begins before the acquisition time has passed",
+        explain: "The holding capacitor of the converter charges through the source of the selected channel, and what it holds as \
+                  GO is set is converted. The time runs from the write that turns the converter on or selects the channel, and \
+                  after a conversion from 2 TAD behind its end: 19.7 us with the 10 bits of most chips and 12 us with 8, by the \
+                  equation of the data sheet for a source of 10 kilohms at 50 degrees. Earlier the result leans to the channel \
+                  before. Fix: wait between the selection and GO." },
 ];
 
 /// Baud rates that serial lines have: the usual ones, and those of MIDI, S.BUS and DMX512.
@@ -263,6 +274,7 @@ impl Lint {
             Lint::OddField { .. } => 18,
             Lint::CaptureWritten { .. } | Lint::EdgeWoke { .. } => 19,
             Lint::ChannelAbsent { .. } => 20,
+            Lint::EarlyConversion { .. } => 21,
         };
         &CODES[row]
     }
@@ -301,6 +313,9 @@ impl Lint {
                 "wake by a low level or a pin change; --reading int-wake=level does as the data sheet says"
             }
             Lint::ChannelAbsent { .. } => "choose another channel, or the package of the board (--package)",
+            Lint::EarlyConversion { .. } => {
+                "wait some 20 us after the channel is selected, and 2 TAD more after a conversion, before GO is set"
+            }
         }
     }
 }
@@ -365,6 +380,9 @@ impl fmt::Display for Lint {
             }
             Lint::ChannelAbsent { channel } => {
                 write!(f, "the converter is set to ADC{channel}, which the package does not have")
+            }
+            Lint::EarlyConversion { channel } => {
+                write!(f, "GO is set before the acquisition time of AN{channel} has passed")
             }
         }
     }

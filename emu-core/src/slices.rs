@@ -25,6 +25,20 @@ pub enum Act {
     Nothing,
 }
 
+impl Act {
+    /// Does it to a machine.
+    pub fn apply<C: Cpu>(self, cpu: &mut C) {
+        match self {
+            Act::Poke(space, addr, value) => _ = cpu.poke(space, addr, value),
+            Act::Pc(pc) => cpu.set_pc(pc),
+            Act::Trap(pc, on) => cpu.trap(pc, on),
+            Act::Drive(pin, level) => cpu.drive(Time::at(0), pin, level),
+            Act::Reset(why) => cpu.reset(why),
+            Act::Nothing => {}
+        }
+    }
+}
+
 /// A machine and all that will happen to it.
 pub struct Plan<C> {
     /// How to make it again, for messages.
@@ -148,8 +162,6 @@ impl<C: Cpu> Subject<C> {
             shown.looks.push(self.look(&cpu, stop));
             shown.states.push(cpu.save());
             match act {
-                Act::Poke(space, addr, value) => _ = cpu.poke(space, addr, value),
-                Act::Pc(pc) => cpu.set_pc(pc),
                 Act::Trap(pc, on) => {
                     cpu.trap(pc, on || more.contains(&pc));
                     if on {
@@ -158,9 +170,7 @@ impl<C: Cpu> Subject<C> {
                         set.remove(&pc)
                     };
                 }
-                Act::Drive(pin, level) => cpu.drive(Time::at(0), pin, level),
-                Act::Reset(why) => cpu.reset(why),
-                Act::Nothing => {}
+                act => act.apply(&mut cpu),
             }
         }
         shown.memories = (self.memories)(&cpu);

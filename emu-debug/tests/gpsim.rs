@@ -81,7 +81,7 @@ fn ends(dir: &Path, name: &str, chip: &str, settings: &Settings) -> String {
     image.fill("config", &mut words);
     let config = u16::from_le_bytes([words[14], words[15]]) & !LVP;
     let config = settings.lvp_off.then_some(config);
-    let options = Options { hz, config, start_up: false, ..Options::default() };
+    let options = Options { hz, config, start_up: false, ideal_acquisition: true, ..Options::default() };
     let mut cpu = Pic16::with(chip, &image, RamInit::Zero, options);
     let (names, limits) = (Names { chip, symbols: &symbols }, Limits { cycle: CYCLES, hz });
     let outcome = run(&mut cpu, &script, names, limits, &mut |cpu, at, pin, millivolts| {

@@ -103,7 +103,11 @@ impl<P: Probe> Turn<'_, P> {
         if place == PCLATH {
             self.lints.chosen = Chosen { page: self.running().0 & PAGE, called: false };
         }
-        let latch = place.checked_sub(REGISTERS).and_then(|reg| self.bus.latch(reg));
+        let register = place.checked_sub(REGISTERS);
+        if let Some(channel) = register.and_then(|reg| self.bus.converts_early(reg, value, self.cycle())) {
+            self.seldom(Lint::EarlyConversion { channel });
+        }
+        let latch = register.and_then(|reg| self.bus.latch(reg));
         if let Some(latch) = latch {
             let bits = (latch ^ value) & !meant(self.running().1, self.hot.w as u8);
             if bits != 0 {

@@ -25,11 +25,21 @@ pub struct Options {
     pub start_up: bool,
     /// The crystal of timer 1's oscillator, in Hz; `None` where there is none.
     pub timer1_hz: Option<u64>,
+    /// The holding capacitor of the converter is charged at once; else in the time of the data sheet's
+    /// equation (DS30292, 11.1).
+    pub ideal_acquisition: bool,
 }
 
 impl Default for Options {
     /// 4 MHz, typical times, a watch crystal.
     fn default() -> Options {
-        Options { hz: 4_000_000, corner: Corner::Typ, config: None, start_up: true, timer1_hz: Some(32_768) }
+        Options {
+            hz: 4_000_000,
+            corner: Corner::Typ,
+            config: None,
+            start_up: true,
+            timer1_hz: Some(32_768),
+            ideal_acquisition: false,
+        }
     }
 }

@@ -166,7 +166,8 @@ impl Soc {
                     clocks: clocks.flash,
                 },
             ),
-            adc: Adc::new(part.adc, part.analog.len() as u8, clocks.adc_rc, options.hz),
+            adc: Adc::new(part.adc, part.analog.len() as u8, clocks.adc_rc, options.hz)
+                .with_ideal_acquisition(options.ideal_acquisition),
             comparators: Comparators::new(part.comparators),
             psp: Psp::new(),
             irq: Interrupts::new(part),

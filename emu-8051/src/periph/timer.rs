@@ -194,6 +194,15 @@ impl Timers {
         }
     }
 
+    /// [`Timers::sync`] at a boundary: pins may still change in cycle `now`, which is counted anew then.
+    pub fn sync_ahead(&mut self, now: u64) {
+        self.sync(now.saturating_sub(1));
+        if self.counts.synced < now {
+            self.before = self.counts;
+        }
+        self.sync(now);
+    }
+
     /// Counts everything of the cycles up to and including `now`; nothing when that has been done already.
     #[inline]
     pub fn sync(&mut self, now: u64) {

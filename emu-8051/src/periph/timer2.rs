@@ -144,6 +144,15 @@ impl Timer2 {
         }
     }
 
+    /// [`Timer2::sync`] at a boundary: pins may still change in cycle `now`, which is counted anew then.
+    pub fn sync_ahead(&mut self, now: u64) {
+        self.sync(now.saturating_sub(1));
+        if self.counts.synced < now {
+            self.before = self.counts;
+        }
+        self.sync(now);
+    }
+
     /// Brings everything up to S5P2 of cycle `now`; nothing when that has been done already.
     #[inline]
     pub fn sync(&mut self, now: u64) {

@@ -1,6 +1,7 @@
 //! The registers of the chip by address: reading, writing, and how long a value lasts.
 
 use emu_core::NEVER;
+use emu_core::cpu::Bus;
 use emu_core::pins::PinId;
 
 use super::{SAMPLED, Soc, power};
@@ -16,6 +17,22 @@ impl Soc {
             timer2.sync(t);
         }
         self.synced = t;
+    }
+
+    /// The same at the boundary before cycle `t`, whose pins may still change.
+    pub(super) fn sync_boundary(&mut self, t: u64) {
+        self.timers.sync_ahead(t);
+        if let Some(timer2) = &mut self.timer2 {
+            timer2.sync_ahead(t);
+        }
+        self.sync(t);
+    }
+
+    /// Writes the bits of `mask` of a register by hand at the boundary before the machine cycle `now`.
+    pub fn poke(&mut self, reg: u16, mask: u8, value: u8, now: u64) {
+        self.run(now);
+        self.sync_boundary(self.inner(now));
+        self.write_bits(reg, mask, value, now);
     }
 
     /// What a register reads, everything being synced.

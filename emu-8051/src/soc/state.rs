@@ -18,7 +18,9 @@ impl State for Soc {
         } = self;
         frozen.state(tape)?;
         power.state(tape)?;
-        tape.demand(*frozen <= machine && power.stopped_at(machine) <= machine)?;
+        // A hand that sets PD between two instructions stops the oscillator at the end of the cycle that is
+        // to come.
+        tape.demand(*frozen <= machine && power.stopped_at(machine) <= machine + 1)?;
         tape.set_now(power.stopped_at(machine).saturating_sub(*frozen));
         ports.state(tape)?;
         timers.state(tape)?;

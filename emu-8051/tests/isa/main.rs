@@ -2,6 +2,7 @@
 //! program gives the same machine.
 
 mod bits;
+mod cuts;
 mod exhaustive;
 mod found;
 mod opcodes;

@@ -2,6 +2,7 @@
 
 mod block;
 mod counts;
+mod cuts;
 mod flow;
 mod lints;
 mod rig;

@@ -27,7 +27,7 @@ fn word(rng: &mut Rng, first: u16, len: u16) -> u16 {
     }
 }
 
-fn plan(seed: u64) -> Plan<Ap101> {
+pub fn plan(seed: u64) -> Plan<Ap101> {
     let rng = &mut Rng::new(seed);
     let mut block = Block {
         live: rng.one_in(3),

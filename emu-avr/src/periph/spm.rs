@@ -263,10 +263,12 @@ impl Device for Spm {
         self.finish(t);
     }
 
-    /// The end of a command is noticed outside by its interrupt alone.
+    /// The end of a command is noticed outside by its interrupt, and by the lock bits that it changes.
     fn next(&self) -> u64 {
         let ready = self.busy_until().max(self.blocked);
-        if self.spmie && ready > self.now { ready } else { NEVER }
+        let ready = if self.spmie && ready > self.now { ready } else { NEVER };
+        let locks = self.job.filter(|job| job.lock != self.bytes.lock);
+        ready.min(locks.map_or(NEVER, |job| job.span.end()))
     }
 
     /// Interrupt 0: SPM ready, for as long as SPMEN is clear and the EEPROM is not written.

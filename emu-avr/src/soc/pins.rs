@@ -284,8 +284,10 @@ impl Soc {
         }
     }
 
-    /// The flags of all sources.
+    /// The flags of all sources, some of whose units have had no reason yet to do what was due by `t`.
     pub(super) fn tell_triggers(&mut self, t: u64) {
+        self.run_unit(unit::EXTERNAL, t);
+        self.run_unit(unit::COMPARATOR, t);
         for source in 1..=self.part.triggers.len() as u8 {
             self.adc.trigger(source, self.flag(source, t), t);
         }

@@ -276,6 +276,7 @@ impl Soc {
                 self.mcusr &= kept(self.mcusr, 0xFF);
                 self.watchdog.forced(self.mcusr & super::power::WDRF != 0, t, &mut self.out);
                 self.touch(unit::WATCHDOG);
+                self.carry_out(unit::WATCHDOG);
             }
             Own::SMCR => self.smcr = kept(self.smcr, 0x0F),
             Own::CLKPR => self.store_clkpr(value, t),

@@ -127,7 +127,7 @@ const CASES: &str = "
     27.8.10 signature and calibration                     | 9:CSR=21 9:CSR?21 9:lpm.0@0?1E 19:CSR=21 20:lpm.2@0?95 29:CSR=21 30:lpm.4@0?14 39:CSR=21 40:lpm.1@0?A7 49:CSR=21 50:lpm.3@0?FF
     27.9.1 SPM after SIGRD does nothing                   | 9:CSR=21 10:spm.0=0@7800 10:CSR?00
     27.9.1 LPM after other commands is an LPM             | 9:CSR=01 10:lpm.0@0?- 10:CSR?01
-    27.8.7 lock bits are programmed, the core goes on     | 9:CSR=09 10:spm.1=00CF@7800 10:CSR?09 10:lpm.0@7800?- 4109:lock?FF 4110:lock?CF 4110:CSR?00
+    27.8.7 lock bits are programmed, the core goes on     | 9:CSR=09 10:spm.1=00CF@7800 10:CSR?09 10:next?4110 10:lpm.0@7800?- 4109:lock?FF 4110:lock?CF 4110:next?- 4110:CSR?00
     27.8.7 never back to 1; bits 7 and 6 stay   lock=FC   | 9:CSR=09 10:spm.1=003F@7800 4110:lock?FC 4119:CSR=09 4120:spm.1=0000@7800 9000:lock?C0
     27.3   BLB01 programmed: the application stays  lock=FB | 9:CSR=03 10:spm.77FF=0@7800 10:CSR?00 19:CSR=03 20:spm.7800=0@7800 20:said?E7800,H4120
     27.3   BLB11 programmed: the boot section stays lock=EF | 9:CSR=05 10:spm.7800=0@7800 10:CSR?00 19:CSR=05 20:spm.7780=0@7800 20:said?W7780/64,H4120

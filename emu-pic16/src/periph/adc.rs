@@ -54,11 +54,13 @@ pub struct Adc {
     adresl: u8,
     conversion: Option<Conversion>,
     hold: Hold,
+    /// The capacitor is charged at once.
+    ideal: bool,
     asleep: bool,
 }
 
 emu_core::state! {
-    Adc { inputs, supply, adcon0, adcon1, ansel, adresh, adresl, conversion, hold, asleep } stays { kind, channels, rc }
+    Adc { inputs, supply, adcon0, adcon1, ansel, adresh, adresl, conversion, hold, asleep } stays { kind, channels, rc, ideal }
 }
 
 impl Adc {
@@ -86,8 +88,16 @@ impl Adc {
             adresl: 0,
             conversion: None,
             hold: Hold::new(network, 10_000, hz),
+            ideal: false,
             asleep: false,
         }
+    }
+
+    /// The same with a capacitor that is charged at once, where `ideal` is set.
+    #[must_use]
+    pub fn with_ideal_acquisition(mut self, ideal: bool) -> Adc {
+        self.ideal = ideal;
+        self
     }
 
     /// Any reset at `t`: the module is off, all pins are analog; ADRES stays (DS30292 table 12-6).
@@ -130,7 +140,19 @@ impl Adc {
     /// The selected channel has been connected for the time of equation 11-1 at `t`, so that a conversion may begin.
     #[must_use]
     pub fn acquired(&self, t: u64) -> bool {
-        self.hold.acquired(t) && self.conversion.is_none()
+        (self.ideal || self.hold.acquired(t)) && self.conversion.is_none()
+    }
+
+    /// The channel on which the write of `value` to ADCON0 at `t` begins a conversion, if it is not acquired
+    /// by then.
+    #[must_use]
+    pub fn converts_early(&self, value: u8, t: u64) -> Option<u8> {
+        let mut adc = self.clone();
+        adc.run(t, &mut Outbox::new());
+        let converts = adc.conversion.is_some();
+        adc.write_adcon0(value, t);
+        let begins = !converts && adc.conversion.is_some();
+        (begins && !self.ideal && !adc.hold.acquired(t)).then(|| control::chs(adc.kind, adc.adcon0) as u8)
     }
 
     /// The special event of a CCP module starts a conversion at `t`, if the module is on and none is under way
@@ -199,7 +221,8 @@ impl Adc {
             && sample <= t
         {
             self.hold.open(sample, self.source());
-            let code = Some(self.code(self.hold.at(sample, 0)));
+            let held = if self.ideal { self.source() } else { self.hold.at(sample, 0) };
+            let code = Some(self.code(held));
             self.conversion = self.conversion.map(|c| Conversion { code, ..c });
         }
     }

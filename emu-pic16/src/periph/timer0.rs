@@ -337,7 +337,8 @@ impl Device for Timer0 {
                     self.prescaler = 0;
                 }
                 self.seen = [false; 2];
-                self.free = t.saturating_add(INHIBIT);
+                // A hand can write while the oscillator stands.
+                self.free = if self.asleep { INHIBIT } else { t.saturating_add(INHIBIT) };
             }
             Sfr::OPTION => {
                 self.change(t, |s| s.option = value);

@@ -217,6 +217,18 @@ impl Usart {
         self.word.filter(|word| !self.sync() && word.left == 0).map(|word| word.byte)
     }
 
+    /// TRMT at clock `t`: TSR is empty. In asynchronous mode it is so from the middle of the stop bit on
+    /// (DS30292, figure 10-2), unless a byte waits that follows without a gap.
+    fn trmt(&self, t: u64) -> bool {
+        self.word.is_none() || !self.full && self.osc(t) >= self.trmt_due()
+    }
+
+    /// When TRMT will be set before the word has ended, in clocks run.
+    fn trmt_due(&self) -> u64 {
+        let stop = self.word.filter(|word| !self.sync() && word.left == 0);
+        stop.map_or(NEVER, |word| word.next.saturating_sub(self.bit_time() / 2))
+    }
+
     const fn sync(&self) -> bool {
         self.txsta & SYNC != 0
     }

@@ -289,6 +289,7 @@ impl Soc {
             Sfr::CVRCON => {
                 if let Some(&pin) = self.part.analog.get(REFERENCE) {
                     self.tell_voltage(pin, t);
+                    self.carry_out();
                 }
             }
             // As long as an output of a comparator differs from what the program has seen, its flag is set again.

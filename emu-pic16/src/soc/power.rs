@@ -317,9 +317,7 @@ impl Soc {
         if self.wanted(t) {
             return false;
         }
-        self.touched |= 1 << at::TIMER0;
-        self.timer0.clear_watchdog(t, &mut self.out);
-        self.plan();
+        self.restart_watchdog(t);
         self.run(t);
         self.stand(State::Standby, t);
         // What is sampled while the oscillator stands needs no edge of it.
@@ -336,8 +334,14 @@ impl Soc {
     /// CLRWDT in the machine cycle `now`.
     pub fn clear_watchdog(&mut self, now: u64) {
         self.run(4 * now + 3);
+        self.restart_watchdog(4 * now + 4);
+    }
+
+    /// Clears the watchdog at the clock `t`, at which TMR0 may come round too.
+    fn restart_watchdog(&mut self, t: u64) {
         self.touched |= 1 << at::TIMER0;
-        self.timer0.clear_watchdog(4 * now + 4, &mut self.out);
+        self.timer0.clear_watchdog(t, &mut self.out);
+        self.carry_out();
         self.plan();
     }
 
@@ -431,10 +435,7 @@ impl Soc {
                     self.irq.at = NEVER;
                     self.look_again(t / 4);
                 }
-                None => {
-                    self.touched |= 1 << at::TIMER0;
-                    self.timer0.clear_watchdog(t, &mut self.out);
-                }
+                None => self.restart_watchdog(t),
             }
         }
     }

@@ -207,6 +207,14 @@ impl Soc {
         Some(self.ports.latch(port) & self.ports.mask(port))
     }
 
+    /// The analog input on which a write of a register, by its number, in the machine cycle `now` begins a
+    /// conversion before the acquisition time has passed.
+    #[must_use]
+    pub fn converts_early(&self, reg: u16, value: u8, now: u64) -> Option<u8> {
+        let converter = Sfr::ALL.get(usize::from(reg)) == Some(&Sfr::ADCON0);
+        converter.then(|| self.adc.converts_early(value, 4 * now + 4)).flatten()
+    }
+
     /// How long a register keeps its value from the clock `t` on, nothing being due at it.
     pub(super) fn steady(&self, reg: Sfr, t: u64) -> u64 {
         with_part!(keeper(reg), [&self], part => part.steady(reg, t), match reg {

@@ -78,6 +78,7 @@ impl Soc {
         });
         self.carry_out();
         self.plan();
+        self.run(t);
         if self.ignored.1 <= now {
             self.ignored = (0, 0);
         }

@@ -2,6 +2,7 @@
 //! program gives the same machine.
 
 mod bits;
+mod cuts;
 mod encoding;
 mod exhaustive;
 mod flow;

@@ -32,7 +32,9 @@ CKE: bit 7 is out at once, rising edges sample | 4 stat=40 con=25 8 buf=80 i1 20
 an edge after the end of Q2 waits for the next one | 4 con=25 10 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 15 k0 30 | 4 O0, 20 IF
 SSPBUF full: the byte is lost | 4 con=25 10 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 20 i1 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 30 ? | 4 O0, 12 IF, 24 IF, 30 con=65 stat=01 buf=00
 SSPBUF read in time | 4 con=25 10 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 16 buf 20 i1 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 30 ? | 4 O0, 12 IF, 16 read 00, 24 IF, 30 con=25 stat=01 buf=FF
-SS high floats SDO, stops the clock and clears the bit counter | 4 con=24 i1 10 k1 k0 k1 k0 20 s1 k1 k0 30 s0 40 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 50 k1 k0 58 k1 k0 70 ? | 4 O0, 20 Oz, 30 O0, 50 O1, 60 IF, 70 con=24 stat=01 buf=FF
+SS high floats SDO, stops the clock and clears the bit counter | 4 con=24 i1 10 k1 k0 k1 k0 20 s1 k1 k0 30 s0 40 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 50 k1 k0 58 k1 k0 70 ? | 4 O0, 20 Oz, 30 O0, 60 IF, 70 con=24 stat=01 buf=FF
+SS high within a byte: the next time it is sent from bit 7 on | 4 con=24 8 buf=81 10 k1 12 k0 14 k1 16 k0 20 s1 30 s0 40 k1 42 k0 44 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 50 k1 54 k0 70 ? | 4 O0, 10 O1, 14 O0, 20 Oz, 30 O0, 40 O1, 44 O0, 50 O1, 56 IF, 70 con=24 stat=01 buf=00
+SS high between bytes: what was received is sent | 4 con=24 i1 8 buf=00 10 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 20 s1 30 s0 40 k1 50 ? | 4 O0, 12 IF, 20 Oz, 30 O0, 40 O1, 50 con=24 stat=01 buf=FF
 SS does not matter in mode 5 | 4 con=25 s1 10 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 20 | 4 O0, 12 IF
 a write after the first edge is a collision | 4 con=25 10 k1 12 buf=FF 16 ? | 4 O0, 16 con=A5 stat=00 buf=00
 in sleep the flag comes with the last edge | 4 con=25 i1 8 sleep 11 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 13 k0 20 wake ? | 4 O0, 13 IF, 20 con=25 stat=01 buf=FF

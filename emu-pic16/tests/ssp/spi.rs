@@ -50,7 +50,7 @@ impl Spi {
     }
 
     pub fn load(&mut self, chip: &Chip) {
-        self.sr = (0..8).rev().map(|bit| chip.buf >> bit & 1 == 1).collect();
+        self.sr = bits_of(chip);
         match chip.con & 15 {
             0..=2 => self.age = Some(0),
             3 => self.halves = Some(0),
@@ -161,11 +161,19 @@ impl Spi {
     }
 
     pub fn select(&mut self, chip: &Chip) {
+        if self.begun {
+            self.sr = bits_of(chip);
+        }
         (self.bits, self.begun) = (0, false);
         if !chip.ss {
             self.show(chip);
         }
     }
+}
+
+/// What SSPBUF holds, first to leave first.
+fn bits_of(chip: &Chip) -> Vec<bool> {
+    (0..8).rev().map(|bit| chip.buf >> bit & 1 == 1).collect()
 }
 
 /// SCK and SDO of the first rig to the second one, and SDO back.

@@ -20,7 +20,9 @@ TXIF is valid in the second instruction | 0 br=01 tx=24 rc=80 8 w=FF i 11 i 12 i
 back to back | 0 br=01 tx=24 rc=80 8 w=FF 16 w=00 700 | 0 TXIF, 0 T1, 16 TXIF, 32 T0, 64 T1, 352 sent FF, 352 T0, 356 TXIF, 640 T1, 672 sent 00
 two writes in a row: TSR has the first | 0 br=01 tx=24 rc=80 8 w=FF 12 w=00 700 | 0 TXIF, 0 T1, 32 T0, 64 T1, 352 sent FF, 352 T0, 356 TXIF, 640 T1, 672 sent 00
 a third replaces the second | 0 br=01 tx=24 rc=80 8 w=FF 12 w=00 16 w=FF 700 | 0 TXIF, 0 T1, 32 T0, 64 T1, 352 sent FF, 352 T0, 356 TXIF, 384 T1, 672 sent FF
-TRMT from the load to the end of the stop bit | 0 br=01 tx=24 rc=80 8 w=FF 11 ? 12 ? 351 ? s 352 ? s | 0 TXIF, 0 T1, 11 rc=80 tx=26, 12 rc=80 tx=24, 16 TXIF, 32 T0, 64 T1, 351 rc=80 tx=24, 351 s FF, 352 sent FF, 352 rc=80 tx=26, 352 s --
+TRMT from the load to the middle of the stop bit | 0 br=01 tx=24 rc=80 8 w=FF 11 ? 12 ? 335 ? s 336 ? s 352 ? s | 0 TXIF, 0 T1, 11 rc=80 tx=26, 12 rc=80 tx=24, 16 TXIF, 32 T0, 64 T1, 335 rc=80 tx=24, 335 s FF, 336 rc=80 tx=26, 336 s FF, 352 sent FF, 352 rc=80 tx=26, 352 s --
+TRMT stays clear while the next byte waits | 0 br=01 tx=24 rc=80 8 w=FF 16 w=00 351 ? 352 ? 655 ? 656 ? 700 | 0 TXIF, 0 T1, 16 TXIF, 32 T0, 64 T1, 351 rc=80 tx=24, 352 sent FF, 352 T0, 352 rc=80 tx=24, 356 TXIF, 640 T1, 655 rc=80 tx=24, 656 rc=80 tx=26, 672 sent 00
+a byte written behind TRMT follows without a gap | 0 br=01 tx=24 rc=80 8 w=FF 340 w=00 341 ? 700 | 0 TXIF, 0 T1, 16 TXIF, 32 T0, 64 T1, 341 rc=80 tx=24, 352 sent FF, 352 T0, 356 TXIF, 640 T1, 672 sent 00
 stop bit from its begin on | 0 br=01 tx=24 rc=80 8 w=00 319 s 320 s 330 | 0 TXIF, 0 T1, 16 TXIF, 32 T0, 319 s --, 320 T1, 320 s 00
 nine bits, the ninth 1 | 0 br=01 tx=65 rc=80 8 w=00 400 | 0 TXIF, 0 T1, 16 TXIF, 32 T0, 320 T1, 384 sent 00
 nine bits, the ninth 0 | 0 br=01 tx=64 rc=80 8 w=FF 400 | 0 TXIF, 0 T1, 16 TXIF, 32 T0, 64 T1, 320 T0, 352 T1, 384 sent FF

@@ -209,6 +209,13 @@ impl Model {
         self.stale = 0;
     }
 
+    /// TSR is empty from the middle of the stop bit on, unless the next byte waits.
+    fn trmt(&self) -> bool {
+        let (bit, half) = if self.brgh { (4, 2) } else { (16, 8) };
+        let stopped = !self.sync && !self.txreg_full && self.periods % bit >= half;
+        self.tsr.as_ref().is_none_or(|tsr| tsr.bits.is_empty() && stopped)
+    }
+
     fn end_of_word(&mut self, t: u64) {
         if let Some(tsr) = self.tsr.take()
             && !tsr.lost
@@ -342,9 +349,7 @@ impl Model {
                 self.oerr,
                 self.shown.ninth,
             ]),
-            Sfr::TXSTA => {
-                bits([self.csrc, self.tx9, self.txen, self.sync, false, self.brgh, self.tsr.is_none(), self.tx9d])
-            }
+            Sfr::TXSTA => bits([self.csrc, self.tx9, self.txen, self.sync, false, self.brgh, self.trmt(), self.tx9d]),
             Sfr::TXREG => self.txreg,
             Sfr::RCREG => self.shown.byte,
             Sfr::SPBRG => self.spbrg,

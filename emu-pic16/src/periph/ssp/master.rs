@@ -70,13 +70,14 @@ pub(super) struct Master {
     timer: u64,
     /// SSPSR.
     sr: u8,
-    /// Times that SCL has fallen in this byte, the one before its first bit included.
+    /// Times that SCL has fallen in this byte, the one before its first bit and the one behind its
+    /// acknowledge included.
     falls: u8,
     /// SDA was let go to send a 1: who pulls it collides.
     sends_one: bool,
 }
 
-emu_core::state! { Master { step, timer, sr, falls, sends_one } if |of, _now| of.falls <= 9 }
+emu_core::state! { Master { step, timer, sr, falls, sends_one } if |of, _now| of.falls <= 10 }
 
 impl Master {
     pub(super) const IDLE: Master = Master { step: Step::Idle, timer: NEVER, sr: 0, falls: 0, sends_one: false };

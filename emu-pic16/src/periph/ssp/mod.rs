@@ -271,7 +271,7 @@ impl Device for Ssp {
             Line::Sck => self.clock(t, out),
             Line::Sdi if mode.i2c() && self.regs.scl => self.condition(!high, t, out),
             Line::Ss if mode == (Mode::SpiSlave { select: true }) => {
-                self.spi.restart();
+                self.spi.restart(&self.regs);
                 if !high {
                     self.spi.present(&self.regs);
                 }

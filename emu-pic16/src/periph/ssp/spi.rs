@@ -21,7 +21,7 @@ pub(super) struct Spi {
     pub(super) active: bool,
     /// A byte is on its way: from the write (master) or the first edge (slave) to its last edge.
     shifting: bool,
-    /// Halves begun (master), bits shifted in (slave).
+    /// Halves begun and, once, the end of the last one (master); bits shifted in (slave).
     count: u8,
     /// When the master's next half begins; `NEVER` where timer 2 says.
     edge: u64,
@@ -29,7 +29,7 @@ pub(super) struct Spi {
     done: (u64, u8),
 }
 
-emu_core::state! { Spi { sr, sdo, active, shifting, count, edge, done } if |spi, _now| spi.count <= 16 }
+emu_core::state! { Spi { sr, sdo, active, shifting, count, edge, done } if |spi, _now| spi.count <= HALVES + 1 }
 
 impl Spi {
     pub(super) const IDLE: Spi =
@@ -136,17 +136,20 @@ impl Spi {
         if self.count < 8 {
             return;
         }
-        self.restart();
+        (self.count, self.shifting) = (0, false);
         self.done = (if asleep { t } else { flag_clock(t) }, self.sr);
         if asleep {
             self.finish(regs, t, out);
         }
     }
 
-    /// SS is high: the bit counter is 0.
-    pub(super) fn restart(&mut self) {
-        self.count = 0;
-        self.shifting = false;
+    /// SS has changed: the bit counter is 0, and what was shifted of a byte is lost. SSPSR has again what
+    /// SSPBUF holds to be sent (DS39582 figure 9-4, where the byte that is sent begins anew with bit 7).
+    pub(super) fn restart(&mut self, regs: &Regs) {
+        if self.shifting {
+            self.sr = regs.buf;
+        }
+        (self.count, self.shifting) = (0, false);
     }
 
     /// The oscillator stops: what the slave has complete does not wait for it.

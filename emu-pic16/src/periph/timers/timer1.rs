@@ -93,7 +93,8 @@ pub(super) struct Timer1 {
 }
 
 emu_core::state! {
-    Timer1 { con, swings, pin, at, value, prescaler, unarmed, flight, asleep } stays { crystal } if |of, now| of.at <= now + 4
+    Timer1 { con, swings, pin, at, value, prescaler, unarmed, flight, asleep } stays { crystal }
+    if |of, now| of.swings <= of.at && of.at <= now + 4 && u64::from(of.prescaler) < PRESCALER
 }
 
 impl Timer1 {

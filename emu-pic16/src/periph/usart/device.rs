@@ -46,12 +46,11 @@ impl Device for Usart {
     }
 
     fn peek(&self, reg: Sfr, t: u64) -> u8 {
-        let _ = t;
         let bit = |set: bool, bit: u8| if set { bit } else { 0 };
         let head = self.fifo.head();
         match reg {
             Sfr::RCSTA => self.rcsta | bit(head.bad_stop, FERR) | bit(self.oerr, OERR) | bit(head.ninth, RX9D),
-            Sfr::TXSTA => self.txsta | bit(self.word.is_none(), TRMT),
+            Sfr::TXSTA => self.txsta | bit(self.trmt(t), TRMT),
             Sfr::TXREG => self.txreg,
             Sfr::RCREG => head.byte,
             Sfr::SPBRG => self.baud.spbrg,
@@ -125,6 +124,7 @@ impl Device for Usart {
     fn steady(&self, reg: Sfr, t: u64) -> u64 {
         match reg {
             Sfr::TXREG | Sfr::SPBRG => NEVER,
+            Sfr::TXSTA if !self.trmt(t) => self.next().min(self.clock(self.trmt_due())).max(t),
             _ => self.next().max(t),
         }
     }

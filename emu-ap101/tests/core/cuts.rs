@@ -1,0 +1,13 @@
+//! Random programs: a machine that is saved and restored is the machine that was not.
+
+use emu_core::cuts::search;
+
+use crate::slices::plan;
+
+/// Programs for each chip; `EMU_STATE_PROGRAMS` asks for another number.
+const PROGRAMS: u64 = if cfg!(debug_assertions) { 10 } else { 60 };
+
+#[test]
+fn saved_and_restored() {
+    search(&[("ap101", ())], PROGRAMS, |(), rng| plan(rng.next_u64()));
+}

@@ -1,0 +1,169 @@
+//! Random writes to all registers of every chip: a machine that is saved and restored is the machine that was
+//! not.
+
+use emu_core::RamInit;
+use emu_core::cuts::{boundary_byte, plan_at_random, search};
+use emu_core::image::{Image, Segment};
+use emu_core::pins::PinId;
+use emu_core::rng::Rng;
+use emu_core::slices::{Plan, pick};
+use emu_pic16::chips::{PARTS, Part, Place};
+use emu_pic16::periph::map::Sfr;
+use emu_pic16::{Corner, Options, Pic16};
+
+/// Programs for each chip; `EMU_STATE_PROGRAMS` asks for another number.
+const PROGRAMS: u64 = if cfg!(debug_assertions) { 10 } else { 60 };
+const SPAN: u64 = 4_000;
+
+const CLRWDT: u16 = 0x0064;
+const SLEEP: u16 = 0x0063;
+const RETFIE: u16 = 0x0009;
+const RETURN: u16 = 0x0008;
+
+/// A byte of RAM in bank 0 of every chip.
+const COUNTER: u16 = 0x20;
+
+/// A program that grows.
+struct Text<'a> {
+    words: Vec<u16>,
+    part: &'static Part,
+    rng: &'a mut Rng,
+}
+
+impl Text<'_> {
+    /// BCF or BSF.
+    fn bit(&mut self, addr: u16, bit: u64, set: bool) {
+        self.bank(addr);
+        self.words.push(if set { 0x1400 } else { 0x1000 } | (bit as u16) << 7 | addr & 0x7F);
+    }
+
+    /// Selects the bank of an address.
+    fn bank(&mut self, addr: u16) {
+        for (bit, of) in [(5u16, 0x80), (6, 0x100)] {
+            self.words.push(if addr & of == 0 { 0x1003 } else { 0x1403 } | bit << 7);
+        }
+    }
+
+    fn write(&mut self, addr: u16, value: u8) {
+        self.bank(addr);
+        self.words.extend([0x3000 | u16::from(value), 0x0080 | addr & 0x7F]);
+    }
+
+    fn write_sfr(&mut self, sfr: Sfr, value: u8) {
+        if let Some(addr) = self.part.addr(sfr) {
+            self.write(addr, value);
+        }
+    }
+
+    /// An address of a register. Those that end the program's way, or select banks, are left to others.
+    fn register(&mut self) -> u16 {
+        let registers = self.part.sfr.iter().filter(|(_, sfr)| !matches!(sfr, Sfr::PCL | Sfr::PCLATH | Sfr::STATUS));
+        let registers: Vec<u16> = registers.map(|row| row.0).collect();
+        pick(self.rng, &registers)
+    }
+
+    /// A loop of some cycles that only counts.
+    fn delay(&mut self) {
+        let turns = self.rng.below(40) as u8 + 1;
+        self.write(COUNTER, turns);
+        let here = self.words.len() as u16;
+        self.words.extend([0x0B80 | COUNTER, 0x2800 | here]);
+    }
+
+    /// Unlocks EECON1 and begins a read or a write.
+    fn memory(&mut self) {
+        let value = pick(self.rng, &[0x04, 0x84, 0x94, 0x14, 0x80, 0x00]);
+        self.write_sfr(Sfr::EECON1, value);
+        let (byte, addr) = (boundary_byte(self.rng), boundary_byte(self.rng));
+        self.write_sfr(Sfr::EEDATA, byte);
+        self.write_sfr(Sfr::EEADR, addr);
+        let Some(addr) = self.part.addr(Sfr::EECON2) else { return };
+        self.bank(addr);
+        let unlock = [0x3055, 0x0080 | addr & 0x7F, 0x30AA, 0x0080 | addr & 0x7F];
+        self.words.extend(unlock);
+        let control = self.part.addr(Sfr::EECON1).unwrap_or(0) & 0x7F;
+        let bit = if self.rng.one_in(4) { 0 } else { 1 };
+        self.words.extend([0x1400 | bit << 7 | control, 0, 0]);
+    }
+
+    fn step(&mut self) {
+        match self.rng.below(20) {
+            0 => self.delay(),
+            1 => self.words.push(pick(self.rng, &[SLEEP, CLRWDT, CLRWDT])),
+            2 => self.memory(),
+            3..=5 => {
+                let (addr, bit, set) = (self.register(), self.rng.below(8), self.rng.one_in(2));
+                self.bit(addr, bit, set);
+            }
+            6 => {
+                let addr = self.register();
+                self.bank(addr);
+                self.words.push(0x0800 | addr & 0x7F);
+            }
+            7 => {
+                let value = pick(self.rng, &[0xC0, 0xE8, 0xF8, 0x40, 0x00]);
+                self.write_sfr(Sfr::INTCON, value);
+            }
+            _ => {
+                let (addr, value) = (self.register(), boundary_byte(self.rng));
+                self.write(addr, value);
+            }
+        }
+    }
+}
+
+/// An interrupt routine, writes, and a loop over some of them, a sleep or a jump to itself.
+fn program(part: &'static Part, rng: &mut Rng) -> Vec<u16> {
+    let mut text = Text { words: vec![0; 5], part, rng };
+    (0..text.rng.below(3)).for_each(|_| text.step());
+    let flags = pick(text.rng, &[0x00, 0x78, 0xF8]);
+    for sfr in [Sfr::PIR1, Sfr::PIR2] {
+        text.write_sfr(sfr, 0);
+    }
+    text.write_sfr(Sfr::INTCON, flags);
+    text.words.push(pick(text.rng, &[RETFIE, RETFIE, RETFIE, RETURN]));
+    text.words[0] = 0x2800 | text.words.len() as u16;
+    text.words[4] = 0;
+    (0..1 + text.rng.below(40)).for_each(|_| text.step());
+    let body = text.words.len() as u16;
+    (0..text.rng.below(6)).for_each(|_| text.step());
+    if text.rng.one_in(3) {
+        text.words.push(SLEEP);
+    }
+    let end = pick(text.rng, &[body, text.words.len() as u16]);
+    text.words.push(0x2800 | end);
+    text.words
+}
+
+fn plan(part: &'static Part, rng: &mut Rng) -> Plan<Pic16> {
+    let words = program(part, rng);
+    let options = Options {
+        // The slower the clock, the sooner the watchdog and the ends of writes come.
+        hz: pick(rng, &[4_000_000, 20_000_000, 200_000, 32_768]),
+        corner: pick(rng, &[Corner::Min, Corner::Typ, Corner::Max]),
+        config: Some(if rng.one_in(2) { 0x3F38 | rng.below(8) as u16 } else { rng.next_u64() as u16 & 0x3FFF }),
+        start_up: rng.one_in(4),
+        timer1_hz: pick(rng, &[None, Some(32_768), Some(200_000), Some(3_000_000)]),
+        ..Options::default()
+    };
+    let listing: Vec<String> = words.iter().enumerate().map(|(n, word)| format!("{n:03x}: {word:04x}")).collect();
+    let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let image = Image { segments: vec![Segment { space: "flash", addr: 0, bytes }], ..Image::default() };
+    let start = Pic16::with(&part.chip, &image, RamInit::Random(rng.next_u64()), options);
+    let pins: Vec<PinId> =
+        (0..part.chip.pins.len() as PinId).filter(|&pin| pin != part.mclr || rng.one_in(3)).collect();
+    let plan = plan_at_random(start, &pins, SPAN, rng);
+    let what = format!("{}, {options:x?}\n{}\n{}", part.chip.name, listing.join(" "), plan.what);
+    Plan { what, ..plan }
+}
+
+#[test]
+fn saved_and_restored() {
+    let chips: Vec<(&str, &'static Part)> = PARTS.iter().map(|part| (part.chip.name, part)).collect();
+    search(&chips, PROGRAMS, |part, rng| plan(part, rng));
+}
+
+#[test]
+fn every_chip_has_the_counter() {
+    assert!(PARTS.iter().all(|part| part.place(COUNTER) == Place::Ram(COUNTER)));
+}
