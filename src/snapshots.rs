@@ -64,7 +64,9 @@ impl Shelf {
 fn is_replaceable(file: &str) -> bool {
     let mut bytes = Vec::new();
     match File::open(file) {
-        Ok(open) => open.take(16).read_to_end(&mut bytes).is_ok() && (bytes.is_empty() || snapshot::is_snapshot(&bytes)),
+        Ok(open) => {
+            open.take(16).read_to_end(&mut bytes).is_ok() && (bytes.is_empty() || snapshot::is_snapshot(&bytes))
+        }
         // What cannot be read for another reason may be anything.
         Err(error) => error.kind() == std::io::ErrorKind::NotFound,
     }

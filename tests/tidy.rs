@@ -90,7 +90,9 @@ fn arrows_between_crates() {
             continue;
         };
         for used in uses.into_iter().flat_map(|t| t.keys()) {
-            let ours = ["diag", "scenario", "emu"].contains(&used.as_str()) || used.starts_with("emu-") || used.starts_with("ladder");
+            let ours = ["diag", "scenario", "emu"].contains(&used.as_str())
+                || used.starts_with("emu-")
+                || used.starts_with("ladder");
             if ours && !may.contains(&used.as_str()) {
                 wrong.push(format!("{name} -> {used}"));
             }
@@ -139,7 +141,8 @@ fn files_fit_in_the_head() {
 fn unsafe_code_is_forbidden() {
     for (name, dir) in crates() {
         let programs = fs::read_dir(dir.join("src/bin")).into_iter().flatten().flatten().map(|entry| entry.path());
-        let roots = [dir.join("src/lib.rs"), dir.join("src/main.rs")].into_iter().filter(|p| p.exists()).chain(programs);
+        let roots =
+            [dir.join("src/lib.rs"), dir.join("src/main.rs")].into_iter().filter(|p| p.exists()).chain(programs);
         let texts: Vec<String> = roots.map(|root| fs::read_to_string(root).expect("source")).collect();
         assert!(!texts.is_empty(), "{name} has no root file");
         let forbids = |text: &String| text.contains("#![forbid(unsafe_code)]");

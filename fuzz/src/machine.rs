@@ -46,7 +46,9 @@ pub fn on_machine<V: MachineVisitor>(chip: &'static Chip, image: &Image, visitor
 /// A program that counts for ever and writes memory, in the assembly of a family.
 pub fn program(family: Family) -> &'static str {
     match family {
-        Family::Avr => "ldi r16, 0x40\nloop: sts 0x100, r16\ninc r16\nout 5, r16\nrcall sub\nrjmp loop\nsub: push r16\npop r16\nret\n",
+        Family::Avr => {
+            "ldi r16, 0x40\nloop: sts 0x100, r16\ninc r16\nout 5, r16\nrcall sub\nrjmp loop\nsub: push r16\npop r16\nret\n"
+        }
         Family::Mcs51 => "loop: inc 30h\nmov p1, 30h\nlcall sub\nsjmp loop\nsub: push acc\npop acc\nret\n",
         Family::Pic16 => "loop: incf 0x20, f\nmovf 0x20, w\nmovwf 6\ncall sub\ngoto loop\nsub: nop\nreturn\n",
         Family::Ap101 => "ld i1\nand i2\nst m1\nnand m1\nst e1\nep\n",

@@ -7,8 +7,36 @@ use crate::table::Target;
 
 /// Values at which readers change their minds.
 const NUMBERS: &[&str] = &[
-    "0", "1", "-1", "2", "7", "8", "15", "16", "31", "32", "63", "64", "127", "128", "255", "256", "1023", "32767", "32768", "65535", "65536",
-    "2147483647", "2147483648", "4294967295", "4294967296", "9223372036854775807", "18446744073709551615", "18446744073709551616", "0x", "1e9",
+    "0",
+    "1",
+    "-1",
+    "2",
+    "7",
+    "8",
+    "15",
+    "16",
+    "31",
+    "32",
+    "63",
+    "64",
+    "127",
+    "128",
+    "255",
+    "256",
+    "1023",
+    "32767",
+    "32768",
+    "65535",
+    "65536",
+    "2147483647",
+    "2147483648",
+    "4294967295",
+    "4294967296",
+    "9223372036854775807",
+    "18446744073709551615",
+    "18446744073709551616",
+    "0x",
+    "1e9",
 ];
 
 /// Makes inputs.
@@ -31,9 +59,10 @@ impl Mutator {
             seeds.push(Vec::new());
         }
         let words = (target.words)().into_iter().map(String::into_bytes).collect();
-        let name = target.name.bytes().fold(0xCBF2_9CE4_8422_2325, |hash: u64, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3)
-        });
+        let name = target
+            .name
+            .bytes()
+            .fold(0xCBF2_9CE4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3));
         Mutator { seed: seed ^ name, longest: target.longest, seeds, words }
     }
 
@@ -74,7 +103,8 @@ impl Mutator {
                 // A piece of another seed, or of this one.
                 let other = if rng.one_in(2) { bytes.clone() } else { self.seed(rng).to_vec() };
                 let from = rng.below(other.len() as u64 + 1) as usize;
-                let piece = other.get(from..(from + rng.below(256) as usize).min(other.len())).unwrap_or_default().to_vec();
+                let piece =
+                    other.get(from..(from + rng.below(256) as usize).min(other.len())).unwrap_or_default().to_vec();
                 let end = if rng.one_in(2) { at } else { (at + piece.len()).min(bytes.len()) };
                 _ = bytes.splice(at..end, piece);
             }

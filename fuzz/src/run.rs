@@ -109,9 +109,9 @@ fn one(target: &'static Target, options: &Options) -> io::Result<TargetRun> {
 /// Gives an input a name by its content, so that the same finding is one file.
 fn save(target: &Target, folder: &Path, current: &Path) -> io::Result<PathBuf> {
     let bytes = std::fs::read(current)?;
-    let hash = bytes.iter().fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| {
-        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01B3)
-    });
+    let hash = bytes
+        .iter()
+        .fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01B3));
     let folder = folder.join(target.name);
     std::fs::create_dir_all(&folder)?;
     let file = folder.join(format!("{hash:016x}"));

@@ -90,7 +90,16 @@ fn asm(family: Family) -> Vec<String> {
     let mnemonics = chip.isa.rows.iter().map(|row| format!(" {} ", row.mnemonic));
     let directives = emu_asm::directives(chip).into_iter().flat_map(|name| [format!(" {name} "), format!(" .{name} ")]);
     let registers = chip.regs.iter().chain(chip.bits).map(|reg| reg.name.to_owned());
-    let pieces = words(&["#define a a b\n", "m macro x\n", " endm\n", " rept 3\n", " include \"a\"\n", "x equ x+1\n", "\\@", "$"]);
+    let pieces = words(&[
+        "#define a a b\n",
+        "m macro x\n",
+        " endm\n",
+        " rept 3\n",
+        " include \"a\"\n",
+        "x equ x+1\n",
+        "\\@",
+        "$",
+    ]);
     mnemonics.chain(directives).chain(registers).chain(pieces).collect()
 }
 
@@ -103,7 +112,11 @@ fn rows(family: Family) -> Vec<Vec<u8>> {
         let bytes = words.iter().flat_map(|word| word.to_le_bytes().into_iter().take(size).collect::<Vec<u8>>());
         [0, 1].into_iter().chain(bytes).collect()
     };
-    chip.isa.rows.iter().flat_map(|row| [words(row.pattern.value, row), words(row.pattern.value | !row.pattern.mask, row)]).collect()
+    chip.isa
+        .rows
+        .iter()
+        .flat_map(|row| [words(row.pattern.value, row), words(row.pattern.value | !row.pattern.mask, row)])
+        .collect()
 }
 
 /// Programs behind the bytes of some edges.
@@ -170,23 +183,96 @@ of_families! {
 
 /// Words of SDCC's files.
 pub fn sdcc() -> Vec<String> {
-    words(&["S:", "L:", "F:", "T:", "M:", "G$", "$0$0", "({2}DI:S)", ",E,0,0", "\n", "0x", "Area", "00000000", ";", "\t"])
+    words(&[
+        "S:",
+        "L:",
+        "F:",
+        "T:",
+        "M:",
+        "G$",
+        "$0$0",
+        "({2}DI:S)",
+        ",E,0,0",
+        "\n",
+        "0x",
+        "Area",
+        "00000000",
+        ";",
+        "\t",
+    ])
 }
 
 /// Words of gpsim's commands.
 pub fn cod() -> Vec<String> {
-    words(&[".assert", ".sim", ".command", "module lib", "node ", "attach ", "stimulus ", "break c 0x", "end", "\"", "->", ","])
+    words(&[
+        ".assert",
+        ".sim",
+        ".command",
+        "module lib",
+        "node ",
+        "attach ",
+        "stimulus ",
+        "break c 0x",
+        "end",
+        "\"",
+        "->",
+        ",",
+    ])
 }
 
 /// Words of `.ld` files.
 pub fn ladder() -> Vec<String> {
     words(&[
-        "LDmicro0.1\n", "LDmicro0.2\n", "MICRO=", "CYCLE=", "CRYSTAL=", "BAUD=", "COMPILED=", "IO LIST\n", "END\n", "PROGRAM\n", "RUNG\n",
-        "SERIES\n", "PARALLEL\n", "CONTACTS Xa 0\n", "COIL Yb 0 0 0\n", "TON Tc 1000000\n", "TOF Td 500000\n", "RTO Te 1\n", "CTU Cf 5\n",
-        "CTD Cg 5\n", "CTC Ch 3\n", "RES Cf\n", "MOVE a b\n", "ADD a b c\n", "SUB a 1 c\n", "MUL a b c\n", "DIV a 0 c\n", "OSR\n", "OSF\n",
-        "SHORT\n", "OPEN\n", "MASTER_RELAY\n", "SHIFT_REGISTER s 7\n", "LOOK_UP_TABLE d i 3 0 1 2 3\n", "PIECEWISE_LINEAR d i 2 0 0 9 9\n",
-        "FORMATTED_STRING v 6 65 66\n", "READ_ADC Aa\n", "SET_PWM d 1000\n", "UART_SEND c\n", "UART_RECV c\n", "PERSIST p\n",
-        "EQU a 1\n", "NEQ a 1\n", "GRT a 1\n", "GEQ a 1\n", "LES a 1\n", "LEQ a 1\n", "COMMENT c\n", "2147483647", "-32768",
+        "LDmicro0.1\n",
+        "LDmicro0.2\n",
+        "MICRO=",
+        "CYCLE=",
+        "CRYSTAL=",
+        "BAUD=",
+        "COMPILED=",
+        "IO LIST\n",
+        "END\n",
+        "PROGRAM\n",
+        "RUNG\n",
+        "SERIES\n",
+        "PARALLEL\n",
+        "CONTACTS Xa 0\n",
+        "COIL Yb 0 0 0\n",
+        "TON Tc 1000000\n",
+        "TOF Td 500000\n",
+        "RTO Te 1\n",
+        "CTU Cf 5\n",
+        "CTD Cg 5\n",
+        "CTC Ch 3\n",
+        "RES Cf\n",
+        "MOVE a b\n",
+        "ADD a b c\n",
+        "SUB a 1 c\n",
+        "MUL a b c\n",
+        "DIV a 0 c\n",
+        "OSR\n",
+        "OSF\n",
+        "SHORT\n",
+        "OPEN\n",
+        "MASTER_RELAY\n",
+        "SHIFT_REGISTER s 7\n",
+        "LOOK_UP_TABLE d i 3 0 1 2 3\n",
+        "PIECEWISE_LINEAR d i 2 0 0 9 9\n",
+        "FORMATTED_STRING v 6 65 66\n",
+        "READ_ADC Aa\n",
+        "SET_PWM d 1000\n",
+        "UART_SEND c\n",
+        "UART_RECV c\n",
+        "PERSIST p\n",
+        "EQU a 1\n",
+        "NEQ a 1\n",
+        "GRT a 1\n",
+        "GEQ a 1\n",
+        "LES a 1\n",
+        "LEQ a 1\n",
+        "COMMENT c\n",
+        "2147483647",
+        "-32768",
     ])
 }
 
@@ -194,12 +280,27 @@ pub fn ladder() -> Vec<String> {
 pub fn scenario() -> Vec<String> {
     let keys = scenario::KEYS.iter().copied().chain(scenario::STEP_KEYS.iter().map(|key| key.name));
     let keys = keys.map(|key| format!("{key} = "));
-    keys.chain(words(&["[[step]]\n", "\"10ms\"", "\"1 scans\"", "{ PB0 = 1 }", "[0, 9]", "\"data:0x100\"", "true", "\"z\""])).collect()
+    keys.chain(words(&[
+        "[[step]]\n",
+        "\"10ms\"",
+        "\"1 scans\"",
+        "{ PB0 = 1 }",
+        "[0, 9]",
+        "\"data:0x100\"",
+        "true",
+        "\"z\"",
+    ]))
+    .collect()
 }
 
 /// What was done, in pieces of kind, tick and length.
 pub fn records() -> Vec<Vec<u8>> {
-    texts(&["\u{4}\u{3}\u{9}\u{3}RA0\u{0}\u{9}\u{2}hi", "\u{1f}\u{1}\u{2}\u{0}\u{2}\u{3}\u{5}a\nb\"c", "", "\u{21}\u{4}\u{40}\u{5}a.b=\""])
+    texts(&[
+        "\u{4}\u{3}\u{9}\u{3}RA0\u{0}\u{9}\u{2}hi",
+        "\u{1f}\u{1}\u{2}\u{0}\u{2}\u{3}\u{5}a\nb\"c",
+        "",
+        "\u{21}\u{4}\u{40}\u{5}a.b=\"",
+    ])
 }
 
 const WAVE: &str = "$timescale 1 us $end\n$scope module top $end\n$var wire 1 ! PB0 $end\n$var wire 8 # bus [7:0] $end\n$var real 64 % v $end\n\
@@ -213,8 +314,18 @@ pub fn waves() -> Vec<Vec<u8>> {
 /// Words of waveforms.
 pub fn vcd() -> Vec<String> {
     words(&[
-        "$timescale 1 ns $end\n", "$scope module m $end\n", "$upscope $end\n", "$var wire 1 \" a $end\n", "$var string 1 & s $end\n",
-        "$var event 1 * e $end\n", "$enddefinitions $end\n", "$dumpvars\n", "$end\n", "$comment x $end\n", "#18446744073709551615\n", "sabc &\n",
+        "$timescale 1 ns $end\n",
+        "$scope module m $end\n",
+        "$upscope $end\n",
+        "$var wire 1 \" a $end\n",
+        "$var string 1 & s $end\n",
+        "$var event 1 * e $end\n",
+        "$enddefinitions $end\n",
+        "$dumpvars\n",
+        "$end\n",
+        "$comment x $end\n",
+        "#18446744073709551615\n",
+        "sabc &\n",
     ])
 }
 
@@ -228,7 +339,21 @@ pub fn traces() -> Vec<Vec<u8>> {
 
 /// Words of traces.
 pub fn trace() -> Vec<String> {
-    words(&["  interrupt ", "  end: ", "0x", " ; ", "read ", "write ", ":0x", "=", "\"regs\":{", "\"data\":[", "\"interrupt\":", "<", ">  "])
+    words(&[
+        "  interrupt ",
+        "  end: ",
+        "0x",
+        " ; ",
+        "read ",
+        "write ",
+        ":0x",
+        "=",
+        "\"regs\":{",
+        "\"data\":[",
+        "\"interrupt\":",
+        "<",
+        ">  ",
+    ])
 }
 
 /// Expressions, places, times and stimuli.
@@ -246,7 +371,10 @@ pub fn expressions() -> Vec<Vec<u8>> {
 pub fn expressions_words() -> Vec<String> {
     let spaces = machine::chips().flat_map(|chip| chip.spaces.iter().map(|space| format!("{}:", space.0)));
     let registers = machine::chips().flat_map(|chip| chip.cpu_regs.iter().map(|name| (*name).to_owned()));
-    let pieces = ["&&", "||", "<<", ">>", "==", "!=", "..", "0x", "$pc", "$cycle", "pin ", "pc=", "ms", "us", "c:", "=z", "V", "counts", "("];
+    let pieces = [
+        "&&", "||", "<<", ">>", "==", "!=", "..", "0x", "$pc", "$cycle", "pin ", "pc=", "ms", "us", "c:", "=z", "V",
+        "counts", "(",
+    ];
     spaces.chain(registers).chain(words(&pieces)).collect()
 }
 
@@ -267,9 +395,37 @@ pub fn arguments() -> Vec<Vec<u8>> {
 /// Words of command lines.
 pub fn arguments_words() -> Vec<String> {
     words(&[
-        "--mcu\n", "--for\n", "--clock\n", "--set\n", "--at\n", "--until\n", "--peek\n", "--attach\n", "spi:25q32,cs=PB2", "i2c:24c01@0x57",
-        ",file=x", "--fuse\n", "--lock\n", "--ram\nrandom:1", "--vcd-add\n", "--trace-only\n", "--baud\n", "--eeprom\n", "--pin\nXa=PD2\n",
-        "compile\n", "asm\n", "disasm\n", "fuzz\n", "diff\n", "draw\n", "chips\n", "explain\n", "dap\n", "--only\n", "--from\n", "--seed\n",
+        "--mcu\n",
+        "--for\n",
+        "--clock\n",
+        "--set\n",
+        "--at\n",
+        "--until\n",
+        "--peek\n",
+        "--attach\n",
+        "spi:25q32,cs=PB2",
+        "i2c:24c01@0x57",
+        ",file=x",
+        "--fuse\n",
+        "--lock\n",
+        "--ram\nrandom:1",
+        "--vcd-add\n",
+        "--trace-only\n",
+        "--baud\n",
+        "--eeprom\n",
+        "--pin\nXa=PD2\n",
+        "compile\n",
+        "asm\n",
+        "disasm\n",
+        "fuzz\n",
+        "diff\n",
+        "draw\n",
+        "chips\n",
+        "explain\n",
+        "dap\n",
+        "--only\n",
+        "--from\n",
+        "--seed\n",
     ])
 }
 
@@ -284,15 +440,46 @@ pub fn commands() -> Vec<Vec<u8>> {
         "print /x 1+2*3\nset r16 = 5\ndisplay /t r16\nundisplay\nassert 1\nuntil-pin PB0=1\nreset power\nhelp step\necho a\n",
         "info\ninfo pins\ninfo irq\ninfo history\ninfo symbols\ninfo frame\ninfo line\ncondition 1 r16\nignore 1 3\nquit 3\n",
     ];
-    scripts.iter().zip(0u8..).flat_map(|(script, n)| (0..6).map(move |of| [&[of + 6 * n][..], script.as_bytes()].concat())).collect()
+    scripts
+        .iter()
+        .zip(0u8..)
+        .flat_map(|(script, n)| (0..6).map(move |of| [&[of + 6 * n][..], script.as_bytes()].concat()))
+        .collect()
 }
 
 /// Words of the debugger.
 pub fn commands_words() -> Vec<String> {
     words(&[
-        "\nbreak ", "\nwatch ", "\ncontinue\n", "\nstepi 100000\n", "\nreverse-continue\n", "\ngoto-cycle ", "\nx/99i ", "\ncommands\n", "\nend\n",
-        "\nsilent\n", "\nfinish\n", "\nuntil ", "\nset ", "\nprint ", "\nlast-write ", "\nscan 1000\n", "\nwhy ", "\nlist ", "\ndisas ", "\ninfo ",
-        "\nrun-to-cycle 10ms\n", "\ndisplay ", "$cycle", "$pc", "rung 2.1", "main.c:3", " if ", "18446744073709551615", "-1", "0x7fffffff",
+        "\nbreak ",
+        "\nwatch ",
+        "\ncontinue\n",
+        "\nstepi 100000\n",
+        "\nreverse-continue\n",
+        "\ngoto-cycle ",
+        "\nx/99i ",
+        "\ncommands\n",
+        "\nend\n",
+        "\nsilent\n",
+        "\nfinish\n",
+        "\nuntil ",
+        "\nset ",
+        "\nprint ",
+        "\nlast-write ",
+        "\nscan 1000\n",
+        "\nwhy ",
+        "\nlist ",
+        "\ndisas ",
+        "\ninfo ",
+        "\nrun-to-cycle 10ms\n",
+        "\ndisplay ",
+        "$cycle",
+        "$pc",
+        "rung 2.1",
+        "main.c:3",
+        " if ",
+        "18446744073709551615",
+        "-1",
+        "0x7fffffff",
     ])
 }
 
@@ -315,8 +502,39 @@ pub fn packets() -> Vec<Vec<u8>> {
 /// Words of gdb's protocol; `qRcmd` takes its command as hexadecimal digits.
 pub fn packets_words() -> Vec<String> {
     let hex = |text: &str| "\nqRcmd,".to_owned() + &text.bytes().map(|byte| format!("{byte:02x}")).collect::<String>();
-    let monitor = ["set r16=5", "print $cycle", "history", "halt", "why", "scan", "back 5", "goto 100", "peek PORTB", "reset power"].map(hex);
-    let packets = ["\nZ0,", "\nZ1,", "\nZ2,", "\nz0,", "\nvCont;s:1", "\nvCont;c", "\nvCont;r", "\nbs", "\nbc", "\nm", "\nM", "\nX", "\nqXfer:", "ffffffff", "800000", "810000", ",2:", "\n!"];
+    let monitor = [
+        "set r16=5",
+        "print $cycle",
+        "history",
+        "halt",
+        "why",
+        "scan",
+        "back 5",
+        "goto 100",
+        "peek PORTB",
+        "reset power",
+    ]
+    .map(hex);
+    let packets = [
+        "\nZ0,",
+        "\nZ1,",
+        "\nZ2,",
+        "\nz0,",
+        "\nvCont;s:1",
+        "\nvCont;c",
+        "\nvCont;r",
+        "\nbs",
+        "\nbc",
+        "\nm",
+        "\nM",
+        "\nX",
+        "\nqXfer:",
+        "ffffffff",
+        "800000",
+        "810000",
+        ",2:",
+        "\n!",
+    ];
     monitor.into_iter().chain(words(&packets)).collect()
 }
 
@@ -331,9 +549,13 @@ pub fn requests() -> Vec<Vec<u8>> {
     for ((_, bytes), n) in files.iter().zip(0..) {
         let text = String::from_utf8_lossy(bytes).into_owned();
         let asks = text.lines().filter_map(|line| line.strip_prefix("> ").or(line.strip_prefix("& ")));
-        let asks: Vec<&str> = asks.filter(|line| !line.contains("\"launch\"") && !line.contains("\"initialize\"")).collect();
+        let asks: Vec<&str> =
+            asks.filter(|line| !line.contains("\"launch\"") && !line.contains("\"initialize\"")).collect();
         for stretch in asks.chunks(8) {
-            let launch = format!("{LAUNCH}{{\"command\":\"launch\",\"arguments\":{{\"program\":\"{}\",\"stopOnEntry\":true}}}}\n", n % 5);
+            let launch = format!(
+                "{LAUNCH}{{\"command\":\"launch\",\"arguments\":{{\"program\":\"{}\",\"stopOnEntry\":true}}}}\n",
+                n % 5
+            );
             all.push((launch + "{\"command\":\"configurationDone\"}\n" + &stretch.join("\n")).into_bytes());
         }
     }

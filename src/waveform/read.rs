@@ -226,7 +226,10 @@ impl<'a> Reading<'a> {
                 }
                 self.named += self.scopes.iter().map(|scope| scope.len() + 1).sum::<usize>() + name.len();
                 if self.named > MOST_NAMES {
-                    return Err((TOO_LARGE_WAVE, format!("the names have more than {MOST_NAMES} bytes with their scopes")));
+                    return Err((
+                        TOO_LARGE_WAVE,
+                        format!("the names have more than {MOST_NAMES} bytes with their scopes"),
+                    ));
                 }
                 let index = index.filter(|_| bits == 1).map_or_else(String::new, |index| index.to_string());
                 let path = self.scopes.iter().map(String::as_str).chain([name.as_str()]).collect::<Vec<_>>().join(".");
