@@ -1,6 +1,6 @@
 //! Snapshots of machines, for all who write and read them.
 
-use std::fs::File;
+use std::fs;
 use std::io::Read;
 use std::path::{Component, Path};
 
@@ -60,14 +60,13 @@ impl Shelf {
     }
 }
 
-/// There is no such file, or it is empty, or a snapshot.
+/// There is no such file, or it is no plain one, or it is empty or a snapshot.
 fn is_replaceable(file: &str) -> bool {
-    let mut bytes = Vec::new();
-    match File::open(file) {
-        Ok(open) => {
-            open.take(16).read_to_end(&mut bytes).is_ok() && (bytes.is_empty() || snapshot::is_snapshot(&bytes))
-        }
-        // What cannot be read for another reason may be anything.
-        Err(error) => error.kind() == std::io::ErrorKind::NotFound,
+    // What cannot be looked at may be anything; the system says what is wrong with it.
+    if !fs::metadata(file).is_ok_and(|found| found.is_file()) {
+        return true;
     }
+    let mut bytes = Vec::new();
+    let read = fs::File::open(file).and_then(|open| open.take(16).read_to_end(&mut bytes));
+    read.is_ok() && (bytes.is_empty() || snapshot::is_snapshot(&bytes))
 }

@@ -4,6 +4,7 @@
 use std::fs::File;
 use std::io::{self, Seek, Write};
 use std::path::Path;
+use std::sync::Once;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
@@ -23,22 +24,49 @@ pub enum Budget {
     Time(Duration),
 }
 
-/// Milliseconds since the start at which the execution began that is going on; 0 where none is.
-static BEGAN: AtomicU64 = AtomicU64::new(0);
+/// Number of the execution that is going on, from 1 on; 0 where none is.
+static RUNNING: AtomicU64 = AtomicU64::new(0);
 
-/// Ends the process when an execution takes too long.
-fn watch(start: Instant) {
-    std::thread::spawn(move || {
-        loop {
-            std::thread::sleep(Duration::from_millis(200));
-            let began = BEGAN.load(Ordering::Relaxed);
-            let now = start.elapsed().as_millis() as u64;
-            if began > 0 && now.saturating_sub(began) > SECONDS * 1000 {
-                eprintln!("an execution takes longer than {SECONDS} s");
-                std::process::exit(HANGS);
-            }
+/// An execution that waits for something may take so many times the limit, since it is asleep, or others have the processor.
+const PATIENCE: u64 = 6;
+
+/// The limit of an execution: [`SECONDS`], or what EMU_FUZZ_LIMIT says.
+fn limit() -> u64 {
+    std::env::var("EMU_FUZZ_LIMIT").ok().and_then(|text| text.parse().ok()).unwrap_or(SECONDS)
+}
+
+/// Time of the processor that this process has taken, in hundredths of a second: utime and stime, proc(5). None where the system
+/// does not say.
+fn processor_time() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    let mut fields = text.rsplit_once(')')?.1.split_whitespace().skip(11).map(|field| field.parse::<u64>().ok());
+    Some(fields.next()?? + fields.next()??)
+}
+
+/// Ends the process when an execution takes too long: in time of the processor, so that a busy machine makes no findings.
+fn watch() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| drop(std::thread::spawn(watcher)));
+}
+
+fn watcher() {
+    let limit = limit();
+    let (mut seen, mut since, mut taken) = (0, Instant::now(), processor_time());
+    loop {
+        std::thread::sleep(Duration::from_millis(100));
+        let running = RUNNING.load(Ordering::Relaxed);
+        if running != seen || running == 0 {
+            (seen, since, taken) = (running, Instant::now(), processor_time());
+            continue;
         }
-    });
+        let computed = processor_time().zip(taken).map(|(now, then)| now.saturating_sub(then) / 100);
+        let waited = since.elapsed().as_secs();
+        let most = if computed.is_some() { limit * PATIENCE } else { limit };
+        if computed.is_some_and(|seconds| seconds >= limit) || waited >= most {
+            eprintln!("an execution takes longer than {limit} s");
+            std::process::exit(HANGS);
+        }
+    }
 }
 
 /// Executes inputs; each is in the file `current` while it is executed. Returns their number.
@@ -48,7 +76,7 @@ fn watch(start: Instant) {
 pub fn work(target: &Target, seed: u64, budget: Budget, current: &Path) -> io::Result<u64> {
     let mutator = Mutator::new(target, seed, run::regressions(target.name));
     let start = Instant::now();
-    watch(start);
+    watch();
     let mut file = File::create(current)?;
     let mut number = 0;
     while match budget {
@@ -59,10 +87,10 @@ pub fn work(target: &Target, seed: u64, budget: Budget, current: &Path) -> io::R
         file.set_len(0)?;
         file.rewind()?;
         file.write_all(&input)?;
-        BEGAN.store((start.elapsed().as_millis() as u64).max(1), Ordering::Relaxed);
-        target.run(&input);
-        BEGAN.store(0, Ordering::Relaxed);
         number += 1;
+        RUNNING.store(number, Ordering::Relaxed);
+        target.run(&input);
+        RUNNING.store(0, Ordering::Relaxed);
     }
     drop(file);
     std::fs::remove_file(current)?;
@@ -72,9 +100,10 @@ pub fn work(target: &Target, seed: u64, budget: Budget, current: &Path) -> io::R
 /// Executes one input under the same limit of time.
 pub fn replay(target: &Target, input: &[u8]) -> Duration {
     let start = Instant::now();
-    watch(start);
-    BEGAN.store(1, Ordering::Relaxed);
+    watch();
+    static NUMBER: AtomicU64 = AtomicU64::new(1);
+    RUNNING.store(NUMBER.fetch_add(1, Ordering::Relaxed), Ordering::Relaxed);
     target.run(input);
-    BEGAN.store(0, Ordering::Relaxed);
+    RUNNING.store(0, Ordering::Relaxed);
     start.elapsed()
 }

@@ -44,7 +44,8 @@ pub fn record(data: &[u8]) {
     let (clocks, data) = data.split_first().map_or((0, data), |(first, rest)| (*first, rest));
     let mut recorder = Recorder::new((clocks % 16 > 0).then_some(u32::from(clocks % 16)));
     recorder.whole = clocks & 0x10 != 0;
-    recorder.program = (clocks & 0x20 != 0).then(|| text(data.get(..9).unwrap_or(data)));
+    recorder.program =
+        (clocks & 0x20 != 0).then(|| text(data.get(..9).unwrap_or(data))).filter(|name| !name.is_empty());
     let mut steps = 0;
     let mut pieces = data;
     while let Some(([kind, tick, len], rest)) = pieces.split_first_chunk::<3>() {
@@ -54,6 +55,8 @@ pub fn record(data: &[u8]) {
             0 if !piece.is_empty() => Done::Send(piece.to_vec()),
             1 => Done::PowerCycle,
             2 => Done::Other(text(piece)),
+            // Nothing has an empty name or value.
+            _ if piece.is_empty() => continue,
             3 => Done::Set(text(piece), Value::Text(text(piece))),
             _ => Done::Set(text(piece), Value::Number(i64::from(*kind) << (*tick % 64))),
         };
@@ -99,7 +102,9 @@ pub fn expression(data: &[u8]) {
     for line in text.lines() {
         _ = (hertz(line), duration(line));
         if let Ok(bytes) = unescape(line) {
-            assert_eq!(unescape(&escape(&bytes)), Ok(bytes), "escapes come back");
+            let escaped = escape(&bytes);
+            let within = escaped.strip_prefix('"').and_then(|text| text.strip_suffix('"')).map(unescape);
+            assert_eq!(within, Some(Ok(bytes)), "escapes come back");
         }
         SESSIONS.with_borrow(|sessions| sessions.iter().for_each(|session| tried(session, line)));
     }
