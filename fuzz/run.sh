@@ -28,9 +28,12 @@ for target in $targets; do
     mkdir -p "$corpus" "fuzz/found/$target"
     driver seeds "$target" "$corpus"
     driver dictionary "$target" > "fuzz/corpus/$target.dict"
+    # libFuzzer refuses an empty one.
+    words=()
+    [ ! -s "fuzz/corpus/$target.dict" ] || words=(-dict="fuzz/corpus/$target.dict")
     echo "== $target, $seconds s"
     EMU_FUZZ_TARGET=$target "$fuzzer" "$corpus" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=1536 -max_len=65536 \
-        -dict="fuzz/corpus/$target.dict" -artifact_prefix="fuzz/found/$target/" -print_final_stats=1 "$@" \
+        "${words[@]}" -artifact_prefix="fuzz/found/$target/" -print_final_stats=1 "$@" \
         2> "fuzz/corpus/$target.log" || found=1
     grep -E '^stat::number_of_executed|^stat::peak_rss|^SUMMARY|ERROR|panicked' "fuzz/corpus/$target.log" || true
     find "fuzz/found/$target" -type f -printf "  replay: cargo run --release -p emu-fuzz -- replay $target %p\n"

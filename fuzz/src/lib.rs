@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   targets/     the functions               table.rs    one row a target: function, seeds, words, longest input
-//!   seeds.rs     inputs to begin with, read from the tests and examples of the tree
+//!   seeds.rs     inputs to begin with, from the tree     texts.rs    short ones and words
 //!   mutate.rs    inputs made of seeds, the same for the same seed and number
 //!   machine.rs   chips and machines for the targets
 //!   run.rs       the driver: a process for each target, limits, findings      worker.rs   what runs in that process
@@ -19,6 +19,7 @@ pub mod run;
 mod seeds;
 mod table;
 mod targets;
+mod texts;
 pub mod worker;
 
 use std::path::PathBuf;

@@ -3,6 +3,7 @@
 use crate::seeds::Seeds::{self, Files, Made};
 use crate::seeds::{self as made};
 use crate::targets::{code, debug, image, ladder, machine, text};
+use crate::texts;
 
 /// A target.
 pub struct Target {
@@ -72,11 +73,11 @@ fn endless(_: &[u8]) {
 pub const TARGETS: &[Target] = &[
     row("hex",             image::hex,             4096, &[Files("emu-core/tests/image", ".hex"), Files("examples", ".hex")], made::no_words, "Intel HEX on a chip of each family; what is written is read back"),
     row("elf",             image::elf,            65536, &[Files("examples", ".elf")], made::no_words, "ELF with symbols, notes and DWARF lines"),
-    row("symbols-sdcc",    image::symbols_sdcc,   16384, &[Files("emu-core/tests/symbols", ".cdb"), Files("emu-core/tests/symbols", ".map"), Files("emu-core/tests/symbols", ".rst"), Files("emu-core/tests/symbols", ".lst")], made::sdcc, "maps, debugging records and listings of SDCC"),
+    row("symbols-sdcc",    image::symbols_sdcc,   16384, &[Files("emu-core/tests/symbols", ".cdb"), Files("emu-core/tests/symbols", ".map"), Files("emu-core/tests/symbols", ".rst"), Files("emu-core/tests/symbols", ".lst")], texts::sdcc, "maps, debugging records and listings of SDCC"),
     row("symbols-gputils", image::symbols_gputils, 16384, &[Files("emu-core/tests/gputils", ".cod"), Files("emu-core/tests/gputils", ".map"), Files("emu-core/tests/gputils", ".lst")], made::no_words, "symbol files, maps and listings of gputils"),
-    row("cod-messages",    image::cod_messages,   16384, &[Files("emu-debug/tests/cod", ".cod")], made::cod, "the commands that gpsim's programs carry, read and run"),
-    row("ld",              ladder::ld,            16384, &[Files("examples", ".ld"), Files("emu-check/tests", ".ld"), Files("tests/cli/in", ".ld")], made::ladder, "ladder programs: read, checked, drawn; what is written is read back"),
-    row("compile",         ladder::compile,        6144, &[Files("examples", ".ld"), Files("emu-check/tests", ".ld")], made::ladder, "ladder programs compiled for a chip of each family and evaluated"),
+    row("cod-messages",    image::cod_messages,   16384, &[Files("emu-debug/tests/cod", ".cod")], texts::cod, "the commands that gpsim's programs carry, read and run"),
+    row("ld",              ladder::ld,            16384, &[Files("examples", ".ld"), Files("emu-check/tests", ".ld"), Files("tests/cli/in", ".ld")], texts::ladder, "ladder programs: read, checked, drawn; what is written is read back"),
+    row("compile",         ladder::compile,        6144, &[Files("examples", ".ld"), Files("emu-check/tests", ".ld")], texts::ladder, "ladder programs compiled for a chip of each family and evaluated"),
     row("asm-avr",         code::asm_avr,          8192, &[Files("tests/peers/asm", ".s"), Made(made::cases_avr)], made::asm_avr, "assembler of AVR; the source includes itself"),
     row("asm-8051",        code::asm_8051,         8192, &[Files("examples/8051", ".s"), Made(made::cases_8051)], made::asm_8051, "assembler of the 8051 family"),
     row("asm-pic16",       code::asm_pic16,        8192, &[Files("examples/pic16", ".asm"), Made(made::cases_pic16)], made::asm_pic16, "assembler of the PIC16"),
@@ -94,14 +95,14 @@ pub const TARGETS: &[Target] = &[
     row("state-8051",      machine::state_8051,    8192, &[Made(made::state_8051)], made::no_words, "the same of an 8051"),
     row("state-pic16",     machine::state_pic16,  32768, &[Made(made::state_pic16)], made::no_words, "the same of a PIC16"),
     row("state-ap101",     machine::state_ap101,  32768, &[Made(made::state_ap101)], made::no_words, "the same of an AP101"),
-    row("scenario",        text::scenario,         8192, &[Files("examples", ".toml"), Files("tests/cli/in", ".toml")], made::scenario, "scenarios: read, and their names and times bound to a chip of each family"),
-    row("record",          text::record,           1024, &[Made(made::records)], made::no_words, "what was done, recorded as a scenario, is read back"),
-    row("vcd",             text::vcd,              8192, &[Files("tests/cli/in", ".vcd"), Made(made::waves)], made::vcd, "waveforms, as a stimulus and as a drawing"),
-    row("trace",           text::trace,            8192, &[Made(made::traces)], made::trace, "traces of instructions, as text and as JSON"),
-    row("expression",      text::expression,       1024, &[Made(made::expressions)], made::expressions_words, "expressions, conditions, places, times, stimuli and escapes on a chip of each family"),
-    row("arguments",       text::arguments,        1024, &[Made(made::arguments)], made::arguments_words, "the command line's own arguments, one a line; nothing is carried out"),
-    row("repl",            debug::repl,            1024, &[Made(made::commands)], made::commands_words, "lines of the debugger on a chip of each family and on ladder programs"),
-    row("gdb",             debug::gdb,             4096, &[Made(made::packets)], made::packets_words, "packets of gdb's remote protocol, over a socket"),
-    row("dap",             debug::dap,             8192, &[Made(made::requests)], made::requests_words, "messages of the Debug Adapter Protocol, one a line"),
-    row("dap-frames",      debug::dap_frames,      4096, &[Made(made::frames)], made::frames_words, "the frames around those messages"),
+    row("scenario",        text::scenario,         8192, &[Files("examples", ".toml"), Files("tests/cli/in", ".toml")], texts::scenario, "scenarios: read, and their names and times bound to a chip of each family"),
+    row("record",          text::record,           1024, &[Made(texts::records)], made::no_words, "what was done, recorded as a scenario, is read back"),
+    row("vcd",             text::vcd,              8192, &[Files("tests/cli/in", ".vcd"), Made(texts::waves)], texts::vcd, "waveforms, as a stimulus and as a drawing"),
+    row("trace",           text::trace,            8192, &[Made(texts::traces)], texts::trace, "traces of instructions, as text and as JSON"),
+    row("expression",      text::expression,       1024, &[Made(texts::expressions)], texts::expressions_words, "expressions, conditions, places, times, stimuli and escapes on a chip of each family"),
+    row("arguments",       text::arguments,        1024, &[Made(texts::arguments)], texts::arguments_words, "the command line's own arguments, one a line; nothing is carried out"),
+    row("repl",            debug::repl,            1024, &[Made(texts::commands)], texts::commands_words, "lines of the debugger on a chip of each family and on ladder programs"),
+    row("gdb",             debug::gdb,             4096, &[Made(texts::packets)], texts::packets_words, "packets of gdb's remote protocol, over a socket"),
+    row("dap",             debug::dap,             8192, &[Made(texts::requests)], texts::requests_words, "messages of the Debug Adapter Protocol, one a line"),
+    row("dap-frames",      debug::dap_frames,      4096, &[Made(texts::frames)], texts::frames_words, "the frames around those messages"),
 ];
