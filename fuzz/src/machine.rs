@@ -51,7 +51,7 @@ pub fn program(family: Family) -> &'static str {
         }
         Family::Mcs51 => "loop: inc 30h\nmov p1, 30h\nlcall sub\nsjmp loop\nsub: push acc\npop acc\nret\n",
         Family::Pic16 => "loop: incf 0x20, f\nmovf 0x20, w\nmovwf 6\ncall sub\ngoto loop\nsub: nop\nreturn\n",
-        Family::Ap101 => "channels 8, 4\nld i1\nand i2\nsto e1\nld i3\nnand i4\nsto e2\n",
+        Family::Ap101 => "channels 8, 4\nld i1\nand i2\nsto e1\nld i3\nand i4\nsto e2\n",
     }
 }
 

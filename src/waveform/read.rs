@@ -330,9 +330,9 @@ impl Signal {
             Some(Value::Z) => Value::Z,
             _ => Value::V0,
         };
-        let width = (self.bits.max(1) as usize).min(1 << 16).div_ceil(4) * 4;
-        let all: Vec<Value> =
-            std::iter::repeat_n(fill, width.saturating_sub(bits.len())).chain(bits.iter().copied()).collect();
+        let width = (self.bits.max(1) as usize).min(1 << 16).div_ceil(4);
+        let front = bits.len().next_multiple_of(4) - bits.len();
+        let all: Vec<Value> = std::iter::repeat_n(fill, front).chain(bits.iter().copied()).collect();
         let digit = |four: &[Value]| {
             if four.contains(&Value::X) {
                 'x'
@@ -343,7 +343,9 @@ impl Signal {
                 char::from_digit(number, 16).unwrap_or('?')
             }
         };
-        all.chunks(4).map(digit).collect()
+        // Wide signals have mostly short values: what is in front of them is one digit again and again.
+        let again = width.saturating_sub(all.len() / 4);
+        std::iter::repeat_n(digit(&[fill; 4]), again).chain(all.chunks(4).map(digit)).collect()
     }
 }
 
