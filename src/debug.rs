@@ -2,7 +2,7 @@
 
 mod back;
 mod code;
-mod commands;
+pub mod commands;
 mod data;
 mod files;
 mod frames;
@@ -18,7 +18,7 @@ mod repl;
 mod rungs;
 mod running;
 mod scenario;
-mod shell;
+pub mod shell;
 mod stop;
 mod terminal;
 #[cfg(feature = "tui")]

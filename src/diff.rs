@@ -107,6 +107,13 @@ pub fn diff(args: &DiffArgs) -> Result<u8, Failure> {
     Ok(exit::FAILED)
 }
 
+/// Number of lines of a trace.
+pub fn lines_of(bytes: &[u8]) -> Result<u64, Failure> {
+    let mut reader = Reader::over("trace", Box::new(std::io::Cursor::new(bytes.to_vec())))?;
+    while reader.next()?.is_some() {}
+    Ok(reader.lines())
+}
+
 fn equal(args: &DiffArgs, lines: u64) -> Result<u8, Failure> {
     if args.json {
         output::json(&json!({ "schema": 1, "equal": true, "lines": lines }))?;

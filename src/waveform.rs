@@ -93,6 +93,15 @@ pub fn wave(args: &WaveArgs) -> Result<u8, Failure> {
     Ok(exit::OK)
 }
 
+/// A whole waveform as text; the picture is drawn too.
+pub fn drawn(bytes: &[u8]) -> Result<String, Failure> {
+    let waves = read::read_bytes("wave", bytes)?;
+    let (from, to) = (waves.start, waves.end.max(waves.start.saturating_add(1)));
+    let drawing = Drawing { waves: &waves, signals: waves.signals.iter().take(MOST).collect(), from, to };
+    _ = svg::draw(&drawing, PIXELS);
+    Ok(text::draw(&drawing, COLUMNS))
+}
+
 /// The signals that are drawn, in their order.
 fn chosen<'a>(args: &WaveArgs, waves: &'a Waves) -> Result<Vec<&'a Signal>, Failure> {
     let mut chosen: Vec<&Signal> = Vec::new();
@@ -114,4 +123,27 @@ fn chosen<'a>(args: &WaveArgs, waves: &'a Waves) -> Result<Vec<&'a Signal>, Fail
         return Err(Failure::Usage(why));
     }
     Ok(chosen)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codes::TOO_LARGE_WAVE;
+
+    fn code(text: &str) -> &'static str {
+        match drawn(text.as_bytes()) {
+            Err(Failure::Refused(faults, _)) => faults.first().map_or("", |fault| fault.code),
+            _ => "",
+        }
+    }
+
+    /// A file of 1 MB must not take gigabytes: names in deep scopes, and values of wide signals.
+    #[test]
+    fn what_a_small_file_makes_large_is_refused() {
+        let scope = format!("$scope module {} $end\n", "s".repeat(1000));
+        let signals: String = (0..100).map(|n| format!("$var wire 1 ! a{n} $end\n")).collect();
+        assert_eq!(code(&(scope.repeat(1000) + &signals + "$enddefinitions $end\n")), TOO_LARGE_WAVE);
+        let changes = "b0 !\nb1 !\n".repeat(10_000);
+        assert_eq!(code(&format!("$var wire 65536 ! a $end\n$enddefinitions $end\n#0\n{changes}")), TOO_LARGE_WAVE);
+    }
 }

@@ -25,6 +25,7 @@ emu-dap:        emu-core emu-debug ladder ladder-view
 emu-check:      ladder diag emu-core emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug ladder-eval ladder-compile scenario
 emu:            ladder diag emu-core emu-asm emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug emu-gdb ladder-eval ladder-compile emu-check ladder-view scenario emu-dap emu-tui
 emu-tui:        ladder ladder-eval
+fuzz:           emu emu-core emu-asm emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug emu-gdb emu-dap ladder ladder-eval ladder-compile ladder-view scenario
 ";
 
 /// The wall: what the compiler may name of the emulators. Tables, chip data and images, never a machine.
@@ -36,6 +37,10 @@ const COMPILER_MAY_NAME: &[&str] = &[
     // What rows of chips are made of: prescalers, names of registers, and the configuration of AP101 with its zones.
     "emu_avr::periph::timers::Tap", "emu_pic16::periph::map::Sfr", "emu_ap101::config", "emu_ap101::operands",
 ];
+
+/// Crates of the tree that are no members of the workspace, and why each may be none.
+const OUTSIDE: &[(&str, &str)] =
+    &[("fuzz/libfuzzer", "the macro of libfuzzer-sys expands to unsafe code; it is built by fuzz/run.sh alone")];
 
 /// Lines per file.
 const LONGEST: usize = 500;
@@ -85,7 +90,9 @@ fn arrows_between_crates() {
             continue;
         };
         for used in uses.into_iter().flat_map(|t| t.keys()) {
-            let ours = used == "diag" || used == "scenario" || used.starts_with("emu-") || used.starts_with("ladder");
+            let ours = ["diag", "scenario", "emu"].contains(&used.as_str())
+                || used.starts_with("emu-")
+                || used.starts_with("ladder");
             if ours && !may.contains(&used.as_str()) {
                 wrong.push(format!("{name} -> {used}"));
             }
@@ -133,10 +140,42 @@ fn files_fit_in_the_head() {
 #[test]
 fn unsafe_code_is_forbidden() {
     for (name, dir) in crates() {
-        let main =
-            [dir.join("src/lib.rs"), dir.join("src/main.rs")].into_iter().find(|p| p.exists()).expect("a root file");
-        let text = fs::read_to_string(main).expect("source");
-        assert!(text.contains("#![forbid(unsafe_code)]"), "{name} does not forbid unsafe code");
+        let programs = fs::read_dir(dir.join("src/bin")).into_iter().flatten().flatten().map(|entry| entry.path());
+        let roots =
+            [dir.join("src/lib.rs"), dir.join("src/main.rs")].into_iter().filter(|p| p.exists()).chain(programs);
+        let texts: Vec<String> = roots.map(|root| fs::read_to_string(root).expect("source")).collect();
+        assert!(!texts.is_empty(), "{name} has no root file");
+        let forbids = |text: &String| text.contains("#![forbid(unsafe_code)]");
+        assert!(texts.iter().all(forbids), "{name} does not forbid unsafe code in all of its programs and libraries");
+    }
+}
+
+/// Nobody hides from the rules by being no member: such crates are listed, have one small file, and write no unsafe code themselves.
+#[test]
+fn crates_outside_of_the_workspace_are_listed() {
+    fn manifests(dir: &Path, out: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(dir).into_iter().flatten().flatten() {
+            let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
+            if path.is_dir() && name != "target" && !name.starts_with('.') {
+                manifests(&path, out);
+            } else if name == "Cargo.toml" {
+                out.extend(path.parent().map(Path::to_path_buf));
+            }
+        }
+    }
+    let mut found = Vec::new();
+    manifests(&root(), &mut found);
+    let members: Vec<PathBuf> = crates().into_iter().map(|(_, dir)| dir).collect();
+    found.retain(|dir| !members.contains(dir));
+    found.sort();
+    assert_eq!(found, OUTSIDE.iter().map(|(dir, _)| root().join(dir)).collect::<Vec<_>>());
+    for dir in found {
+        let mut files = Vec::new();
+        rust_files(&dir, &mut files);
+        assert_eq!(files.len(), 1, "{}: one file", dir.display());
+        let text = fs::read_to_string(&files[0]).expect("source");
+        let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+        assert!(code.clone().count() < 30 && !code.clone().any(|line| line.contains("unsafe")), "{}", dir.display());
     }
 }
 

@@ -84,6 +84,12 @@ pub fn program(image: &Image) -> u64 {
     hash
 }
 
+/// Whether a file begins as every snapshot does.
+#[must_use]
+pub fn is_snapshot(bytes: &[u8]) -> bool {
+    bytes.starts_with(MAGIC)
+}
+
 /// The file of a snapshot; `state` comes from [`Cpu::save`](emu_core::Cpu::save).
 #[must_use]
 pub fn write(head: &Head, state: &[u8]) -> Vec<u8> {

@@ -1,6 +1,6 @@
 //! A waveform (VCD, IEEE 1364-2005, section 18) as a scenario of stimuli.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io::{self, BufReader, Read};
 
 use diag::{Diagnostic, Pos, Severity};
@@ -81,6 +81,7 @@ impl<R: Read> Read for WholeLines<R> {
 pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
     let mut wave = Waveform { file: file.to_owned(), scale: (1, 9), ..Waveform::default() };
     let mut codes: HashMap<IdCode, Coded> = HashMap::new();
+    let mut known: HashSet<(IdCode, String)> = HashSet::new();
     let mut parser = Parser::new(BufReader::new(WholeLines::new(bytes)));
     let (mut now, mut defined, mut depth) = (0, false, 0u32);
     let fault = |line: u64, cause: String| {
@@ -123,7 +124,7 @@ pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
                 let same = codes.entry(code).or_default();
                 same.bits = same.bits.max(bits).max(1);
                 // One signal is seen from several scopes.
-                if !same.wires.iter().any(|wire| wave.wires.get(*wire) == Some(&name)) {
+                if known.insert((code, name.clone())) {
                     same.wires.push(wave.wires.len());
                     wave.wires.push(name);
                     wave.lines.push(u32::try_from(parser.line()).unwrap_or(0));

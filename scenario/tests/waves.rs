@@ -54,3 +54,11 @@ fn heads_are_looked_at() {
     assert_eq!(found(format!("{HEAD}#0\n0!\n#7\n1!").as_str()), "0us a=0; 7us a=1", "no end of the last line");
     assert_eq!(found("$var wire 1 ! a $end\n"), "line 2");
 }
+
+/// Wires of one code are told apart by a look-up each: with a comparison of each two of them this file would take minutes.
+#[test]
+fn many_wires_of_one_code() {
+    let wires: String = (0..150_000).map(|n| format!("$var wire 1 ! w{n} $end\n$var wire 1 ! w{n} $end\n")).collect();
+    let wave = read_vcd("w.vcd", (wires + "$enddefinitions $end\n").as_bytes()).expect("a waveform");
+    assert_eq!(wave.wires.len(), 150_000);
+}

@@ -46,19 +46,17 @@ pub struct Reader {
 impl Reader {
     /// Opens a trace and reads its head.
     pub fn new(file: &str) -> Result<Reader, Failure> {
-        let fail = |error: &io::Error| {
-            let cause = format!("cannot be read: {}", reason(error));
-            Failure::Refused(
-                vec![about_file(UNREADABLE, file, cause, "check the path; - is standard input")],
-                Texts::default(),
-            )
-        };
-        let mut input: Box<dyn BufRead> = match file {
+        let input: Box<dyn BufRead> = match file {
             "-" => Box::new(BufReader::new(io::stdin())),
-            _ => Box::new(BufReader::new(File::open(file).map_err(|error| fail(&error))?)),
+            _ => Box::new(BufReader::new(File::open(file).map_err(|error| unreadable(file, &error))?)),
         };
+        Reader::over(file, input)
+    }
+
+    /// Reads the head of a trace; `file` is its name in messages.
+    pub fn over(file: &str, mut input: Box<dyn BufRead>) -> Result<Reader, Failure> {
         // A directory can be opened, and then not read.
-        input.fill_buf().map_err(|error| fail(&error))?;
+        input.fill_buf().map_err(|error| unreadable(file, &error))?;
         let mut reader = Reader { file: file.to_owned(), input, line: 0, mcu: String::new(), hz: String::new() };
         let head = match reader.text()? {
             Some(line) => head(&line),
@@ -112,6 +110,12 @@ impl Reader {
         let diagnostic = Diagnostic::new(Severity::Error, TRACE_LINE, &self.file, pos, cause, hint);
         Failure::Refused(vec![diagnostic], Texts::default())
     }
+}
+
+fn unreadable(file: &str, error: &io::Error) -> Failure {
+    let cause = format!("cannot be read: {}", reason(error));
+    let fault = about_file(UNREADABLE, file, cause, "check the path; - is standard input");
+    Failure::Refused(vec![fault], Texts::default())
 }
 
 /// Chip and clock of a head line.

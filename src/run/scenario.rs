@@ -284,7 +284,7 @@ impl<C: Cpu> World for Floor<'_, '_, C> {
     }
 
     fn snapshot(&mut self, file: &str) -> Result<(), String> {
-        let written = self.stage.shelf.write(file, self.cpu.cycle(), &self.cpu.save());
+        let written = self.stage.shelf.write_within(file, self.cpu.cycle(), &self.cpu.save());
         written.map_err(|failure| format!("no snapshot was written: {}", failure.sentence()))
     }
 

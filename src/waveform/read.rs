@@ -14,14 +14,20 @@ use crate::codes::{MALFORMED_WAVE, TOO_LARGE_WAVE, UNREADABLE, WRONG_WAVE, about
 use crate::fail::Failure;
 use crate::report::Texts;
 
-/// Most changes that are kept.
+/// Most changes that are kept. A value that is a long text counts as several.
 const MOST: usize = 4_000_000;
+
+/// Bytes of a text that count as a change.
+const TEXT: usize = 32;
 
 /// What some editors put before a text; the format is of plain ASCII.
 const BOM: &[u8] = b"\xEF\xBB\xBF";
 
 /// Most signals that a file declares.
 const MOST_SIGNALS: usize = 100_000;
+
+/// Most bytes of all names with their scopes: in deep scopes every name is long.
+const MOST_NAMES: usize = 64 << 20;
 
 /// Most characters of a name that are drawn.
 const LONGEST_NAME: usize = 200;
@@ -102,6 +108,11 @@ pub fn read(file: &str, only: &[String]) -> Result<Waves, Failure> {
     Reading::new(file, only).all(BufReader::new(open))
 }
 
+/// Reads the bytes of a file; `file` is its name in messages.
+pub fn read_bytes(file: &str, bytes: &[u8]) -> Result<Waves, Failure> {
+    Reading::new(file, &[]).all(bytes)
+}
+
 fn unreadable(file: &str, error: &io::Error) -> Failure {
     let cause = format!("cannot be read: {}", reason(error));
     let hint = "check the path; - is standard input";
@@ -121,6 +132,8 @@ struct Reading<'a> {
     start: Option<u64>,
     now: u64,
     kept: usize,
+    /// Bytes of all names.
+    named: usize,
 }
 
 impl<'a> Reading<'a> {
@@ -136,6 +149,7 @@ impl<'a> Reading<'a> {
             start: None,
             now: 0,
             kept: 0,
+            named: 0,
         }
     }
 
@@ -210,6 +224,13 @@ impl<'a> Reading<'a> {
                 if self.signals.len() >= MOST_SIGNALS {
                     return Err((TOO_LARGE_WAVE, format!("there are more than {MOST_SIGNALS} signals")));
                 }
+                self.named += self.scopes.iter().map(|scope| scope.len() + 1).sum::<usize>() + name.len();
+                if self.named > MOST_NAMES {
+                    return Err((
+                        TOO_LARGE_WAVE,
+                        format!("the names have more than {MOST_NAMES} bytes with their scopes"),
+                    ));
+                }
                 let index = index.filter(|_| bits == 1).map_or_else(String::new, |index| index.to_string());
                 let path = self.scopes.iter().map(String::as_str).chain([name.as_str()]).collect::<Vec<_>>().join(".");
                 let bits = if matches!(kind, VarType::Real | VarType::String) { 0 } else { bits.max(1) };
@@ -260,8 +281,8 @@ impl<'a> Reading<'a> {
             };
             let same = signal.changes.last().is_some_and(|(_, last)| *last == value && value != Shown::Event);
             if !same {
+                self.kept += 1 + if let Shown::Word(text) = &value { text.len() / TEXT } else { 0 };
                 signal.changes.push((self.now, value));
-                self.kept += 1;
             }
         }
         if self.kept > MOST {
@@ -309,9 +330,9 @@ impl Signal {
             Some(Value::Z) => Value::Z,
             _ => Value::V0,
         };
-        let width = (self.bits.max(1) as usize).min(1 << 16).div_ceil(4) * 4;
-        let all: Vec<Value> =
-            std::iter::repeat_n(fill, width.saturating_sub(bits.len())).chain(bits.iter().copied()).collect();
+        let width = (self.bits.max(1) as usize).min(1 << 16).div_ceil(4);
+        let front = bits.len().next_multiple_of(4) - bits.len();
+        let all: Vec<Value> = std::iter::repeat_n(fill, front).chain(bits.iter().copied()).collect();
         let digit = |four: &[Value]| {
             if four.contains(&Value::X) {
                 'x'
@@ -322,7 +343,9 @@ impl Signal {
                 char::from_digit(number, 16).unwrap_or('?')
             }
         };
-        all.chunks(4).map(digit).collect()
+        // Wide signals have mostly short values: what is in front of them is one digit again and again.
+        let again = width.saturating_sub(all.len() / 4);
+        std::iter::repeat_n(digit(&[fill; 4]), again).chain(all.chunks(4).map(digit)).collect()
     }
 }
 

@@ -1,4 +1,4 @@
-//! The command line: one file per verb, and what they share.
+//! The command line: one file per verb, and what they share. `src/bin/emu.rs` runs it; `fuzz/` reaches its readers by [`fuzzing`].
 //!
 //! ```text
 //!   args.rs    verbs and their flags          input.rs   files, images, programs in
@@ -44,6 +44,7 @@ mod explain;
 mod fail;
 mod family;
 mod fuzz;
+pub mod fuzzing;
 mod given;
 mod guess;
 mod held;
@@ -83,7 +84,9 @@ use args::{Cli, Verb};
 use fail::{Failure, exit};
 use report::Terminal;
 
-fn main() -> ExitCode {
+/// Runs the command line of this process; the exit codes are those of docs/cli.md.
+#[must_use]
+pub fn main() -> ExitCode {
     panic::set_hook(Box::new(|what| {
         let place = what.location().map_or(String::new(), |l| format!(" at {}:{}", l.file(), l.line()));
         let payload = what.payload();

@@ -1,0 +1,17 @@
+//! One target under libFuzzer: the one that the variable EMU_FUZZ_TARGET names. `fuzz/run.sh` builds and starts it.
+
+#![no_main]
+
+use std::sync::LazyLock;
+
+use emu_fuzz::Target;
+
+static TARGET: LazyLock<&Target> = LazyLock::new(|| {
+    let name = std::env::var("EMU_FUZZ_TARGET").unwrap_or_default();
+    emu_fuzz::target(&name).unwrap_or_else(|why| {
+        eprintln!("EMU_FUZZ_TARGET: {why}");
+        std::process::exit(2);
+    })
+});
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| TARGET.run(data));

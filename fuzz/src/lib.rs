@@ -1,0 +1,41 @@
+//! Fuzz targets: functions of bytes that must end, without a panic, within [`SECONDS`] and [`MEMORY`], whatever the bytes are.
+//!
+//! ```text
+//!   targets/     the functions               table.rs    one row a target: function, seeds, words, longest input
+//!   seeds.rs     inputs to begin with, from the tree     texts.rs    short ones and words
+//!   mutate.rs    inputs made of seeds, the same for the same seed and number
+//!   machine.rs   chips and machines for the targets
+//!   run.rs       the driver: a process for each target, limits, findings      worker.rs   what runs in that process
+//! ```
+//!
+//! The same functions run under libFuzzer (`libfuzzer/`, with coverage, for hours) and under the driver of this crate (without
+//! coverage, for the minute in CI). docs/security.md has the figures.
+
+#![forbid(unsafe_code)]
+
+mod machine;
+mod mutate;
+pub mod run;
+mod seeds;
+mod table;
+mod targets;
+mod texts;
+pub mod worker;
+
+use std::path::PathBuf;
+
+pub use mutate::Mutator;
+pub use table::{TARGETS, Target, target};
+
+/// Longest time of one execution, in seconds: one that takes longer is taken for endless.
+pub const SECONDS: u64 = 10;
+
+/// Most memory of a process that executes a target, in bytes.
+pub const MEMORY: u64 = 1536 << 20;
+
+/// The folder of the workspace.
+#[must_use]
+pub fn root() -> PathBuf {
+    let own = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    own.parent().map_or(own.clone(), PathBuf::from)
+}

@@ -1,0 +1,91 @@
+//! Chips and machines: one chip of each family stands for it.
+
+use emu_core::chip::{Chip, Family};
+use emu_core::cpu::{Cpu, RamInit};
+use emu_core::image::{Image, Segment};
+use emu_debug::debug::{Options, Rig, Scope, Session, Target};
+use emu_debug::{Board, Clock};
+
+/// The families, in the order of [`chips`].
+pub const FAMILIES: [Family; 4] = [Family::Avr, Family::Mcs51, Family::Pic16, Family::Ap101];
+
+/// The chip that stands for a family.
+pub fn chip(family: Family) -> &'static Chip {
+    let found = match family {
+        Family::Avr => emu_avr::chips::chip("atmega328p"),
+        Family::Mcs51 => emu_8051::chips::chip("at89s52"),
+        Family::Pic16 => emu_pic16::chips::chip("pic16f877a"),
+        Family::Ap101 => Some(&emu_ap101::chips::AP101),
+    };
+    found.expect("the families have these chips")
+}
+
+/// All of them.
+pub fn chips() -> impl Iterator<Item = &'static Chip> {
+    FAMILIES.into_iter().map(chip)
+}
+
+/// Something to do with a machine of whatever family.
+pub trait MachineVisitor {
+    /// What it gives.
+    type Out;
+    /// Does it, with a machine after power-up.
+    fn visit<C: Cpu + 'static>(self, cpu: C) -> Self::Out;
+}
+
+/// Does it with a machine of a chip that has the image in its memories and zeros in RAM.
+pub fn on_machine<V: MachineVisitor>(chip: &'static Chip, image: &Image, visitor: V) -> V::Out {
+    match chip.family {
+        Family::Avr => visitor.visit(emu_avr::Avr::new(chip, image, RamInit::Zero)),
+        Family::Mcs51 => visitor.visit(emu_8051::Mcs51::new(chip, image, RamInit::Zero)),
+        Family::Pic16 => visitor.visit(emu_pic16::Pic16::new(chip, image, RamInit::Zero)),
+        Family::Ap101 => visitor.visit(emu_ap101::Ap101::new(image)),
+    }
+}
+
+/// A program that counts for ever and writes memory, in the assembly of a family.
+pub fn program(family: Family) -> &'static str {
+    match family {
+        Family::Avr => {
+            "ldi r16, 0x40\nloop: sts 0x100, r16\ninc r16\nout 5, r16\nrcall sub\nrjmp loop\nsub: push r16\npop r16\nret\n"
+        }
+        Family::Mcs51 => "loop: inc 30h\nmov p1, 30h\nlcall sub\nsjmp loop\nsub: push acc\npop acc\nret\n",
+        Family::Pic16 => "loop: incf 0x20, f\nmovf 0x20, w\nmovwf 6\ncall sub\ngoto loop\nsub: nop\nreturn\n",
+        Family::Ap101 => "channels 8, 4\nld i1\nand i2\nsto e1\nld i3\nand i4\nsto e2\n",
+    }
+}
+
+/// The image of a source; an empty one where it is refused.
+pub fn assembled(chip: &'static Chip, source: &str) -> Image {
+    emu_asm::image(chip, source).unwrap_or_default()
+}
+
+/// An image whose program memory begins with these bytes, as far as they fit.
+pub fn of_bytes(chip: &'static Chip, bytes: &[u8]) -> Image {
+    let end = bytes.len().min(chip.flash as usize) & !(chip.word_bytes as usize - 1);
+    let bytes: Vec<u8> = bytes.get(..end).unwrap_or_default().to_vec();
+    let segments = if bytes.is_empty() { Vec::new() } else { vec![Segment { space: chip.code, addr: 0, bytes }] };
+    Image { segments, ..Image::default() }
+}
+
+/// Makes a machine one for the debugger.
+pub struct Fit;
+
+impl MachineVisitor for Fit {
+    type Out = (Box<dyn Target>, Clock);
+
+    fn visit<C: Cpu + 'static>(self, mut cpu: C) -> Self::Out {
+        let clock = Clock { hz: cpu.chip().default_hz, clocks_per_cycle: cpu.clocks_per_cycle() };
+        let mut board = Board::new(Vec::new(), clock);
+        board.connect(&mut cpu);
+        (Box::new(Rig::new(cpu, board)), clock)
+    }
+}
+
+/// A session of the debugger on a machine with an image.
+pub fn session(chip: &'static Chip, image: Image) -> Session {
+    let (target, clock) = on_machine(chip, &image, Fit);
+    let mut scope = Scope::new(chip);
+    (scope.symbols, scope.lines) = (image.symbols, image.lines);
+    Session::new(target, scope, Options { clock, history: 4 << 20, follow: None })
+}

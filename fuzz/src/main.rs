@@ -1,0 +1,162 @@
+//! `emu-fuzz`: executes the fuzz targets without anything but Rust. `fuzz/run.sh` does it with libFuzzer.
+
+#![forbid(unsafe_code)]
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use emu_fuzz::run::{Options, TargetRun, limited, regressions, run};
+use emu_fuzz::worker::{Budget, replay, work};
+use emu_fuzz::{Mutator, TARGETS, Target, target};
+
+const USAGE: &str = "\
+emu-fuzz list                                     the targets
+emu-fuzz run [TARGET..] [--seconds S | --executions N] [--seed N] [--save FOLDER]
+                                                  executes targets, all of them by default: S seconds (60) in all, or N executions each;
+                                                  findings are files in FOLDER (fuzz/found)
+emu-fuzz replay TARGET FILE..                     executes inputs once, under the limits of time and memory
+emu-fuzz seeds TARGET FOLDER                      writes the seeds and regressions of a target, for libFuzzer
+emu-fuzz dictionary TARGET                        prints its words as a dictionary of libFuzzer
+
+Exit codes: 0 nothing was found; 1 an input is a finding; 2 usage error.";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match command(&arguments) {
+        Ok(code) => ExitCode::from(code),
+        Err(why) => {
+            eprintln!("{why}\n{USAGE}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn command(arguments: &[&str]) -> Result<u8, String> {
+    match arguments {
+        ["list"] => {
+            TARGETS.iter().for_each(|target| println!("{:<16} {}", target.name, target.about));
+            Ok(0)
+        }
+        ["run", rest @ ..] => execute(rest),
+        ["replay", name, files @ ..] if !files.is_empty() => replayed(target(name)?, files),
+        ["replay-here", name, file] => {
+            let input = std::fs::read(file).map_err(|why| format!("{file}: {why}"))?;
+            println!("{file}: no finding, {:?}", replay(target(name)?, &input));
+            Ok(0)
+        }
+        ["seeds", name, folder] => seeds(target(name)?, Path::new(folder)).map_err(|why| format!("{folder}: {why}")),
+        ["dictionary", name] => {
+            for word in (target(name)?.words)() {
+                println!("\"{}\"", escaped(word.as_bytes()));
+            }
+            Ok(0)
+        }
+        ["work", name, rest @ ..] => {
+            let Flags { seed, budget, current, .. } = Flags::read(rest)?;
+            let (budget, current) = (budget.ok_or("no budget")?, current.ok_or("no file")?);
+            println!("{}", work(target(name)?, seed, budget, &current).map_err(|why| why.to_string())?);
+            Ok(0)
+        }
+        _ => Err("there is no such command".to_owned()),
+    }
+}
+
+/// Flags of `run` and `work`.
+struct Flags<'a> {
+    seed: u64,
+    budget: Option<Budget>,
+    current: Option<PathBuf>,
+    save: PathBuf,
+    names: Vec<&'a str>,
+}
+
+impl<'a> Flags<'a> {
+    fn read(arguments: &[&'a str]) -> Result<Flags<'a>, String> {
+        let save = emu_fuzz::root().join("fuzz/found");
+        let mut flags = Flags { seed: 1, budget: None, current: None, save, names: Vec::new() };
+        let mut rest = arguments.iter();
+        while let Some(&word) = rest.next() {
+            if !word.starts_with('-') {
+                flags.names.push(word);
+                continue;
+            }
+            let value = *rest.next().ok_or_else(|| format!("{word} lacks its value"))?;
+            let number = || value.parse::<u64>().map_err(|_| format!("{word} {value}: write a whole number"));
+            match word {
+                "--seed" => flags.seed = number()?,
+                "--executions" => flags.budget = Some(Budget::Executions(number()?)),
+                "--seconds" => flags.budget = Some(Budget::Time(Duration::from_secs(number()?))),
+                "--milliseconds" => flags.budget = Some(Budget::Time(Duration::from_millis(number()?))),
+                "--save" => flags.save = PathBuf::from(value),
+                "--current" => flags.current = Some(PathBuf::from(value)),
+                _ => return Err(format!("there is no flag {word}")),
+            }
+        }
+        Ok(flags)
+    }
+}
+
+fn execute(arguments: &[&str]) -> Result<u8, String> {
+    let flags = Flags::read(arguments)?;
+    let named = flags.names.iter().map(|name| target(name)).collect::<Result<Vec<_>, _>>()?;
+    let targets: Vec<&'static Target> = if named.is_empty() { TARGETS.iter().collect() } else { named };
+    // The time is shared by all, and as many run at once as there are processors.
+    let at_once = std::thread::available_parallelism().map_or(1, usize::from).min(targets.len());
+    let budget = match flags.budget.unwrap_or(Budget::Time(Duration::from_secs(60))) {
+        Budget::Time(time) => Budget::Time(time * at_once as u32 / targets.len() as u32),
+        budget => budget,
+    };
+    let seed = flags.seed;
+    let tell = |ended: &TargetRun| match (&ended.finding, ended.executions) {
+        (Some((what, file)), _) => {
+            let (name, file) = (ended.target.name, file.display());
+            println!("{name:<16} FINDING: {what}\n  replay: cargo run --release -p emu-fuzz -- replay {name} {file}");
+            println!("  keep:   mkdir -p fuzz/regressions/{name} && cp {file} fuzz/regressions/{name}/");
+        }
+        (None, executions) => println!("{:<16} {:>9} executions", ended.target.name, executions.unwrap_or(0)),
+    };
+    let start = Instant::now();
+    let ended = run(&Options { targets, seed, budget, save: flags.save }, &tell).map_err(|why| why.to_string())?;
+    let executions: u64 = ended.iter().filter_map(|ended| ended.executions).sum();
+    let findings = ended.iter().filter(|ended| ended.finding.is_some()).count();
+    println!(
+        "{executions} executions of {} targets in {} s, seed {seed}, {findings} findings",
+        ended.len(),
+        start.elapsed().as_secs()
+    );
+    Ok(u8::from(findings > 0))
+}
+
+/// Each input in a process of its own, so that one that takes the process with it is told as well.
+fn replayed(target: &Target, files: &[&str]) -> Result<u8, String> {
+    let mut found = 0;
+    for file in files {
+        let status = limited(&["replay-here", target.name, file]).status().map_err(|why| why.to_string())?;
+        if !status.success() {
+            println!("{file}: FINDING ({status})");
+            found = 1;
+        }
+    }
+    Ok(found)
+}
+
+fn seeds(target: &Target, folder: &Path) -> std::io::Result<u8> {
+    std::fs::create_dir_all(folder)?;
+    let mutator = Mutator::new(target, 0, regressions(target.name));
+    for (number, seed) in mutator.seeds().iter().enumerate() {
+        std::fs::write(folder.join(format!("seed-{number:05}")), seed)?;
+    }
+    Ok(0)
+}
+
+/// As libFuzzer's dictionaries have it.
+fn escaped(bytes: &[u8]) -> String {
+    let one = |byte: &u8| match byte {
+        b'"' | b'\\' => format!("\\{}", char::from(*byte)),
+        0x20..=0x7E => char::from(*byte).to_string(),
+        byte => format!("\\x{byte:02X}"),
+    };
+    bytes.iter().map(one).collect()
+}

@@ -1,0 +1,120 @@
+//! The driver: a process for each target, with its limits, and what it has found.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+
+use crate::table::Target;
+use crate::worker::{Budget, HANGS};
+use crate::{MEMORY, root};
+
+/// What is asked of the driver.
+pub struct Options {
+    /// The targets.
+    pub targets: Vec<&'static Target>,
+    /// Seed of the inputs.
+    pub seed: u64,
+    /// How long each target is executed.
+    pub budget: Budget,
+    /// Folder for findings.
+    pub save: PathBuf,
+}
+
+/// How the executions of a target have ended.
+pub struct TargetRun {
+    /// The target.
+    pub target: &'static Target,
+    /// Executions; not known behind a finding.
+    pub executions: Option<u64>,
+    /// What is wrong with an input, and its file.
+    pub finding: Option<(String, PathBuf)>,
+}
+
+/// Inputs of a target that were findings once, in the order of their names.
+#[must_use]
+pub fn regressions(target: &str) -> Vec<Vec<u8>> {
+    let entries = std::fs::read_dir(root().join("fuzz/regressions").join(target));
+    let mut files: Vec<PathBuf> = entries.into_iter().flatten().flatten().map(|entry| entry.path()).collect();
+    files.sort();
+    files.iter().filter_map(|file| std::fs::read(file).ok()).collect()
+}
+
+/// Executes all targets, as many at a time as there are processors; `tell` is given each as it ends.
+///
+/// # Errors
+/// A process cannot be started, or a finding cannot be saved.
+pub fn run(options: &Options, tell: &(dyn Fn(&TargetRun) + Sync)) -> io::Result<Vec<TargetRun>> {
+    std::fs::create_dir_all(&options.save)?;
+    let next = AtomicUsize::new(0);
+    let done = Mutex::new(Vec::new());
+    let worker = || {
+        while let Some(target) = options.targets.get(next.fetch_add(1, Ordering::SeqCst)) {
+            let ended = one(target, options);
+            if let Ok(ended) = &ended {
+                tell(ended);
+            }
+            done.lock().unwrap_or_else(PoisonError::into_inner).push(ended);
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(worker);
+        }
+    });
+    done.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().collect()
+}
+
+/// A process of this program under a limit of memory. Where there is no `sh` the memory is not limited.
+#[must_use]
+pub fn limited(arguments: &[&str]) -> Command {
+    let own = std::env::current_exe().unwrap_or_else(|_| PathBuf::from("emu-fuzz"));
+    let mut command = if cfg!(unix) {
+        let mut shell = Command::new("sh");
+        shell.arg("-c").arg(format!("ulimit -v {} && exec \"$0\" \"$@\"", MEMORY / 1024)).arg(own);
+        shell
+    } else {
+        Command::new(own)
+    };
+    command.args(arguments);
+    command
+}
+
+fn one(target: &'static Target, options: &Options) -> io::Result<TargetRun> {
+    let current = options.save.join(format!("{}.current", target.name));
+    let (seed, file) = (options.seed.to_string(), current.display().to_string());
+    let budget = match options.budget {
+        Budget::Executions(number) => ["--executions".to_owned(), number.to_string()],
+        Budget::Time(time) => ["--milliseconds".to_owned(), time.as_millis().to_string()],
+    };
+    let arguments = ["work", target.name, "--seed", &seed, &budget[0], &budget[1], "--current", &file];
+    let ended = limited(&arguments).stdin(Stdio::null()).output()?;
+    if ended.status.success() {
+        let executions = String::from_utf8_lossy(&ended.stdout).trim().parse().ok();
+        return Ok(TargetRun { target, executions, finding: None });
+    }
+    let said = String::from_utf8_lossy(&ended.stderr);
+    let said = said.lines().filter(|line| !line.starts_with("note:")).take(3).collect::<Vec<_>>().join(" ");
+    let what = match ended.status.code() {
+        Some(HANGS) => format!("it hangs: {said}"),
+        Some(code) => format!("exit code {code}: {said}"),
+        None => format!("it is killed ({}): {said}", ended.status),
+    };
+    let saved = save(target, &options.save, &current)?;
+    Ok(TargetRun { target, executions: None, finding: Some((what, saved)) })
+}
+
+/// Gives an input a name by its content, so that the same finding is one file.
+fn save(target: &Target, folder: &Path, current: &Path) -> io::Result<PathBuf> {
+    let bytes = std::fs::read(current)?;
+    let hash = bytes
+        .iter()
+        .fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01B3));
+    let folder = folder.join(target.name);
+    std::fs::create_dir_all(&folder)?;
+    let file = folder.join(format!("{hash:016x}"));
+    std::fs::rename(current, &file)?;
+    Ok(file)
+}

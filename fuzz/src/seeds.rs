@@ -1,0 +1,199 @@
+//! Inputs to begin with: files of tests and examples of the tree, and what its tables and machines make.
+
+use std::fs;
+use std::path::Path;
+
+use emu_core::chip::Family;
+use emu_core::cpu::Cpu;
+use emu_debug::snapshot::{self, Head};
+
+use crate::machine::{FAMILIES, MachineVisitor, assembled, chip, on_machine, program};
+use crate::root;
+use crate::texts::words;
+
+/// Where seeds come from.
+pub enum Seeds {
+    /// The files of a folder of the tree and of the folders in it whose names end so.
+    Files(&'static str, &'static str),
+    /// They are made.
+    Made(fn() -> Vec<Vec<u8>>),
+}
+
+impl Seeds {
+    /// The seeds, in the same order every time.
+    pub fn collect(&self) -> Vec<Vec<u8>> {
+        match self {
+            Seeds::Made(make) => make(),
+            Seeds::Files(folder, ending) => {
+                let mut files = Vec::new();
+                walk(&root().join(folder), ending, &mut files);
+                files.sort();
+                files.into_iter().map(|(_, bytes)| bytes).collect()
+            }
+        }
+    }
+}
+
+pub(crate) fn walk(folder: &Path, ending: &str, out: &mut Vec<(String, Vec<u8>)>) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        let name = path.display().to_string();
+        if path.is_dir() {
+            walk(&path, ending, out);
+        } else if name.ends_with(ending)
+            && let Ok(bytes) = fs::read(&path)
+        {
+            out.push((name, bytes));
+        }
+    }
+}
+
+/// None.
+pub fn no_words() -> Vec<String> {
+    Vec::new()
+}
+
+/// The cases of the assembler's tests for the chips of a family: `--- chip name`, then the source up to what comes of it.
+fn cases(family: Family) -> Vec<Vec<u8>> {
+    let mut files = Vec::new();
+    walk(&root().join("emu-asm/tests/cases"), ".txt", &mut files);
+    files.sort();
+    let text: Vec<String> = files.iter().map(|(_, bytes)| String::from_utf8_lossy(bytes).into_owned()).collect();
+    let cases = text.iter().flat_map(|text| text.split("\n--- ").skip(1)).filter_map(|case| {
+        let (head, body) = case.split_once('\n')?;
+        let name = head.split(' ').next()?;
+        let own = [
+            emu_avr::chips::chip(name),
+            emu_8051::chips::chip(name),
+            emu_pic16::chips::chip(name),
+            emu_ap101::chips::chips().find(|chip| chip.name == name),
+        ];
+        own.into_iter().flatten().find(|chip| chip.family == family)?;
+        let source = body.lines().take_while(|line| !line.starts_with("= ") && !line.starts_with("! "));
+        Some(source.collect::<Vec<_>>().join("\n").into_bytes())
+    });
+    cases.chain([program(family).as_bytes().to_vec()]).collect()
+}
+
+/// Mnemonics, directives, registers, and what opens a block.
+fn asm(family: Family) -> Vec<String> {
+    let chip = chip(family);
+    let mnemonics = chip.isa.rows.iter().map(|row| format!(" {} ", row.mnemonic));
+    let directives = emu_asm::directives(chip).into_iter().flat_map(|name| [format!(" {name} "), format!(" .{name} ")]);
+    let registers = chip.regs.iter().chain(chip.bits).map(|reg| reg.name.to_owned());
+    let pieces = words(&[
+        "#define a a b\n",
+        "m macro x\n",
+        " endm\n",
+        " rept 3\n",
+        " include \"a\"\n",
+        "x equ x+1\n",
+        "\\@",
+        "$",
+    ]);
+    mnemonics.chain(directives).chain(registers).chain(pieces).collect()
+}
+
+/// Every row of the table with its open bits 0 and 1, at two addresses.
+fn rows(family: Family) -> Vec<Vec<u8>> {
+    let chip = chip(family);
+    let size = chip.word_bytes as usize;
+    let words = |bits: u32, row: &emu_core::table::Row| -> Vec<u8> {
+        let words = emu_core::table::words_of(row, chip.isa.word_bits, bits);
+        let bytes = words.iter().flat_map(|word| word.to_le_bytes().into_iter().take(size).collect::<Vec<u8>>());
+        [0, 1].into_iter().chain(bytes).collect()
+    };
+    chip.isa
+        .rows
+        .iter()
+        .flat_map(|row| [words(row.pattern.value, row), words(row.pattern.value | !row.pattern.mask, row)])
+        .collect()
+}
+
+/// Programs behind the bytes of some edges.
+fn codes(family: Family) -> Vec<Vec<u8>> {
+    let chip = chip(family);
+    let edges = (0..24).map(|n| n * 7);
+    let all = cases(family).into_iter().filter_map(|source| {
+        let image = emu_asm::image(chip, &String::from_utf8(source).ok()?).ok()?;
+        let bytes: Vec<u8> = image.bytes_in(chip.code).map(|(_, byte)| byte).take(2048).collect();
+        (!bytes.is_empty()).then(|| edges.clone().chain(bytes).collect())
+    });
+    all.collect()
+}
+
+struct States;
+
+impl MachineVisitor for States {
+    type Out = Vec<Vec<u8>>;
+
+    fn visit<C: Cpu + 'static>(self, mut cpu: C) -> Self::Out {
+        let at = |cycle| {
+            cpu.run(cycle, &mut ());
+            cpu.save()
+        };
+        [0, 100, 5_000, 100_000].map(at).to_vec()
+    }
+}
+
+fn states(family: Family) -> Vec<Vec<u8>> {
+    let chip = chip(family);
+    on_machine(chip, &assembled(chip, program(family)), States)
+}
+
+/// Files of snapshots.
+pub fn snapshots() -> Vec<Vec<u8>> {
+    let file = |family: Family, state: Vec<u8>| {
+        let head = Head { chip: chip(family).name.to_owned(), program: 7, options: "16 MHz".to_owned(), cycle: 9 };
+        snapshot::write(&head, &state)
+    };
+    FAMILIES.into_iter().flat_map(|family| states(family).into_iter().map(move |state| file(family, state))).collect()
+}
+
+/// A function for each family, as the table wants them.
+macro_rules! of_families {
+    ($($of:ident -> $out:ty: $avr:ident $mcs51:ident $pic16:ident $ap101:ident;)*) => {$(
+        #[doc = concat!("`", stringify!($of), "` of AVR.")]
+        pub fn $avr() -> $out { $of(Family::Avr) }
+        #[doc = concat!("`", stringify!($of), "` of the 8051.")]
+        pub fn $mcs51() -> $out { $of(Family::Mcs51) }
+        #[doc = concat!("`", stringify!($of), "` of the PIC16.")]
+        pub fn $pic16() -> $out { $of(Family::Pic16) }
+        #[doc = concat!("`", stringify!($of), "` of AP101.")]
+        pub fn $ap101() -> $out { $of(Family::Ap101) }
+    )*};
+}
+
+of_families! {
+    cases  -> Vec<Vec<u8>>: cases_avr cases_8051 cases_pic16 cases_ap101;
+    asm    -> Vec<String>:  asm_avr asm_8051 asm_pic16 asm_ap101;
+    rows   -> Vec<Vec<u8>>: words_avr words_8051 words_pic16 words_ap101;
+    codes  -> Vec<Vec<u8>>: code_avr code_8051 code_pic16 code_ap101;
+    states -> Vec<Vec<u8>>: state_avr state_8051 state_pic16 state_ap101;
+}
+
+#[cfg(test)]
+mod tests {
+    use emu_debug::debug::Session;
+
+    use super::*;
+
+    #[test]
+    fn every_target_has_seeds_that_fit() {
+        for target in crate::TARGETS {
+            let seeds: Vec<Vec<u8>> = target.seeds.iter().flat_map(Seeds::collect).collect();
+            assert!(!seeds.is_empty(), "{} has no seeds", target.name);
+            assert!(seeds.iter().any(|seed| seed.len() <= target.longest), "{}: all seeds are too long", target.name);
+        }
+    }
+
+    #[test]
+    fn programs_are_accepted() {
+        for family in FAMILIES {
+            let image = emu_asm::image(chip(family), program(family));
+            assert!(image.is_ok(), "{family:?}: {image:?}");
+            let session: Session = crate::machine::session(chip(family), image.unwrap_or_default());
+            assert_eq!(session.target().chip().family, family);
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! Ladder programs.
+
+use emu_core::image::load_hex;
+use ladder::{Options, Program, check, draw, parse_bytes, write};
+use ladder_compile::compile as compiled;
+use ladder_eval::Evaluator;
+
+use crate::machine::chips;
+
+/// Scans of the evaluator.
+const SCANS: usize = 20;
+
+fn read(data: &[u8]) -> Option<Program> {
+    parse_bytes("fuzz.ld", data, Options::default()).ok().map(|parsed| parsed.program)
+}
+
+/// What is read and written is read again, and written as before.
+pub fn ld(data: &[u8]) {
+    let Some(program) = read(data) else { return };
+    _ = check(&program);
+    _ = draw(&program);
+    let text = write(&program);
+    let again = read(text.as_bytes());
+    assert_eq!(again.as_ref().map(write).as_deref(), Some(text.as_str()), "it comes back as it was written");
+}
+
+/// A program without faults is evaluated, and compiled for a chip of each family or refused.
+pub fn compile(data: &[u8]) {
+    let Some(program) = read(data) else { return };
+    if check(&program).iter().any(|fault| fault.is_error()) {
+        return;
+    }
+    if let Ok(mut evaluator) = Evaluator::new(&program) {
+        (0..SCANS).for_each(|_| evaluator.scan());
+    }
+    for chip in chips() {
+        let options = ladder_compile::Options { mcu: chip.name.to_owned(), ..ladder_compile::Options::default() };
+        match compiled(&program, &options) {
+            Ok(done) => assert!(load_hex("fuzz.hex", done.hex.as_bytes(), chip.hex).is_ok(), "{}", chip.name),
+            Err(faults) => assert!(faults.iter().any(|fault| fault.is_error()), "{}: refused for a reason", chip.name),
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! Machines: bytes as programs, and bytes as states.
+
+use std::sync::LazyLock;
+
+use emu_core::chip::{Chip, Family};
+use emu_core::cpu::Cpu;
+use emu_core::image::Image;
+use emu_core::pins::{Level, PinId, Time};
+use emu_debug::snapshot;
+
+use crate::machine::{MachineVisitor, assembled, chip, of_bytes, on_machine, program};
+
+/// Machine cycles of a run.
+const CYCLES: u64 = 10_000;
+
+/// Bytes at the front of an input that are edges at pins: pin, level, and when in hundreds of cycles.
+const EDGES: usize = 24;
+
+/// A file that is read is written back as it was.
+pub fn snapshot(data: &[u8]) {
+    if let Ok((head, state)) = snapshot::read("fuzz.snp", data) {
+        assert!(snapshot::write(&head, state) == data, "it comes back as it was written");
+        assert!(snapshot::read_for("fuzz.snp", data, &head).is_ok(), "it is of itself");
+    }
+}
+
+fn run(family: Family, data: &[u8]) {
+    let (edges, code) = data.split_at_checked(EDGES).unwrap_or((&[], data));
+    let chip = chip(family);
+    on_machine(chip, &of_bytes(chip, code), Run { chip, edges });
+}
+
+struct Run<'a> {
+    chip: &'static Chip,
+    edges: &'a [u8],
+}
+
+impl MachineVisitor for Run<'_> {
+    type Out = ();
+
+    fn visit<C: Cpu + 'static>(self, mut cpu: C) {
+        let pins = self.chip.pins.len().max(1);
+        for edge in self.edges.chunks_exact(3) {
+            let [pin, level, when] = edge else { continue };
+            let level = [Level::Low, Level::High, Level::Float, Level::PullUp][usize::from(level % 4)];
+            cpu.drive(Time::at(u64::from(*when) * 100), (usize::from(*pin) % pins) as PinId, level);
+        }
+        // Any slicing of a run gives the same machine.
+        let mut other = cpu.clone();
+        cpu.run(CYCLES, &mut ());
+        let half = self.edges.first().map_or(CYCLES / 2, |byte| u64::from(*byte) * 37);
+        other.run(half.min(CYCLES), &mut ());
+        other.run(CYCLES, &mut ());
+        assert!(cpu.save() == other.save(), "{}: halves differ from the whole", self.chip.name);
+    }
+}
+
+/// AVR.
+pub fn run_avr(data: &[u8]) {
+    run(Family::Avr, data);
+}
+
+/// 8051.
+pub fn run_8051(data: &[u8]) {
+    run(Family::Mcs51, data);
+}
+
+/// PIC16.
+pub fn run_pic16(data: &[u8]) {
+    run(Family::Pic16, data);
+}
+
+/// AP101.
+pub fn run_ap101(data: &[u8]) {
+    run(Family::Ap101, data);
+}
+
+/// The image over which states are restored.
+static IMAGES: LazyLock<[Image; 4]> =
+    LazyLock::new(|| crate::machine::FAMILIES.map(|family| assembled(chip(family), program(family))));
+
+fn state(family: Family, data: &[u8]) {
+    let own = crate::machine::FAMILIES.iter().position(|other| *other == family).unwrap_or(0);
+    on_machine(chip(family), &IMAGES[own], Restore(data));
+}
+
+struct Restore<'a>(&'a [u8]);
+
+impl MachineVisitor for Restore<'_> {
+    type Out = ();
+
+    fn visit<C: Cpu + 'static>(self, cpu: C) {
+        let mut forged = cpu.clone();
+        if forged.restore(self.0).is_err() {
+            assert!(forged.save() == cpu.save(), "a refusal has changed the machine");
+            return;
+        }
+        comes_back(&cpu, &forged);
+        forged.run(forged.cycle().saturating_add(CYCLES), &mut ());
+        comes_back(&cpu, &forged);
+    }
+}
+
+fn comes_back<C: Cpu>(cpu: &C, other: &C) {
+    let (state, mut third) = (other.save(), cpu.clone());
+    assert!(third.restore(&state).is_ok(), "what it saves is refused");
+    assert!(third.save() == state, "what it saves comes back as another");
+}
+
+/// AVR.
+pub fn state_avr(data: &[u8]) {
+    state(Family::Avr, data);
+}
+
+/// 8051.
+pub fn state_8051(data: &[u8]) {
+    state(Family::Mcs51, data);
+}
+
+/// PIC16.
+pub fn state_pic16(data: &[u8]) {
+    state(Family::Pic16, data);
+}
+
+/// AP101.
+pub fn state_ap101(data: &[u8]) {
+    state(Family::Ap101, data);
+}
