@@ -101,3 +101,19 @@ fn what_waits_for_ever_is_stopped() {
     assert_eq!(session.run(&Goal::default(), &mut || true).why, Why::Halted);
     assert_eq!(session.target().pc(), 5);
 }
+
+/// A stretch of the past in which the program waited took no time when it ran first, and takes hours when every instruction of it is
+/// looked at: it is left in the middle.
+#[test]
+fn a_search_back_through_a_long_wait_is_interrupted() {
+    let mut session = session_of("ldi r16, 5\nout 0x25, r16\nloop: sbis 0x15, 0\nrjmp loop\nsbi 0x15, 0\nrjmp loop\n");
+    let goal = Goal { until: Some(1 << 36), ..Goal::default() };
+    assert_eq!(session.run(&goal, &mut || true).why, Why::Limit);
+    let wanted = session.scope.expr("r20").expect("a register");
+    let mut asked = 0;
+    let found = session.last(What::Change(wanted), &mut || {
+        asked += 1;
+        asked < 8
+    });
+    assert_eq!(found, Err(Why::Interrupted));
+}

@@ -1,6 +1,7 @@
 //! Backwards: from the nearest copy before the wanted position, forwards again.
 
 use std::collections::BTreeSet;
+use std::time::Instant;
 
 use emu_core::cpu::{END_OF_TIME, Stop};
 
@@ -10,7 +11,7 @@ use super::history::Left;
 use super::line::Line;
 use super::place::Place;
 use super::points::{Points, What, code_points};
-use super::session::{GoOn, Halt, Hit, Session, Why};
+use super::session::{GoOn, Halt, Hit, STRETCH, Session, Why};
 use super::target::{Look, Target};
 
 /// Machine cycles that an instruction takes at most, in most cases.
@@ -314,12 +315,14 @@ impl Session {
         let Some(mut line) = bounds.first().and_then(|start| self.replayed(*start)) else { return Ok(None) };
         let mut eyes = Eyes::new(points, &*line.target);
         let mut left_start = !words.contains(&line.target.pc()) || line.target.sleeps();
+        let mut slice = UNASKED;
         for &end in bounds.iter().skip(1) {
             while line.cycle() < end {
-                let deeds = &self.history.deeds;
+                let (deeds, start) = (&self.history.deeds, Instant::now());
                 line.set_traps(&words);
                 let stop = if left_start {
-                    line.run(deeds, end.min(line.due(deeds)), &words, eyes.look(), &mut eyes)
+                    let until = end.min(line.cycle().saturating_add(slice));
+                    line.run(deeds, until.min(line.due(deeds)), &words, eyes.look(), &mut eyes)
                 } else {
                     left_start = true;
                     line.step(deeds, end, eyes.look(), &mut eyes)
@@ -333,6 +336,15 @@ impl Session {
                 }
                 if !matches!(stop, Stop::Limit | Stop::Trap { .. } | Stop::Probe) {
                     break;
+                }
+                // What was jumped over when the machine ran first may be long when it is looked at.
+                slice = match start.elapsed() < STRETCH.end {
+                    true if stop == Stop::Limit => slice.saturating_mul(2),
+                    true => slice,
+                    false => UNASKED,
+                };
+                if !go_on() {
+                    return Err(Why::Interrupted);
                 }
             }
             if !go_on() {
