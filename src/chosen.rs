@@ -68,7 +68,8 @@ impl Mcu {
 }
 
 /// The chip that an image or a source names: an ELF file by the note of avr-gcc, by what it says to simavr or by the signature; a HEX
-/// file in a comment, as CCS C writes it, or by the signature; a source for a PIC or an AVR by its directives and includes.
+/// file in a comment, as CCS C writes it, or by the signature; a source for a PIC or an AVR by its directives and includes; a ladder
+/// program by MICRO=.
 pub fn named_chip(file: &str, bytes: &[u8]) -> Option<NamedChip> {
     let avr = |name: String, place: &str| NamedChip { chip: made_for::row(&name), name, place: place.to_owned() };
     let signed = |signature| {
@@ -80,6 +81,12 @@ pub fn named_chip(file: &str, bytes: &[u8]) -> Option<NamedChip> {
         let device = avr_device(bytes).map(|name| avr(name, "note of its compiler"));
         let told = || Some(avr(simavr(bytes)?.mcu?, SECTION));
         return device.or_else(told).or_else(|| signed(avr_signature(bytes)?));
+    }
+    if bytes.starts_with(b"LDmicro") {
+        let parsed = ladder::parse_bytes(file, bytes, ladder::Options::default()).ok()?;
+        let name = parsed.program.settings.micro?;
+        let chip = ladder::chip_of(&name).and_then(|chip| family::chip(chip).ok());
+        return Some(NamedChip { name, place: "MICRO=".to_owned(), chip });
     }
     if asm::is_source(file) {
         let name = emu_asm::named_chip(bytes)?;
