@@ -254,6 +254,7 @@ fn resumed(file: &str, wanted: Record) -> Result<Record, Failure> {
         let cause = "is the record of another campaign or shard".to_owned();
         return Err(refused(file, cause, "give the same flags as before, or another --out"));
     }
+    found.possible().map_err(|cause| refused(file, cause, "give the record as emu fuzz wrote it, or another --out"))?;
     Ok(found)
 }
 

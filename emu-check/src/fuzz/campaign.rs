@@ -294,12 +294,8 @@ impl Record {
             sum.shards.extend(other.shards);
         }
         sum.shards.sort();
+        sum.possible()?;
         let programs = sum.plan.programs;
-        let wrong =
-            |shard: &&Shard| shard.index == 0 || shard.index > shard.of || shard.done > shard.programs(programs);
-        if let Some(Shard { index, of, done }) = sum.shards.iter().find(wrong) {
-            return Err(format!("there is no shard {index}/{of} of {programs} programs with {done} of them done"));
-        }
         for (n, shard) in sum.shards.iter().enumerate() {
             for other in sum.shards.iter().skip(n + 1) {
                 together(shard, other, programs)?;
@@ -308,6 +304,22 @@ impl Record {
         sum.findings.sort_by(|a, b| (a.number, &a.mcu).cmp(&(b.number, &b.mcu)));
         sum.judge();
         Ok(sum)
+    }
+
+    /// Every shard is one that the plan can have.
+    ///
+    /// # Errors
+    /// The shard that is none.
+    pub fn possible(&self) -> Result<(), String> {
+        let programs = self.plan.programs;
+        let wrong =
+            |shard: &&Shard| shard.index == 0 || shard.index > shard.of || shard.done > shard.programs(programs);
+        match self.shards.iter().find(wrong) {
+            Some(Shard { index, of, done }) => {
+                Err(format!("there is no shard {index}/{of} of {programs} programs with {done} of them done"))
+            }
+            None => Ok(()),
+        }
     }
 
     /// The record for people.

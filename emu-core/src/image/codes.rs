@@ -99,6 +99,10 @@ pub const CODES: &[Code] = &[
     row("HEX027", "a record behind a semicolon is left out",
         "A warning: a line that begins with ';' is a comment, and this one is a whole record with the right checksum otherwise. \
          Somebody has taken it out by hand, or its colon was damaged. Mend: write the colon again, or remove the line."),
+    row("HEX028", "an erased cell is given a value later in the file",
+        "A note: the file gives a cell as erased first (FF, or 3FFF on a PIC) and then with another value, which counts. Dumps of \
+         whole memories of simulators do that with the configuration word. A cell given twice with other values is refused \
+         (HEX015). Mend: nothing need be done."),
     row("ELF001", "not an ELF file",
         "An ELF file begins with the bytes 7F 45 4C 46. Mend: load an ELF or an Intel HEX file."),
     row("ELF002", "not a 32-bit ELF file",

@@ -214,7 +214,7 @@ fn tell(trouble: Trouble, pieces: &[Piece], piece: &Piece, spaces: &[Space], fau
             let cause = || format!("{span} outside the memories of the chip: {}", describe(spaces));
             faults.error("ELF007", Pos::default(), cause, "link for this chip, or choose the chip it was linked for");
         }
-        Trouble::Overlap { start, end, with } => {
+        Trouble::Overlap { start, end, with } | Trouble::Replaced { start, end, with } => {
             let cause = || {
                 let other = pieces.get(with.line as usize).map_or("", |piece| &piece.name);
                 format!("{name}: 0x{start:04X} to 0x{:04X} ({} bytes) overlaps {other}", end - 1, end - start)

@@ -17,7 +17,7 @@ const COMMENT: u8 = b';';
 /// Loads Intel HEX. `file` is the name for messages, `spaces` are the memories of the chip.
 ///
 /// # Errors
-/// All faults of the file in the order of their places (codes HEX001 to HEX027, `docs/formats/hex.md`); at most
+/// All faults of the file in the order of their places (codes HEX001 to HEX028, `docs/formats/hex.md`); at most
 /// [`super::LIMIT`] and a closing note with the number of others.
 pub fn load_hex(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Vec<Diagnostic>> {
     let mut reader = Reader {
@@ -182,6 +182,12 @@ impl Reader<'_> {
                 |from: u64, to: u64| Pos::new(number, line.column + 2 * (from - addr) as u32, 2 * (to - from) as u32);
             match trouble {
                 Trouble::Outside { start, end } => self.outside(start..end, pos(start, end)),
+                Trouble::Replaced { start, end, with } => self.faults.note(
+                    "HEX028",
+                    pos(start, end),
+                    || format!("{} erased on line {}; this value counts", span(start, end, " was", " were"), with.line),
+                    "dumps of a whole memory give erased cells and then single words of it",
+                ),
                 Trouble::Overlap { start, end, with } => self.faults.error(
                     "HEX015",
                     pos(start, end),

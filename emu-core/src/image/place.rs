@@ -18,6 +18,8 @@ pub(super) enum Trouble {
     Outside { start: u64, end: u64 },
     /// `with` had put bytes there before.
     Overlap { start: u64, end: u64, with: Origin },
+    /// `with` had put erased bytes there before, which the new ones replace.
+    Replaced { start: u64, end: u64, with: Origin },
 }
 
 /// A byte whose word has no other half.
@@ -74,6 +76,11 @@ impl Run {
     }
 }
 
+/// True for a byte of an erased cell: FF, and 3F as the upper byte of a word of 14 bits.
+fn is_erased(space: &Space, at: u32, byte: u8) -> bool {
+    byte == 0xFF || space.word == 2 && space.bits != Bits::All && at % 2 == 1 && byte == 0x3F
+}
+
 impl<'s> Placed<'s> {
     pub fn new(spaces: &'s [Space]) -> Self {
         Placed { spaces, runs: spaces.iter().map(|_| BTreeMap::new()).collect() }
@@ -124,11 +131,23 @@ impl<'s> Placed<'s> {
                 runs.insert(free, Run { bytes, from, offset: offset + (free - start) });
             }
             if overlap_from < overlap_to {
-                tell(Trouble::Overlap {
-                    start: base + u64::from(overlap_from),
-                    end: base + u64::from(overlap_to),
-                    with,
+                let (start_at, end_at) = (base + u64::from(overlap_from), base + u64::from(overlap_to));
+                let held = runs.get_mut(&taken_from).and_then(|run| {
+                    run.bytes.get_mut((overlap_from - taken_from) as usize..(overlap_to - taken_from) as usize)
                 });
+                match held
+                    .filter(|held| (overlap_from..).zip(held.iter()).all(|(at, byte)| is_erased(space, at, *byte)))
+                {
+                    Some(held) => {
+                        held.copy_from_slice(slice(
+                            bytes,
+                            u64::from(overlap_from - start),
+                            u64::from(overlap_to - start),
+                        ));
+                        tell(Trouble::Replaced { start: start_at, end: end_at, with });
+                    }
+                    None => tell(Trouble::Overlap { start: start_at, end: end_at, with }),
+                }
             }
             free = overlap_to;
         }

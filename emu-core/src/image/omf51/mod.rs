@@ -256,7 +256,7 @@ impl Reader<'_> {
                 };
                 faults.error("OMF006", Pos::default(), cause, "link for this chip, or choose the chip it was linked for");
             }
-            Trouble::Overlap { start, end, with } => {
+            Trouble::Overlap { start, end, with } | Trouble::Replaced { start, end, with } => {
                 let cause = || {
                     let (last, at, other) = (end - 1, record.offset, with.line);
                     format!("the contents at 0x{at:X} fill 0x{start:04X} to 0x{last:04X}, which those at 0x{other:X} have filled")
