@@ -16,7 +16,7 @@ build=${EMU_FUZZ_TARGET_DIR:-${CARGO_TARGET_DIR:-target}/fuzz}
 flags="-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters"
 flags+=" -Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares --cfg fuzzing"
 # With --target the flags are not those of build scripts.
-RUSTFLAGS=$flags cargo build --release --locked --manifest-path fuzz/libfuzzer/Cargo.toml --target "$host" --target-dir "$build"
+RUSTFLAGS=$flags cargo build --release --manifest-path fuzz/libfuzzer/Cargo.toml --target "$host" --target-dir "$build"
 fuzzer=$build/$host/release/emu-libfuzzer
 driver() { cargo run --quiet --release -p emu-fuzz -- "$@"; }
 
