@@ -108,7 +108,7 @@ pub fn in_comment(bytes: &[u8]) -> Option<NamedChip> {
         comment.split(|c: char| !c.is_ascii_alphanumeric()).find_map(|word| {
             let chip = family::by_makers_name(word).filter(|_| word.starts_with(|c: char| c.is_ascii_alphabetic()));
             let place = format!("comment on line {number}");
-            (chip.is_some() || is_pic(word)).then(|| NamedChip { name: word.to_owned(), place, chip })
+            (chip.is_some() || is_pic(word) || is_avr(word)).then(|| NamedChip { name: word.to_owned(), place, chip })
         })
     })
 }
@@ -117,6 +117,14 @@ pub fn in_comment(bytes: &[u8]) -> Option<NamedChip> {
 fn is_pic(word: &str) -> bool {
     let rest = word.get(..3).filter(|front| front.eq_ignore_ascii_case("pic")).and_then(|_| word.get(3..));
     rest.is_some_and(|rest| rest.len() >= 5 && rest.starts_with(|c: char| c.is_ascii_digit()))
+}
+
+/// The name of some AVR: `ATmega2560`, `ATtiny85`, `AT90S8515`, `ATxmega128A1`.
+fn is_avr(word: &str) -> bool {
+    const FAMILIES: [&str; 4] = ["atmega", "attiny", "atxmega", "at90"];
+    let word = word.to_ascii_lowercase();
+    let rest = FAMILIES.iter().find_map(|family| word.strip_prefix(family));
+    rest.is_some_and(|rest| rest.contains(|c: char| c.is_ascii_digit()))
 }
 
 impl Chosen {
