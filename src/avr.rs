@@ -31,7 +31,7 @@ pub struct Flags {
     /// The lock bits in place of those of the image (`.lock` of an ELF file): 0xFF.
     #[arg(long, value_name = "VALUE", value_parser = |text: &str| byte("lock bits are", text))]
     lock: Option<u8>,
-    /// The package: DIP28, TQFP32, MLF32 or MLF28 on ATmega48 to 328 (`emu chips CHIP` lists them). It refuses pins that the package
+    /// The package: DIP28, TQFP32, MLF32 or MLF28 on ATmega48 to 328 (`emu chips CHIP` lists them), also as 28-PDIP or TQFP-32. It refuses pins that the package
     /// does not have, and --lint reports their channels. Default: the pins of all packages.
     #[arg(long, value_name = "NAME")]
     package: Option<String>,
@@ -95,7 +95,11 @@ impl Flags {
         }
         chip.package(name).map(|package| Some(package.name)).ok_or_else(|| {
             let all: Vec<_> = chip.packages.iter().map(|package| package.name).collect();
-            Failure::value("--package <NAME>", name, &format!("{} comes in {}", chip.name, all.join(", ")))
+            Failure::value(
+                "--package <NAME>",
+                name,
+                &format!("emu has the pin numbers of {} in {}", chip.name, all.join(", ")),
+            )
         })
     }
 

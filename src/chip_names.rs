@@ -34,8 +34,34 @@ const ALIASES: &[(&str, &str, &str)] = &[
     ("pic16", "pic16f877a", "one of the family"),
 ];
 
+/// Chips that differ from a row in electrical figures alone, and that row: the newer process (A) and the low-voltage versions (L, V).
+/// Data sheets: Microchip DS40001974 (ATmega8A), Atmel 8154 (16A), 8155 (32A), 8160 (64A), 8151 (128A); those of the rows have L and V.
+const VERSIONS: &[(&str, &str)] = &[
+    ("atmega8a", "atmega8"),
+    ("atmega8l", "atmega8"),
+    ("atmega16a", "atmega16"),
+    ("atmega16l", "atmega16"),
+    ("atmega32a", "atmega32"),
+    ("atmega32l", "atmega32"),
+    ("atmega64a", "atmega64"),
+    ("atmega64l", "atmega64"),
+    ("atmega128a", "atmega128"),
+    ("atmega128l", "atmega128"),
+    ("atmega162v", "atmega162"),
+    ("atmega48v", "atmega48"),
+    ("atmega88v", "atmega88"),
+    ("atmega168v", "atmega168"),
+];
+
 /// What makers' tools leave out of a name, or write instead: 89s52, 16f877a, m328p, mega328p.
 const PREFIXES: &[(&str, &str)] = &[("", "at"), ("", "pic"), ("p", "pic"), ("m", "atmega"), ("mega", "atmega")];
+
+/// The row of the chip `name` (case aside): its own, or that of the chip of which it is a version.
+pub fn row(name: &str) -> Option<&'static Chip> {
+    let name = name.to_ascii_lowercase();
+    let name = VERSIONS.iter().find(|(version, _)| *version == name).map_or(name.as_str(), |(_, row)| row);
+    chips().find(|chip| chip.name == name)
+}
 
 /// The chip `name` (case aside).
 ///
@@ -43,14 +69,13 @@ const PREFIXES: &[(&str, &str)] = &[("", "at"), ("", "pic"), ("p", "pic"), ("m",
 /// There is none of this name; says which is meant or lists all.
 pub fn chip(name: &str) -> Result<&'static Chip, String> {
     let name = name.trim().to_ascii_lowercase();
-    let named = |name: &str| chips().find(|chip| chip.name == name);
-    if let Some(chip) = named(&name) {
+    if let Some(chip) = row(&name) {
         return Ok(chip);
     }
     if let Some((_, chip, why)) = ALIASES.iter().find(|(alias, ..)| *alias == name) {
         return Err(format!("no chip of this name; the nearest is `{chip}`: {why} (`emu chips` lists all)"));
     }
-    let whole = |&(short, long): &(&str, &str)| named(&format!("{long}{}", name.strip_prefix(short)?));
+    let whole = |&(short, long): &(&str, &str)| row(&format!("{long}{}", name.strip_prefix(short)?));
     let whole = PREFIXES.iter().find_map(whole).map(|chip| chip.name);
     match whole.or_else(|| nearest(&name, chips().map(|chip| chip.name))) {
         Some(near) => Err(format!("no chip of this name; did you mean `{near}`? (`emu chips` lists all)")),
@@ -128,6 +153,15 @@ mod tests {
     }
 
     #[test]
+    fn versions_have_the_row_of_their_chip() {
+        for (version, name) in VERSIONS {
+            assert!(chips().all(|chip| chip.name != *version), "{version}");
+            assert_eq!(chip(&version.to_ascii_uppercase()).map(|chip| chip.name), Ok(*name), "{version}");
+        }
+        assert!(row("atmega328pb").is_none(), "another chip");
+    }
+
+    #[test]
     fn the_chip_that_is_meant_is_named() {
         for (name, meant) in [
             ("89c51", "at89c51"),
@@ -136,6 +170,7 @@ mod tests {
             ("p16f84a", "pic16f84a"),
             ("m328p", "atmega328p"),
             ("mega8", "atmega8"),
+            ("mega8a", "atmega8"),
             ("80c52", "8052"),
             ("stc89c52rc", "at89c52"),
             ("mcs51", "8051"),

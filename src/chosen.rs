@@ -2,7 +2,7 @@
 
 use diag::text::readable;
 use emu_core::chip::Chip;
-use emu_core::image::{Simavr, SimavrTrace, avr_device, avr_signature, simavr};
+use emu_core::image::{Image, Simavr, SimavrTrace, avr_device, avr_signature, simavr};
 
 use crate::args::Mcu;
 use crate::fail::Failure;
@@ -47,6 +47,9 @@ impl Mcu {
             (Err(why), None) => return Err(why),
         };
         let simavr = simavr(&bytes);
+        if let Some(simavr) = &simavr {
+            tell_oddities(file, &bytes, simavr);
+        }
         let chosen = |chip| Chosen { chip, simavr: simavr.clone(), file: file.to_owned() };
         if let Some(chip) = self.chip {
             return Ok(chosen(chip));
@@ -108,7 +111,7 @@ pub fn in_comment(bytes: &[u8]) -> Option<NamedChip> {
         comment.split(|c: char| !c.is_ascii_alphanumeric()).find_map(|word| {
             let chip = family::by_makers_name(word).filter(|_| word.starts_with(|c: char| c.is_ascii_alphabetic()));
             let place = format!("comment on line {number}");
-            (chip.is_some() || is_pic(word)).then(|| NamedChip { name: word.to_owned(), place, chip })
+            (chip.is_some() || is_pic(word) || is_avr(word)).then(|| NamedChip { name: word.to_owned(), place, chip })
         })
     })
 }
@@ -117,6 +120,31 @@ pub fn in_comment(bytes: &[u8]) -> Option<NamedChip> {
 fn is_pic(word: &str) -> bool {
     let rest = word.get(..3).filter(|front| front.eq_ignore_ascii_case("pic")).and_then(|_| word.get(3..));
     rest.is_some_and(|rest| rest.len() >= 5 && rest.starts_with(|c: char| c.is_ascii_digit()))
+}
+
+/// The name of some AVR: `ATmega2560`, `ATtiny85`, `AT90S8515`, `ATxmega128A1`.
+fn is_avr(word: &str) -> bool {
+    const FAMILIES: [&str; 4] = ["atmega", "attiny", "atxmega", "at90"];
+    let word = word.to_ascii_lowercase();
+    let rest = FAMILIES.iter().find_map(|family| word.strip_prefix(family));
+    rest.is_some_and(|rest| rest.contains(|c: char| c.is_ascii_digit()))
+}
+
+/// Says on standard error what is odd about what a program says to simavr.
+fn tell_oddities(file: &str, bytes: &[u8], simavr: &Simavr) {
+    if let Some(tag) = simavr.cut {
+        output::tell(&format!(
+            "note: {file}: the entry of tag {tag} in {SECTION} is longer than the section: it and what follows is left out\n"
+        ));
+    }
+    let row = |name: &str| made_for::row(name).map_or(name.to_owned(), |chip| chip.name.to_owned());
+    if let (Some(compiler), Some(own)) = (avr_device(bytes), &simavr.mcu)
+        && row(&compiler) != row(own)
+    {
+        output::tell(&format!(
+            "note: {file} is for {own} by {SECTION}, and for {compiler} by the note of its compiler, which counts\n"
+        ));
+    }
 }
 
 impl Chosen {
@@ -137,7 +165,7 @@ impl Chosen {
     }
 
     /// Says on standard error how what the program wants of simavr is had here; `vcd` is true where a waveform is written.
-    pub fn tell_wishes(&self, vcd: bool) {
+    pub fn tell_wishes(&self, image: &Image, vcd: bool) {
         let Some(simavr) = &self.simavr else { return };
         let file = &self.file;
         let register = |addr: u16| {
@@ -148,12 +176,14 @@ impl Chosen {
             let mut flags = format!("--vcd {}", simavr.vcd.as_deref().unwrap_or("FILE"));
             let mut added = Vec::new();
             for trace in &simavr.traces {
-                if let SimavrTrace::Register(addr, _) = trace {
-                    let name = register(*addr);
-                    if !added.contains(&name) {
-                        flags.push_str(&format!(" --vcd-add {name}"));
-                        added.push(name);
-                    }
+                let name = match *trace {
+                    SimavrTrace::Register(addr, _) => register(addr),
+                    SimavrTrace::Ram(addr, bytes) => self.in_ram(image, addr.into(), bytes.into()),
+                    SimavrTrace::Pin(..) | SimavrTrace::Interrupt => continue,
+                };
+                if !added.contains(&name) {
+                    flags.push_str(&format!(" --vcd-add {name}"));
+                    added.push(name);
                 }
             }
             if simavr.traces.contains(&SimavrTrace::Interrupt) {
@@ -170,5 +200,20 @@ impl Chosen {
         if let Some(addr) = simavr.command {
             output::tell(&format!("note: {file} sends commands to simavr through {}: left out\n", register(addr)));
         }
+    }
+
+    /// What `--vcd-add` calls so many bytes of RAM: the variable there, if it has a name of one word and that size, else the address.
+    fn in_ram(&self, image: &Image, addr: u32, bytes: u32) -> String {
+        let space = self.chip.reg_space;
+        let own = image.symbols.iter().filter(|s| (s.space, s.addr, s.size) == (space, addr, bytes));
+        let word = |name: &&str| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        let named = own.map(|symbol| symbol.name.as_str()).find(word);
+        named.map_or_else(
+            || match bytes {
+                1 => format!("{space}:0x{addr:X}"),
+                _ => format!("{space}:0x{addr:X}..0x{:X}", addr + bytes),
+            },
+            str::to_owned,
+        )
     }
 }

@@ -11,7 +11,7 @@ use emu_core::image::{Image, SymbolSpaces};
 use emu_core::pins::PinId;
 use emu_pic16::Pic16;
 
-pub use crate::chip_names::{ChipChoice, ChipChoiceParser, ChipParser, chip};
+pub use crate::chip_names::{ChipChoice, ChipChoiceParser, ChipParser, chip, row};
 
 /// All chips, family by family.
 pub fn chips() -> impl Iterator<Item = &'static Chip> {
@@ -67,7 +67,7 @@ pub fn by_makers_name(name: &str) -> Option<&'static Chip> {
         let name = name.to_ascii_lowercase().replace("lf", "f");
         name.strip_prefix("pic").or_else(|| name.strip_prefix('p')).unwrap_or(&name).to_owned()
     };
-    chips().find(|chip| core(chip.name) == core(name))
+    chips().find(|chip| core(chip.name) == core(name)).or_else(|| row(name))
 }
 
 /// How a machine is built.

@@ -38,10 +38,9 @@ fn by_name(bytes: &[u8], chip: &Chip) -> Option<Told> {
     }
 }
 
-/// The AVR of this name, or one of the same kind.
+/// The row of the AVR of this name.
 pub fn row(name: &str) -> Option<&'static Chip> {
-    let rows = || family::chips().filter(|c| c.family == Family::Avr);
-    rows().find(|c| c.name == name).or_else(|| rows().find(|c| kind(c.name) == kind(name)))
+    family::row(name).filter(|chip| chip.family == Family::Avr)
 }
 
 /// The AVRs with this signature.

@@ -5,7 +5,7 @@ use emu_core::chip::{Chip, Family};
 use crate::fail::Failure;
 
 /// What a reading decides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 enum Decision {
     /// 8051: [`emu_8051::Readings::sample_now`].
     SampleNow(bool),
@@ -56,8 +56,12 @@ pub fn reading(text: &str) -> Result<Reading, String> {
     })
 }
 
-/// Refuses readings that are not for the chip's family.
+/// Refuses readings that are not for the chip's family, and two of one name.
 pub fn refuse(readings: &[Reading], chip: &Chip) -> Result<(), Failure> {
+    let twice = |(at, reading): &(usize, &Reading)| readings.iter().take(*at).any(|other| other.name == reading.name);
+    if let Some((_, reading)) = readings.iter().enumerate().find(twice) {
+        return Err(Failure::Usage(format!("--reading gives {} twice", reading.name)));
+    }
     match readings.iter().find(|reading| reading.family != chip.family) {
         None => Ok(()),
         Some(reading) => {
@@ -66,6 +70,31 @@ pub fn refuse(readings: &[Reading], chip: &Chip) -> Result<(), Failure> {
             Err(Failure::Usage(why))
         }
     }
+}
+
+/// The flags that choose the readings of a machine, one for every name; `taken` says whether it is so.
+fn flags(family: Family, taken: impl Fn(Decision) -> bool) -> Vec<String> {
+    let rows = READINGS.iter().filter(|row| row.family == family && taken(row.decision));
+    rows.map(|row| format!("--reading {}={}", row.name, row.choice)).collect()
+}
+
+/// The flags that choose these readings on the AVR `chip`.
+pub fn flags_of_avr(chip: &Chip, readings: emu_avr::Readings) -> Vec<String> {
+    let readings = readings.resolved(chip);
+    flags(Family::Avr, |decision| match decision {
+        Decision::EdgesWake(edges) => readings.edges_wake == Some(edges),
+        Decision::IcrOnlyAsTop(only) => readings.icr_only_as_top == only,
+        Decision::SampleNow(_) | Decision::HoldOnRead(_) => false,
+    })
+}
+
+/// The flags that choose these readings on an 8051.
+pub fn flags_of_mcs51(readings: emu_8051::Readings) -> Vec<String> {
+    flags(Family::Mcs51, |decision| match decision {
+        Decision::SampleNow(now) => readings.sample_now == now,
+        Decision::HoldOnRead(too) => readings.hold_on_read == too,
+        Decision::EdgesWake(_) | Decision::IcrOnlyAsTop(_) => false,
+    })
 }
 
 /// What the readings decide on an AVR.
@@ -92,4 +121,30 @@ pub fn mcs51(readings: &[Reading]) -> emu_8051::Readings {
         }
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::family::chip;
+
+    #[test]
+    fn every_choice_comes_back_as_its_flag() {
+        for chosen in READINGS {
+            let flag = format!("--reading {}={}", chosen.name, chosen.choice);
+            let flags = match chosen.family {
+                Family::Avr => flags_of_avr(chip("atmega328p").expect("a chip"), avr(&[chosen])),
+                _ => flags_of_mcs51(mcs51(&[chosen])),
+            };
+            assert!(flags.len() == 2 && flags.contains(&flag), "{flag}: {flags:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_chosen_is_as_the_chip_has_it() {
+        for (name, wakes) in [("atmega328p", "edge"), ("atmega48", "level")] {
+            let flags = flags_of_avr(chip(name).expect("a chip"), avr(&[]));
+            assert_eq!(flags, [format!("--reading int-wake={wakes}"), "--reading icr-write=any".to_owned()], "{name}");
+        }
+    }
 }

@@ -195,7 +195,7 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let wired = machine.wired(chip, &How { ram, bus: args.vcd.is_some(), clock, start_up }, || {
         input::image_with_symbols(&args.image, &symbols, chip, terminal)
     })?;
-    chosen.tell_wishes(args.vcd.is_some());
+    chosen.tell_wishes(&wired.image, args.vcd.is_some());
     let Wired { image, mut setup, hz, avr, eeprom, bench } = wired;
     // gpsim's own programs convert without a wait.
     setup.pic16.ideal_acquisition = script.is_some();

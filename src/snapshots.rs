@@ -4,30 +4,88 @@ use std::fs;
 use std::io::Read;
 use std::path::{Component, Path};
 
-use emu_avr::{Options, Readings};
 use emu_core::chip::{Chip, Family};
+use emu_core::cpu::RamInit;
 use emu_core::image::Image;
 use emu_debug::snapshot::{self, Head};
+use emu_pic16::Corner;
 
 use crate::fail::Failure;
 use crate::family::Setup;
-use crate::output;
+use crate::{output, readings};
 
-/// What snapshots of a machine are of, their cycle aside.
+/// What snapshots of a machine are of, their cycle aside. Its options are the flags that build the same machine, with all that the
+/// image and the row of the chip decide, so that equal machines have equal options however they came by them.
 pub fn head(chip: &Chip, image: &Image, setup: &Setup) -> Head {
-    let options = match chip.family {
-        Family::Avr => {
-            // Readings that are not given are not said. A package changes nothing of the state.
-            let Options { hz, fuses, lock, start_up, readings, package: _ } = setup.avr;
-            let plain = format!("Options {{ hz: {hz}, fuses: {fuses:?}, lock: {lock:?}, start_up: {start_up} }}");
-            if readings == Readings::default() { plain } else { format!("{plain}, {readings:?}") }
+    let mut flags = match chip.family {
+        Family::Avr => avr_flags(chip, image, setup.avr),
+        Family::Mcs51 => {
+            let emu_8051::Options { von_neumann, ea, x2, readings } = setup.mcs51;
+            let mut flags = vec![clock(setup.avr.hz), format!("--ea {}", if ea { "high" } else { "low" })];
+            let given = [("--von-neumann", von_neumann), ("--x2", x2)];
+            flags.extend(given.into_iter().filter(|(_, given)| *given).map(|(flag, _)| flag.to_owned()));
+            flags.extend(readings::flags_of_mcs51(readings));
+            flags
         }
-        Family::Mcs51 => format!("{:?}, {} Hz", setup.mcs51, setup.avr.hz),
-        Family::Pic16 => format!("{:?}", setup.pic16),
-        Family::Ap101 => format!("{:?}", setup.ap101),
+        Family::Pic16 => pic16_flags(image, setup.pic16),
+        Family::Ap101 => {
+            let config = emu_ap101::config::Config::of(image).unwrap_or_default();
+            let inputs = match setup.ap101.inputs.unwrap_or(config.inputs) {
+                emu_ap101::Inputs::Scan => "scan",
+                emu_ap101::Inputs::Live => "live",
+            };
+            vec![clock(setup.ap101.hz.unwrap_or(config.hz)), format!("--inputs {inputs}")]
+        }
     };
-    let (program, options) = (snapshot::program(image), format!("{options}, RAM {:?}", setup.ram));
-    Head { chip: chip.name.to_owned(), program, options, cycle: 0 }
+    flags.push(match setup.ram {
+        RamInit::Random(seed) => format!("--ram random:{seed}"),
+        RamInit::Zero => "--ram zero".to_owned(),
+    });
+    Head { chip: chip.name.to_owned(), program: snapshot::program(image), options: flags.join(" "), cycle: 0 }
+}
+
+fn clock(hz: u64) -> String {
+    format!("--clock {hz}")
+}
+
+fn avr_flags(chip: &Chip, image: &Image, options: emu_avr::Options) -> Vec<String> {
+    // A package changes nothing of the state.
+    let emu_avr::Options { hz, fuses: given, lock, start_up, readings, package: _ } = options;
+    let mut fuses = emu_avr::chips::part(chip.name).map_or([0xFF; 3], |part| part.fuses.assumed);
+    image.fill("fuse", &mut fuses);
+    let mut locked = [0xFF];
+    image.fill("lock", &mut locked);
+    let has = chip.spaces.iter().find(|(space, ..)| *space == "fuse").map_or(0, |(_, bytes, _)| *bytes as usize);
+    let bytes = ["low", "high", "extended"].into_iter().zip(given.unwrap_or(fuses)).take(has);
+    let bytes: Vec<String> = bytes.map(|(name, value)| format!("{name}=0x{value:02X}")).collect();
+    let mut flags =
+        vec![clock(hz), format!("--fuse {}", bytes.join(",")), format!("--lock 0x{:02X}", lock.unwrap_or(locked[0]))];
+    flags.extend((!start_up).then(|| "--no-start-up".to_owned()));
+    flags.extend(readings::flags_of_avr(chip, readings));
+    flags
+}
+
+fn pic16_flags(image: &Image, options: emu_pic16::Options) -> Vec<String> {
+    /// Where the configuration word at 2007h is in the memory `config`, which begins at 2000h.
+    const WORD: usize = 7;
+    let emu_pic16::Options { hz, corner, config, start_up, timer1_hz, ideal_acquisition } = options;
+    let mut bytes = [0xFF; 2 * WORD + 2];
+    image.fill("config", &mut bytes);
+    let own = u16::from_le_bytes([bytes[2 * WORD], bytes[2 * WORD + 1]]) & 0x3FFF;
+    let corner = match corner {
+        Corner::Min => "min",
+        Corner::Typ => "typ",
+        Corner::Max => "max",
+    };
+    let mut flags = vec![
+        clock(hz),
+        format!("--config 0x{:04X}", config.unwrap_or(own)),
+        format!("--corner {corner}"),
+        format!("--timer1-crystal {}", timer1_hz.map_or("none".to_owned(), |hz| hz.to_string())),
+    ];
+    flags.extend((!start_up).then(|| "--no-start-up".to_owned()));
+    flags.extend(ideal_acquisition.then(|| "--cod".to_owned()));
+    flags
 }
 
 /// Where snapshots are written during a run.

@@ -56,6 +56,13 @@ pub struct Readings {
 }
 
 impl Readings {
+    /// The same, with what the row of `chip` decides filled in; of a chip that is no AVR nothing is.
+    #[must_use]
+    pub fn resolved(self, chip: &Chip) -> Readings {
+        let own = chips::part(chip.name).map(|part| part.external.edges_wake);
+        Readings { edges_wake: self.edges_wake.or(own), ..self }
+    }
+
     /// A timer as it is taken to be; one that the chip does not have has no channel.
     pub(crate) fn timer(self, shape: Option<&Shape>) -> Shape {
         let shape = shape.copied().unwrap_or(Shape::narrow(0));

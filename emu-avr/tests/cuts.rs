@@ -162,11 +162,12 @@ fn plan(part: &'static Part, rng: &mut Rng) -> Plan<Avr> {
     let words = program(part, rng);
     let fuses = |rng: &mut Rng| rng.next_u64().to_le_bytes();
     let [low, high, extended, lock, ..] = fuses(rng);
+    let hz = pick(rng, &[16_000_000, 8_000_000, 1_000_000, 128_000, 32_768]);
     let options = Options {
-        hz: pick(rng, &[16_000_000, 8_000_000, 1_000_000, 128_000, 32_768]),
         fuses: rng.one_in(2).then_some([low, high, extended]),
         lock: rng.one_in(4).then_some(lock),
         start_up: rng.one_in(4),
+        ..Options::at(hz)
     };
     let listing: Vec<String> = words.iter().enumerate().map(|(n, word)| format!("{n:03x}: {word:04x}")).collect();
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();

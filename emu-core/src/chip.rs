@@ -151,6 +151,17 @@ pub struct Package {
 }
 
 impl Package {
+    /// What a name says of a package: its kind by one name and the number of its pins, however both are put together.
+    fn kind(name: &str) -> (String, String) {
+        let letters: String = name.chars().filter(char::is_ascii_alphabetic).map(|c| c.to_ascii_uppercase()).collect();
+        let kind = match letters.as_str() {
+            "PDIP" | "SPDIP" | "SDIP" | "DIL" => "DIP",
+            "QFN" | "VQFN" | "QFNMLF" | "MLFQFN" => "MLF",
+            other => other,
+        };
+        (kind.to_owned(), name.chars().filter(char::is_ascii_digit).collect())
+    }
+
     /// The number of `pin` in this package; none where it does not have that pin.
     #[must_use]
     pub fn number(&self, pin: PinId) -> Option<u8> {
@@ -210,15 +221,41 @@ impl Chip {
         (0..).zip(self.pins).filter(|(id, _)| self.has_pin(*id))
     }
 
-    /// The package `name` (case aside).
+    /// The package `name` (case aside), which vendors spell in many ways: `PDIP28`, `28-PDIP`, `SPDIP-28` are `DIP28`.
     #[must_use]
     pub fn package(&self, name: &str) -> Option<&'static Package> {
-        self.packages.iter().find(|package| package.name.eq_ignore_ascii_case(name))
+        self.packages.iter().find(|package| Package::kind(package.name) == Package::kind(name))
     }
 
     /// The pin `name` (case aside).
     #[must_use]
     pub fn pin(&self, name: &str) -> Option<PinId> {
         self.pins.iter().position(|p| p.name.eq_ignore_ascii_case(name)).map(|i| i as PinId)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Package;
+
+    #[test]
+    fn packages_are_known_by_the_spellings_of_vendors() {
+        let same = |name: &str, of: &str| Package::kind(name) == Package::kind(of);
+        for (name, of) in [
+            ("dip28", "DIP28"),
+            ("28-PDIP", "DIP28"),
+            ("PDIP28", "DIP28"),
+            ("SPDIP28", "DIP28"),
+            ("28 spdip", "DIP28"),
+            ("TQFP-32", "TQFP32"),
+            ("32-tqfp", "TQFP32"),
+            ("QFN/MLF-32", "MLF32"),
+            ("32-VQFN", "MLF32"),
+        ] {
+            assert!(same(name, of), "{name}");
+        }
+        for (name, of) in [("SO28", "DIP28"), ("PDIP40", "DIP28"), ("DIP", "DIP28"), ("28", "DIP28"), ("", "DIP28")] {
+            assert!(!same(name, of), "{name}");
+        }
     }
 }

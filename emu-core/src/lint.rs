@@ -308,7 +308,9 @@ impl Lint {
             Lint::InputWritten { .. } => "write an output or a bit of M",
             Lint::PresetPort { .. } => "write STO to the port and behind it a NOP with the preset: TIM Rn,#d",
             Lint::OddField { .. } => "look at the address: the program may run into data",
-            Lint::CaptureWritten { .. } => "choose the mode first; --reading icr-write=top does as the data sheet says",
+            Lint::CaptureWritten { .. } => {
+                "choose the mode first: then silicon (--reading icr-write=any) and data sheet (top) agree"
+            }
             Lint::EdgeWoke { .. } => {
                 "wake by a low level or a pin change; --reading int-wake=level does as the data sheet says"
             }

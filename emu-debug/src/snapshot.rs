@@ -49,7 +49,8 @@ pub const CODES: &[Code] = &[
                   symbols make no difference. Mend: give that image, or make the snapshot anew." },
     Code { code: OTHER_OPTIONS, title: "a snapshot of a machine that was configured otherwise",
         explain: "Clock, fuses, configuration word, wiring, and what RAM holds after power-up are part of a machine and no part of its \
-                  state. Mend: give the flags with which the snapshot was made; the message has both." },
+                  state. Mend: give the flags with which the snapshot was made; the message has \
+                  what differs." },
     Code { code: NO_STATE, title: "a snapshot that holds no state of this machine",
         explain: "The file is whole, and what it holds cannot be the state of such a machine: it was made by another build of emu, \
                   or by another program. Mend: make it anew." },
@@ -62,7 +63,7 @@ pub struct Head {
     pub chip: String,
     /// [`program`] of the image.
     pub program: u64,
-    /// What configures the machine, as text.
+    /// What configures the machine: the flags of the command line that do, with their values, as `--clock 8000000 --x2`.
     pub options: String,
     /// Machine cycle at which it was taken.
     pub cycle: u64,
@@ -166,12 +167,30 @@ pub fn read_for<'a>(name: &str, bytes: &'a [u8], wanted: &Head) -> Result<(u64, 
         let cause = "is a snapshot of another program".to_owned();
         (OTHER_PROGRAM, cause, "give the image with which it was made, or make it anew")
     } else if head.options != wanted.options {
-        let cause = format!("is of a machine with `{}`, and this one has `{}`", head.options, wanted.options);
-        (OTHER_OPTIONS, cause, "give the flags with which it was made, or make it anew")
+        (
+            OTHER_OPTIONS,
+            difference(&head.options, &wanted.options),
+            "give the flags with which it was made, or make it anew",
+        )
     } else {
         return Ok((head.cycle, state));
     };
     Err(fault(name, code, cause, hint))
+}
+
+/// What one has of two configurations that the other does not.
+fn difference(own: &str, wanted: &str) -> String {
+    let split = |options: &str| options.split(" --").map(|flag| flag.trim_start_matches("--").to_owned()).collect();
+    let (own, wanted): (Vec<String>, Vec<String>) = (split(own), split(wanted));
+    let beyond = |some: &[String], others: &[String]| {
+        let flags: Vec<_> = some.iter().filter(|flag| !others.contains(flag)).map(|flag| format!("--{flag}")).collect();
+        flags.join(" ")
+    };
+    match (beyond(&own, &wanted), beyond(&wanted, &own)) {
+        (has, lacks) if has.is_empty() => format!("is of a machine without `{lacks}`"),
+        (has, lacks) if lacks.is_empty() => format!("is of a machine with `{has}`, and this one is without"),
+        (has, other) => format!("is of a machine with `{has}`, and this one has `{other}`"),
+    }
 }
 
 /// The file is whole, and holds no state of the machine.
@@ -227,6 +246,18 @@ mod tests {
         assert_eq!(crc(b"123456789"), 0xCBF4_3926);
         assert_eq!(read("x", &file), Ok((head.clone(), &[1, 2, 3, 0, 255][..])));
         assert_eq!(read_for("x", &file, &Head { cycle: 0, ..head }), Ok((1234, &[1, 2, 3, 0, 255][..])));
+    }
+
+    #[test]
+    fn what_differs_is_named() {
+        let cases = [
+            ("--clock 8 --ram zero", "--clock 9 --ram zero", "with `--clock 8`, and this one has `--clock 9`"),
+            ("--clock 8 --x2", "--clock 8", "with `--x2`, and this one is without"),
+            ("--clock 8", "--clock 8 --no-start-up", "without `--no-start-up`"),
+        ];
+        for (own, wanted, says) in cases {
+            assert_eq!(difference(own, wanted), format!("is of a machine {says}"));
+        }
     }
 
     #[test]

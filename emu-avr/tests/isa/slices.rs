@@ -182,7 +182,7 @@ fn polling_loops() {
             let text = head.chain(lines.iter().copied()).collect::<Vec<_>>().join("\n");
             let image = emu_asm::image(&ATMEGA328P, &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
             // At this clock the watchdog's 16 ms are some 2,000 cycles.
-            let options = Options { hz: 128_000, fuses: None, lock: None, start_up: false };
+            let options = Options::at(128_000);
             let avr = Avr::with(&ATMEGA328P, &image, RamInit::Random(n as u64), options);
             let until = 500 + rng.below(20_000);
             let what = format!("loop {n}, prescaler {prescaler}, watchdog {watchdog:?}, until {until}");

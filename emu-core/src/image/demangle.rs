@@ -4,7 +4,10 @@
 //! `rustc-demangle`. Names come from files, so both lengths, of what is read and of what is made, have a limit: a name of a few
 //! bytes may refer to parts of itself and become longer than any memory.
 
+use std::borrow::Cow;
 use std::fmt::{self, Write};
+use std::iter;
+use std::ops::Range;
 
 use cpp_demangle::{BorrowedSymbol, DemangleOptions};
 
@@ -75,6 +78,70 @@ pub(super) fn without_arguments(path: &str) -> &str {
     path
 }
 
+/// A path without the parameters of the functions in which its last name lies, nor the type that the first of them returns:
+/// `app::twice<int>::last` for `int app::twice<int>(int)::last`, as a static in a function has it.
+pub(super) fn without_outer_parameters(path: &str) -> Cow<'_, str> {
+    let groups = groups_before_names(path, ['(', ')']);
+    let name = groups.first().and_then(|group| path.get(..group.start)).filter(|name| !name.contains("operator"));
+    let returned = name.map_or(0, |name| {
+        let mut depth = 0u32;
+        let space = name.char_indices().rev().find(|(_, c)| {
+            match c {
+                '>' | ')' => depth += 1,
+                '<' | '(' => depth = depth.saturating_sub(1),
+                _ => {}
+            }
+            *c == ' ' && depth == 0
+        });
+        space.map_or(0, |(at, _)| at + 1)
+    });
+    if returned == 0 { cut(path, &groups) } else { cut(path, &[iter::once(0..returned).collect(), groups].concat()) }
+}
+
+/// A path without the arguments of the templates in which its last name lies: `Stack::push` for `Stack<int>::push`.
+pub(super) fn without_outer_arguments(path: &str) -> Cow<'_, str> {
+    cut(path, &groups_before_names(path, ['<', '>']))
+}
+
+/// The groups in brackets that belong to a name and have another name behind them, with what qualifies a method: `(int) const` in
+/// `f(int) const::count`. From left to right; none lies in another one.
+fn groups_before_names(path: &str, [open, close]: [char; 2]) -> Vec<Range<usize>> {
+    const QUALIFIERS: [&str; 4] = [" const", " volatile", "&", " "];
+    let mut found: Vec<Range<usize>> = Vec::new();
+    for (end, _) in path.rmatch_indices("::") {
+        if found.last().is_some_and(|group| end > group.start) {
+            continue;
+        }
+        let mut front = path.get(..end).unwrap_or_default();
+        while let Some(shorter) = QUALIFIERS.iter().find_map(|qualifier| front.strip_suffix(qualifier)) {
+            front = shorter;
+        }
+        if !front.ends_with(close) {
+            continue;
+        }
+        let mut depth = 0u32;
+        let start = front.char_indices().rev().find(|(_, c)| {
+            depth = if *c == close { depth + 1 } else { depth.saturating_sub(u32::from(*c == open)) };
+            depth == 0
+        });
+        // What has no name in front is one itself: `(anonymous namespace)`.
+        let named = |start: &usize| path.get(..*start).is_some_and(|name| !name.is_empty() && !name.ends_with("::"));
+        found.extend(start.map(|(start, _)| start).filter(named).map(|start| start..end));
+    }
+    found.reverse();
+    found
+}
+
+/// What is left of a text without these parts, which ascend.
+fn cut<'p>(text: &'p str, parts: &[Range<usize>]) -> Cow<'p, str> {
+    if parts.is_empty() {
+        return Cow::Borrowed(text);
+    }
+    let starts = iter::once(0).chain(parts.iter().map(|part| part.end));
+    let ends = parts.iter().map(|part| part.start).chain([text.len()]);
+    Cow::Owned(starts.zip(ends).filter_map(|(start, end)| text.get(start..end)).collect())
+}
+
 /// What is written, if it is short enough.
 fn limited(write: impl FnOnce(&mut Limited) -> fmt::Result) -> Option<String> {
     let mut out = Limited(String::new());
@@ -97,7 +164,30 @@ impl Write for Limited {
 
 #[cfg(test)]
 mod tests {
-    use super::demangle;
+    use super::{demangle, without_outer_arguments, without_outer_parameters};
+
+    #[test]
+    fn outer_functions_lose_their_parameters() {
+        let table = [
+            ("f(int)::cnt", "f::cnt", "f::cnt"),
+            ("app::S::g(char) const::n", "app::S::g::n", "app::S::g::n"),
+            ("int app::twice<int>(int)::last", "app::twice<int>::last", "app::twice::last"),
+            ("Stack<A<int> >::push(A<int> const&)::n", "Stack<A<int> >::push::n", "Stack::push::n"),
+            ("f(g(int)::T)::n", "f::n", "f::n"),
+            ("(anonymous namespace)::four()::n", "(anonymous namespace)::four::n", "(anonymous namespace)::four::n"),
+            ("f()::{lambda(int)#1}::operator()(int) const::n", "f::{lambda(int)#1}::operator()::n", ""),
+            ("A::operator bool() const::n", "A::operator bool::n", "A::operator bool::n"),
+            ("app::area", "app::area", "app::area"),
+            (")::", ")::", ")::"),
+            ("", "", ""),
+        ];
+        for (path, bare, generic) in table {
+            let found = without_outer_parameters(path);
+            assert_eq!(found, bare, "{path}");
+            let generic = if generic.is_empty() { bare } else { generic };
+            assert_eq!(without_outer_arguments(&found), generic, "{path}");
+        }
+    }
 
     fn both(name: &str) -> String {
         demangle(name).map_or("-".to_owned(), |(whole, path)| format!("{whole} | {path}"))

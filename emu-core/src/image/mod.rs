@@ -120,21 +120,23 @@ impl SymbolAt {
     }
 
     /// How well a text that is not the whole name stands for a symbol of C++ or Rust, 0 best, as gdb lets one leave out
-    /// parts: the name without parameters (`app::compute`, 0), without those of templates too (1), and without outer
-    /// namespaces (`compute`, `compute(int)`, 2). Nothing where it does not.
+    /// parts: the name without parameters (`app::compute`, and `f::count` for a static in `f(int)`, 0), without those of templates
+    /// too (1), and without outer namespaces (`compute`, `compute(int)`, 2). Nothing where it does not.
     #[must_use]
     pub fn is_shortened_to(&self, text: &str) -> Option<u8> {
         let path = &*self.mangled.as_ref()?.path;
-        let plain = demangle::without_arguments(path);
+        let bare = demangle::without_outer_parameters(path);
+        let generic = demangle::without_outer_arguments(&bare);
+        let (plain, generic) = (demangle::without_arguments(path), demangle::without_arguments(&generic));
         let is_tail = |name: &str| {
             let before = name.len().checked_sub(text.len()).and_then(|at| name.split_at_checked(at));
             before.is_some_and(|(before, tail)| before.ends_with("::") && tail == text)
         };
         match () {
             () if text.is_empty() => None,
-            () if path == text => Some(0),
-            () if plain == text => Some(1),
-            () if is_tail(path) || is_tail(plain) => Some(2),
+            () if path == text || bare == text => Some(0),
+            () if plain == text || generic == text => Some(1),
+            () if [path, &*bare, plain, generic].into_iter().any(is_tail) => Some(2),
             // With parameters; those of the name come without its namespaces, which may have some themselves.
             () if text.contains('(') => {
                 let mut outer = path.match_indices("::").filter_map(|(at, _)| self.name.get(at + 2..));

@@ -10,6 +10,9 @@ pub(super) const SECTION: &str = ".mmcu";
 /// Longest name that is taken, and most traces: what has more is damaged.
 const MOST: usize = 64;
 
+/// Bytes of the name in the entry of a trace.
+const TRACE_NAME: usize = 32;
+
 /// The entries that mean something here.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Simavr {
@@ -25,6 +28,8 @@ pub struct Simavr {
     pub console: Option<u16>,
     /// Data address of the register that takes commands to simavr.
     pub command: Option<u16>,
+    /// Tag of an entry that is longer than what is left of the section: neither it nor what follows is read.
+    pub cut: Option<u8>,
 }
 
 /// A signal that a program wants traced.
@@ -34,11 +39,13 @@ pub enum SimavrTrace {
     Register(u16, u8),
     /// A pin: letter of its port and number.
     Pin(char, u8),
+    /// So many bytes from this data address on, 1 or 2.
+    Ram(u16, u8),
     /// An interrupt.
     Interrupt,
 }
 
-/// What an ELF file says to simavr; nothing where it has no such section, or one that cannot be read.
+/// What an ELF file says to simavr; nothing where it has no such section.
 #[must_use]
 pub fn simavr(file: &[u8]) -> Option<Simavr> {
     if !file.starts_with(super::elf::MAGIC) {
@@ -51,18 +58,20 @@ pub fn simavr(file: &[u8]) -> Option<Simavr> {
         match rest {
             [] => return Some(found),
             [0, behind @ ..] => rest = behind,
-            [tag, len, behind @ ..] => {
-                let (entry, behind) = behind.split_at_checked(usize::from(*len))?;
+            [tag, behind @ ..] => {
+                let cut = || Simavr { cut: Some(*tag), ..found.clone() };
+                let Some((len, behind)) = behind.split_first() else { return Some(cut()) };
+                let Some((entry, behind)) = behind.split_at_checked(usize::from(*len)) else { return Some(cut()) };
                 found.take(*tag, entry);
                 rest = behind;
             }
-            [_] => return None,
         }
     }
 }
 
 impl Simavr {
-    /// An entry; tags by avr_mcu_section.h, whose others are passed over.
+    /// An entry; tags by avr_mcu_section.h, whose others are passed over. From simavr 1.7 on 17 and 18 trace RAM in an entry as long
+    /// as the other traces; in 1.6 the tag 17 is that of a pull-up, with 4 bytes.
     fn take(&mut self, tag: u8, entry: &[u8]) {
         match (tag, entry) {
             (1, _) => self.mcu = text(entry).map(|name| name.to_ascii_lowercase()),
@@ -70,11 +79,15 @@ impl Simavr {
             (10, &[low, high]) => self.command = Some(u16::from_le_bytes([low, high])),
             (11, &[low, high]) => self.console = Some(u16::from_le_bytes([low, high])),
             (12, _) => self.vcd = text(entry),
-            (14..=16, &[mask, low, high, ..]) if self.traces.len() < MOST => self.traces.push(match tag {
-                14 => SimavrTrace::Register(u16::from_le_bytes([low, high]), mask),
-                15 => SimavrTrace::Pin(char::from(mask).to_ascii_uppercase(), low),
-                _ => SimavrTrace::Interrupt,
-            }),
+            (14..=18, &[mask, low, high, ref name @ ..]) if self.traces.len() < MOST => {
+                let addr = u16::from_le_bytes([low, high]);
+                self.traces.extend(match tag {
+                    14 => Some(SimavrTrace::Register(addr, mask)),
+                    15 => Some(SimavrTrace::Pin(char::from(mask).to_ascii_uppercase(), low)),
+                    16 => Some(SimavrTrace::Interrupt),
+                    _ => (name.len() == TRACE_NAME).then(|| SimavrTrace::Ram(addr, tag - 16)),
+                });
+            }
             _ => {}
         }
     }

@@ -271,7 +271,7 @@ fn sections_that_others_make_are_accepted() {
     assert_eq!(told, wanted);
 }
 
-/// Entries as simavr's avr_mcu_section.h lays them out, zeros between them; a damaged section says nothing.
+/// Entries as simavr's avr_mcu_section.h lays them out, zeros between them; a section that is cut short keeps what comes before.
 #[test]
 fn what_a_program_says_to_simavr() {
     let string = |tag: u8, text: &str| [vec![tag, 64], text.as_bytes().to_vec(), vec![0; 64 - text.len()]].concat();
@@ -293,6 +293,10 @@ fn what_a_program_says_to_simavr() {
         trace(14, 0x20, 0xC0),
         trace(15, b'B', 5),
         trace(16, 9, 1),
+        trace(17, 0, 0x0104),
+        trace(18, 0, 0x0105),
+        // In simavr 1.6 this is a pull-up at a port.
+        vec![17, 4, 0xFF, 0x0F, b'B', 0],
         vec![11, 2, 0x3E, 0],
         vec![10, 2, 0x4A, 0],
     ];
@@ -305,14 +309,18 @@ fn what_a_program_says_to_simavr() {
             SimavrTrace::Register(0xC0, 0x20),
             SimavrTrace::Pin('B', 5),
             SimavrTrace::Interrupt,
+            SimavrTrace::Ram(0x0104, 1),
+            SimavrTrace::Ram(0x0105, 2),
         ],
         console: Some(0x3E),
         command: Some(0x4A),
+        cut: None,
     };
     assert_eq!(simavr(&section_of(&entries.concat())), Some(wanted));
     assert_eq!(simavr(&section_of(&[0, 0, 0])), Some(Simavr::default()));
-    assert_eq!(simavr(&section_of(&[1, 64, b'a'])), None);
-    assert_eq!(simavr(&section_of(&[1])), None);
+    let cut = |tag: u8, hz: Option<u32>| Some(Simavr { cut: Some(tag), hz, ..Simavr::default() });
+    assert_eq!(simavr(&section_of(&[1, 64, b'a'])), cut(1, None));
+    assert_eq!(simavr(&section_of(&[2, 4, 1, 0, 0, 0, 12])), cut(12, Some(1)));
     assert_eq!(simavr(&program().build()), None);
     assert_eq!(simavr(b"\x7fELF"), None);
 }
