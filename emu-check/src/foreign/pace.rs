@@ -194,11 +194,21 @@ pub(crate) fn find<C: Cpu>(cpu: C, period: u64) -> Result<Found, String> {
         at.trap(take, true);
         let limit = period.saturating_mul(2);
         for _ in 0..WAITS {
-            let tried = wait(&mut at, (take, reg), limit)
-                .and_then(|(start, wait, gap)| confirmed(cpu.clone(), Found { start, wait, period: mean, gap }));
-            match tried {
-                Ok(found) => return Ok(found),
-                Err(cause) => why = cause,
+            let span = match Span::next(&mut at, (take, reg), limit) {
+                Ok(span) => span,
+                Err(cause) => {
+                    why = cause;
+                    break;
+                }
+            };
+            // Others may be cleared with the flag that is waited for.
+            for mask in (0..8).map(|bit| 1 << bit & span.cleared).filter(|&mask| mask != 0) {
+                let wait = span.wait(Bits { reg, mask });
+                let found = wait.map(|(start, wait, gap)| Found { start, wait, period: mean, gap });
+                match found.and_then(|found| confirmed(cpu.clone(), found)) {
+                    Ok(found) => return Ok(found),
+                    Err(cause) => why = cause,
+                }
             }
         }
     }
@@ -206,7 +216,7 @@ pub(crate) fn find<C: Cpu>(cpu: C, period: u64) -> Result<Found, String> {
 }
 
 /// Runs behind the next instruction at `take` (a trap) that clears bits of `reg`: them, and the cycle in which it starts.
-fn to_take<C: Cpu>(cpu: &mut C, (take, reg): (u32, u16), limit: u64) -> Result<(Bits, u64), String> {
+fn to_take<C: Cpu>(cpu: &mut C, (take, reg): (u32, u16), limit: u64) -> Result<(u8, u64), String> {
     let until = cpu.cycle().saturating_add(limit);
     loop {
         match cpu.run(until, &mut ()) {
@@ -219,45 +229,64 @@ fn to_take<C: Cpu>(cpu: &mut C, (take, reg): (u32, u16), limit: u64) -> Result<(
         cpu.trap(take, true);
         let mask = before & !Bits::of(cpu, reg);
         if mask != 0 {
-            return Ok((Bits { reg, mask }, at));
+            return Ok((mask, at));
         }
     }
 }
 
-/// The wait before the take after the next one: the first instruction behind it, the poll, and the most cycles between polls.
-fn wait<C: Cpu>(cpu: &mut C, take: (u32, u16), limit: u64) -> Result<(u32, u32, u64), String> {
-    // From one take to the next: a scan and its wait, whatever the order of the instructions.
-    let word = cpu.chip().word_bytes.max(1);
-    to_take(cpu, take, limit)?;
-    let mut from = cpu.clone();
-    from.trap(take.0, false);
-    let (flag, taken) = to_take(cpu, take, limit)?;
-    let none = || "the program does not wait for the flag in a loop, or has no time left to wait".to_owned();
-    let mut near = last_clear(&from, flag, taken);
-    let mut sight = Sight { chip: near.chip(), flag, at: 0, pc: 0 };
-    if near.run(cpu.cycle(), &mut sight) != Stop::Probe {
-        return Err(none());
+/// From one take to the next: a scan and its wait, whatever the order of the instructions.
+struct Span<C> {
+    /// Behind the first take.
+    from: C,
+    /// Cycles in which the second starts and is over, and the bits that it clears.
+    taken: u64,
+    to: u64,
+    cleared: u8,
+}
+
+impl<C: Cpu> Span<C> {
+    /// From the next take on; `cpu` goes behind the other.
+    fn next(cpu: &mut C, take: (u32, u16), limit: u64) -> Result<Self, String> {
+        to_take(cpu, take, limit)?;
+        let mut from = cpu.clone();
+        from.trap(take.0, false);
+        let (cleared, taken) = to_take(cpu, take, limit)?;
+        Ok(Span { from, taken, to: cpu.cycle(), cleared })
     }
-    let (seen, poll) = (sight.at, sight.pc);
-    let mut trace = Trace::default();
-    from.clone().run(cpu.cycle().saturating_add(BEHIND), &mut trace);
-    let first = trace.0.iter().position(|&(_, pc)| pc == poll).ok_or_else(none)?;
-    let last = trace.0.iter().position(|&at| at == (seen, poll)).filter(|&last| last > first).ok_or_else(none)?;
-    let (waited, behind) = (trace.0.get(first..last).unwrap_or(&[]), trace.0.get(last + 1..).unwrap_or(&[]));
-    let waited: HashSet<u32> = waited.iter().map(|&(_, pc)| pc).collect();
-    let start = behind.iter().map(|&(_, pc)| pc).find(|pc| !waited.contains(pc)).ok_or_else(|| {
-        format!("the program does the same whether the poll at 0x{:04X} finds the timer's flag or not", poll * word)
-    })?;
-    from.trap(poll, true);
-    let mut polls = Vec::new();
-    while polls.len() < READS && from.run(seen, &mut ()) == (Stop::Trap { pc: poll }) {
-        polls.push(from.cycle());
+
+    /// The wait for `flag` in it: the first instruction behind it, the poll, and the most cycles from poll to poll.
+    fn wait(&self, flag: Bits) -> Result<(u32, u32, u64), String> {
+        let none = || "the program does not wait for the flag in a loop, or has no time left to wait".to_owned();
+        let mut near = last_clear(&self.from, flag, self.taken);
+        let mut sight = Sight { chip: near.chip(), flag, at: 0, pc: 0 };
+        if near.run(self.to, &mut sight) != Stop::Probe {
+            return Err(none());
+        }
+        let (seen, poll) = (sight.at, sight.pc);
+        let mut trace = Trace::default();
+        self.from.clone().run(self.to.saturating_add(BEHIND), &mut trace);
+        let first = trace.0.iter().position(|&(_, pc)| pc == poll).ok_or_else(none)?;
+        let last = trace.0.iter().position(|&at| at == (seen, poll)).filter(|&last| last > first).ok_or_else(none)?;
+        let (waited, behind) = (trace.0.get(first..last).unwrap_or(&[]), trace.0.get(last + 1..).unwrap_or(&[]));
+        let waited: HashSet<u32> = waited.iter().map(|&(_, pc)| pc).collect();
+        let start = behind.iter().map(|&(_, pc)| pc).find(|pc| !waited.contains(pc)).ok_or_else(|| {
+            format!(
+                "the program does the same whether the poll at 0x{:04X} finds the timer's flag or not",
+                poll * near.chip().word_bytes.max(1)
+            )
+        })?;
+        let mut from = self.from.clone();
+        from.trap(poll, true);
+        let mut polls = Vec::new();
+        while polls.len() < READS && from.run(seen, &mut ()) == (Stop::Trap { pc: poll }) {
+            polls.push(from.cycle());
+        }
+        if polls.len() < READS {
+            polls.push(seen);
+        }
+        let gap = polls.windows(2).filter_map(|pair| pair.last()?.checked_sub(*pair.first()?)).max().unwrap_or(0);
+        Ok((start, poll, gap))
     }
-    if polls.len() < READS {
-        polls.push(seen);
-    }
-    let gap = polls.windows(2).filter_map(|pair| pair.last()?.checked_sub(*pair.first()?)).max().unwrap_or(0);
-    Ok((start, poll, gap))
 }
 
 /// The last moment before `taken` in which no bit of the flag is set, between instructions.
@@ -288,10 +317,10 @@ fn confirmed<C: Cpu>(mut cpu: C, found: Found) -> Result<Found, String> {
             _ => break,
         }
     }
-    let (count, span) = (starts.len() as u64 - u64::from(!starts.is_empty()), match starts.as_slice() {
-        [first, .., last] => last - first,
-        _ => 0,
-    });
+    let (count, span) = match starts.as_slice() {
+        [first, .., last] => (starts.len() as u64 - 1, last - first),
+        _ => (0, 0),
+    };
     let right = count >= WATCHED / 2 && span.abs_diff(count * found.period) <= found.period / 2;
     right.then_some(found).ok_or_else(|| {
         let word = cpu.chip().word_bytes.max(1);

@@ -43,7 +43,7 @@ fn avr(way: Way, count: u32, scan: &str) -> String {
         }
         Way::Function => {
             "w:\nrcall due\ntst r24\nbreq w\nSCAN\nrjmp w\n\
-             due:\nsbis 0x16, 1\nrjmp no\nldi r24, 2\nout 0x16, r24\nret\nno:\nldi r24, 0\nret\n"
+             due:\nsbis 0x16, 1\nrjmp not\nldi r24, 2\nout 0x16, r24\nret\nnot:\nldi r24, 0\nret\n"
         }
         Way::DelayBehind => {
             "w:\nsbis 0x16, 1\nrjmp w\nldi r16, 2\nout 0x16, r16\nSCAN\nldi r20, 230\nd:\nnop\ndec r20\nbrne d\nrjmp w\n"
@@ -64,9 +64,7 @@ fn mcs51(way: Way, count: u32, scan: &str) -> String {
     let main = match way {
         Way::LoopInside => "w: jb 0xcf, go\nmov r2, #10\nd: djnz r2, d\nsjmp w\ngo: clr 0xcf\nSCAN\nsjmp w\n",
         Way::DelayInside => "w: jb 0xcf, go\nmov r2, #120\nd: djnz r2, d\nsjmp w\ngo: clr 0xcf\nSCAN\nsjmp w\n",
-        Way::Function => {
-            "w: lcall due\njnc w\nSCAN\nsjmp w\ndue: jbc 0xcf, yes\nclr c\nret\nyes: setb c\nret\n"
-        }
+        Way::Function => "w: lcall due\njnc w\nSCAN\nsjmp w\ndue: jbc 0xcf, seen\nclr c\nret\nseen: setb c\nret\n",
         Way::DelayBehind => {
             "w: jnb 0xcf, w\nclr 0xcf\nSCAN\nmov r3, #2\ne: mov r2, #230\nd: djnz r2, d\ndjnz r3, e\nsjmp w\n"
         }
@@ -87,14 +85,14 @@ fn pic(way: Way, count: u32, scan: &str) -> String {
             "w: btfsc 0x0c, 2\ngoto go\nmovlw 10\nmovwf 0x21\nd: decfsz 0x21, f\ngoto d\nclrwdt\ngoto w\ngo: bcf 0x0c, 2\nSCAN\ngoto w\n"
         }
         Way::DelayInside => {
-            "w: btfsc 0x0c, 2\ngoto go\nmovlw 83\nmovwf 0x21\nd: decfsz 0x21, f\ngoto d\nclrwdt\ngoto w\ngo: bcf 0x0c, 2\nSCAN\ngoto w\n"
+            "w: btfsc 0x0c, 2\ngoto go\nmovlw 0x53\nmovwf 0x21\nd: decfsz 0x21, f\ngoto d\nclrwdt\ngoto w\ngo: bcf 0x0c, 2\nSCAN\ngoto w\n"
         }
         Way::Function => {
             "w: clrwdt\ncall due\nandlw 1\nbtfsc 3, 2\ngoto w\nSCAN\ngoto w\n\
              due: btfss 0x0c, 2\nretlw 0\nbcf 0x0c, 2\nretlw 1\n"
         }
         Way::DelayBehind => {
-            "w: clrwdt\nbtfss 0x0c, 2\ngoto w\nbcf 0x0c, 2\nSCAN\nmovlw 230\nmovwf 0x21\nd: nop\ndecfsz 0x21, f\ngoto d\ngoto w\n"
+            "w: clrwdt\nbtfss 0x0c, 2\ngoto w\nbcf 0x0c, 2\nSCAN\nmovlw 0xe6\nmovwf 0x21\nd: nop\ndecfsz 0x21, f\ngoto d\ngoto w\n"
         }
     };
     format!(
@@ -112,15 +110,15 @@ fn scan(mcu: &str, limit: u32, inverted: bool) -> String {
     let text = match mcu {
         "at89s52" => {
             "jb 0x92, t\nmov 0x30, #0\nsjmp out\nt: mov a, 0x30\ncjne a, #LIMIT, up\nsjmp out\nup: inc 0x30\n\
-             out: mov a, 0x30\ncjne a, #LIMIT, low\nIF_ON\nsjmp end\nlow: IF_OFF\nend:"
+             out: mov a, 0x30\ncjne a, #LIMIT, no\nIF_ON\nsjmp fin\nno: IF_OFF\nfin:"
         }
         "pic16f873" => {
             "btfss 0x06, 2\nclrf 0x20\nbtfss 0x06, 2\ngoto out\nmovlw LIMIT\nsubwf 0x20, w\nbtfss 3, 2\nincf 0x20, f\n\
-             out: movlw LIMIT\nsubwf 0x20, w\nbtfsc 3, 2\ngoto high\nIF_OFF\ngoto end\nhigh: IF_ON\nend:"
+             out: movlw LIMIT\nsubwf 0x20, w\nbtfsc 3, 2\ngoto yes\nIF_OFF\ngoto fin\nyes: IF_ON\nfin:"
         }
         _ => {
             "sbis 0x09, 2\nldi r21, 0\nsbis 0x09, 2\nrjmp out\ncpi r21, LIMIT\nbreq out\ninc r21\n\
-             out:\ncpi r21, LIMIT\nbreq high\nIF_OFF\nrjmp end\nhigh:\nIF_ON\nend:"
+             out:\ncpi r21, LIMIT\nbreq yes\nIF_OFF\nrjmp fin\nyes:\nIF_ON\nfin:"
         }
     };
     let write = |on: bool| match (mcu, on != inverted) {
@@ -154,13 +152,15 @@ fn scans_are_found_whatever_else_a_wait_does() {
             ];
             for (what, count, limit, inverted, wanted) in faults {
                 let scan = scan(mcu, limit, inverted);
+                // A period that is a tick short adds up to more than the time between two polls.
+                let scans = if count == 1000 { 400 } else { 1_500 };
                 let source = match mcu {
                     "at89s52" => mcs51(way, count, &scan),
                     "pic16f873" => pic(way, count, &scan),
                     _ => avr(way, count, &scan),
                 };
                 let image = emu_asm::image(chip, &source).unwrap_or_else(|why| panic!("{way:?} on {mcu}: {why}"));
-                let foreign = Foreign { file: "theirs.hex", image: &image, map: None, scans: Some(1_500) };
+                let foreign = Foreign { file: "theirs.hex", image: &image, map: None, scans: Some(scans) };
                 let report = check_foreign(&program, &foreign, &options, &mut |_, _| {})
                     .unwrap_or_else(|faults| panic!("{way:?}, {what}, on {mcu}: {faults:?}\n{source}"));
                 let differs = report.difference.iter().map(|difference| difference.code);
@@ -171,21 +171,26 @@ fn scans_are_found_whatever_else_a_wait_does() {
     }
 }
 
-/// An image of which the start of a scan is not found is refused: a verdict would be about something else.
+/// A flag that is cleared in time and never read paces nothing that could be told, and starts that come again and again without the
+/// flag, here while the input is high, are no scans: no verdict.
 #[test]
-fn a_scan_without_a_start_of_its_own_is_refused() {
-    let program = common::parse(
-        "wait.ld",
-        "LDmicro0.1\nCYCLE=1000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\nRUNG\n CONTACTS Xa 0\n COIL Ya 0 0 0\nEND\n",
-    );
-    // The flag's copy in r25 is judged in every other iteration, and both lead into one scan.
-    let source = avr(Way::LoopInside, 1000, "").split("w:\n").next().unwrap_or("").to_owned()
-        + "w:\nin r25, 0x16\ninc r21\nsbrc r21, 0\nrjmp odd\nsbrs r25, 1\nrjmp w\nldi r16, 2\nout 0x16, r16\nodd:\nsbi 0x05, 5\nrjmp w\n";
+fn images_whose_scans_are_not_found_are_refused() {
+    let text =
+        "LDmicro0.1\nCYCLE=1000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\nRUNG\n CONTACTS Xa 0\n COIL Ya 0 0 0\nEND\n";
+    let program = common::parse("wait.ld", text);
+    let setup = avr(Way::LoopInside, 1000, "").split("w:\n").next().unwrap_or("").to_owned();
+    let scan = "ldi r16, 2\nout 0x16, r16\nsbic 0x09, 2\nsbi 0x05, 5\nsbis 0x09, 2\ncbi 0x05, 5\nrjmp w\n";
+    let cases = [
+        ("does not wait", "w:\nldi r20, 247\nd:\nnop\ndec r20\nbrne d\n"),
+        ("seems to be a scan comes every", "w:\nsbic 0x09, 2\nrjmp go\nsbis 0x16, 1\nrjmp w\ngo:\nnop\n"),
+    ];
     let chip = ladder_compile::chip("atmega328p").expect("a chip");
-    let image = emu_asm::image(chip, &source).expect("an image");
     let pins = [("Xa", "PD2"), ("Ya", "PB5")].map(|(name, pin)| (name.to_owned(), pin.to_owned())).to_vec();
     let options = Options { mcu: "atmega328p".to_owned(), pins, ..Options::default() };
-    let foreign = Foreign { file: "theirs.hex", image: &image, map: None, scans: Some(50) };
-    let faults = check_foreign(&program, &foreign, &options, &mut |_, _| {}).expect_err("nothing to compare");
-    assert!(faults.iter().all(|fault| fault.code == "EC050"), "{faults:?}");
+    for (says, wait) in cases {
+        let image = emu_asm::image(chip, &format!("{setup}{wait}{scan}")).expect("an image");
+        let foreign = Foreign { file: "theirs.hex", image: &image, map: None, scans: Some(200) };
+        let faults = check_foreign(&program, &foreign, &options, &mut |_, _| {}).expect_err("nothing to compare");
+        assert!(faults.iter().all(|fault| fault.code == "EC050" && fault.cause.contains(says)), "{faults:?}");
+    }
 }
