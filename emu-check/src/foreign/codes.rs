@@ -12,7 +12,7 @@ macro_rules! codes {
 
 codes! {
     NO_PACE "EC050" "no pacing is found in the image"
-        "Where scans begin is found by watching the flags of the timers: a flag that the program waits for and clears once every CYCLE. The image clears none with that period (to a tenth), or does not wait for it in a loop. It may be for another chip or clock, be no ladder program, or count several matches of a timer for one scan.";
+        "The check finds where scans begin by watching the flags of the timers: a flag that the program polls and clears once every CYCLE. The image clears none with that period (to a tenth), does not poll it more than once before it is set, or what seems to be the start of a scan does not come once for each time that the flag is cleared; the message gives the figures. The image may be for another chip or clock, be no ladder program, count several matches of a timer for one scan, or leave no time to wait.";
     NO_PIN "EC051" "the pin of a symbol is not known"
         "Outputs of a foreign image are compared at pins, so each input, output and analog input needs one: from the IO LIST of the program (for the chip that MICRO= names), by --pin, or from the map.";
     NO_FOREIGN "EC052" "images of others are not checked on this chip"

@@ -135,13 +135,15 @@ impl<'a, C: Target> Course<'a, C> {
         if of.receive.is_none() || scans == 0 {
             return;
         }
-        let (last, period) = (self.starts.last, self.found.period);
+        let (last, period, gap) = (self.starts.last, self.found.period, self.found.gap);
         let starts = |scan: u64| {
             let ahead = scan.saturating_sub(scans).saturating_mul(period);
-            last.saturating_sub(scans.saturating_sub(scan).saturating_mul(period)).saturating_add(ahead) * of.clocks
+            // Each of them may be up to a gap between polls earlier or later.
+            let at = last.saturating_sub(scans.saturating_sub(scan).saturating_mul(period)).saturating_add(ahead);
+            at.saturating_sub(gap) * of.clocks
         };
         // A scan may take longer than those that were seen.
-        let busy = (self.longest + self.longest / 2 + 20) * of.clocks;
+        let busy = (self.longest + self.longest / 2 + 20 + 2 * gap) * of.clocks;
         let clock = of.clock(Time::at(self.cpu.cycle() + 1));
         if let Some(Arrival { start, scan }) = arrival(of.bit, clock, scans + 1, busy, starts) {
             of.send(&mut self.cpu, start, byte);

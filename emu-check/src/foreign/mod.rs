@@ -102,7 +102,8 @@ pub fn check_foreign(
     let board = Board::new(program, options, &eval, (chip, pace), foreign.map.map(|(_, map)| map))?;
     let job = Check { program, foreign, options, board, eval, progress };
     on_machines(chip, foreign.image, pace.clock_hz, job).map_err(|cause| {
-        let hint = "are chip (--mcu), clock (--clock, CRYSTAL=) and CYCLE= those that the image was made for?";
+        let hint = "are chip (--mcu), clock (--clock, CRYSTAL=) and CYCLE= those of the image? \
+                    docs/foreign.md says which waits are found";
         error(codes::NO_PACE, foreign.file, cause, hint)
     })
 }
@@ -202,7 +203,15 @@ impl Job for Check<'_> {
         }
         progress(scans, budget.scans);
         let period = Period::new(&board.pace, timed);
-        findings.extend(period.as_ref().and_then(|period| period.finding(&board.pace)));
+        if let Some(period) = period.as_ref().filter(|period| period.is_far_too_short()) {
+            // The flag is cleared once in CYCLE, so these are no scans, and what was compared says nothing.
+            return Err(format!(
+                "where scans begin is not found: the flag of the timer is cleared every {} machine cycles, but what seems \
+                 to be a scan comes every {:.0} clocks, where CYCLE asks for {:.0}",
+                found.period, period.mean_clocks, period.wanted_clocks
+            ));
+        }
+        findings.extend(period.as_ref().and_then(|period| period.finding(&board.pace, found.gap)));
         let difference = wrong.map(|(wrong, scan_of_run, cycle)| ForeignDifference {
             code: wrong.what.code(),
             scan: scans,

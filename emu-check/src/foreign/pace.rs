@@ -1,12 +1,15 @@
-//! Where scans begin in an image of which nothing is known: by the timer's flag that it waits for.
+//! Where scans begin in an image of which nothing is known: where the program sees the timer's flag that it waits for.
 //!
-//! First the flag: registers of timer flags are watched, and of all instructions that write there the one is taken that does it
-//! once in about CYCLE. Then the loop: shortly before such a write the instructions that the chip executes most often are
-//! the loop that waits, what follows them is the first of the scan, and the first of them to come again is its end.
+//! 1. The flag: registers of timer flags are watched, and of all instructions that write there one is taken that does it once in
+//!    about CYCLE and clears a bit.
+//! 2. The poll: the instruction that is the first to read that bit as set. The wait lasts from the first time that it runs after a
+//!    scan to that moment, and all that is executed in between belongs to the wait: delays, conversions, calls.
+//! 3. The scan starts at the first instruction behind the poll that the wait has not executed. It is over when the poll runs again.
+//! 4. Scans found in this way are counted from reset on. Unless they come as often as the flag is cleared, nothing is found.
 //!
-//! Only those last cycles are looked at instruction by instruction; else turns of loops that only wait are jumped over.
+//! Iterations of loops that only wait are jumped over in all of this, but for some cycles around the moment the flag is set.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use emu_core::chip::{Chip, Family};
 use emu_core::cpu::{Cpu, Probe, Stop};
@@ -14,12 +17,14 @@ use emu_core::cpu::{Cpu, Probe, Stop};
 /// Where a scan begins and ends, as program words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Found {
-    /// First instruction behind the loop that waits.
+    /// First instruction behind the wait.
     pub start: u32,
-    /// The first of that loop to be executed after a scan.
+    /// The instruction that reads the flag, again and again until it is set.
     pub wait: u32,
     /// Machine cycles from one start to the next, about.
     pub period: u64,
+    /// Most machine cycles from one read of the flag to the next: by so many a scan may start late.
+    pub gap: u64,
 }
 
 /// Periods that are watched.
@@ -34,9 +39,14 @@ const PIC16: [&str; 3] = ["PIR1", "PIR2", "INTCON"];
 const MCS51: [&str; 2] = ["TCON", "T2CON"];
 const MCS51_BITS: [&str; 3] = ["TF0", "TF1", "TF2"];
 
-/// Machine cycles before a flag is cleared in which the loop that waits is looked for; where it is not found, in more of them. A
-/// scan that is busy for long in loops of its own lies before them.
-const WINDOWS: [u64; 3] = [512, 8192, u64::MAX];
+/// Waits that are looked at for each instruction that clears a flag, until one of them shows where scans begin.
+const WAITS: usize = 3;
+
+/// Reads of the flag in a wait whose distances are measured.
+const READS: usize = 16;
+
+/// Machine cycles after the flag is cleared that may pass before the first instruction of the scan.
+const BEHIND: u64 = 2_000;
 
 /// Watches writes to flag registers, with the instruction that makes them.
 struct Flags {
@@ -45,8 +55,8 @@ struct Flags {
     bit_space: Option<u8>,
     bits: Vec<u16>,
     pc: u32,
-    /// Machine cycle and instruction of each write.
-    writes: Vec<(u64, u32)>,
+    /// Machine cycle, instruction, and register of each write.
+    writes: Vec<(u64, u32, u16)>,
 }
 
 impl Flags {
@@ -83,21 +93,73 @@ impl Probe for Flags {
         let flag = Some(space) == self.space && self.regs.contains(&addr)
             || Some(space) == self.bit_space && self.bits.contains(&addr);
         if write && flag {
-            self.writes.push((at, self.pc));
+            // On an 8051 the register of a bit is at the bit's address without its number.
+            let reg = if Some(space) == self.space { addr } else { addr & 0xF8 };
+            self.writes.push((at, self.pc, reg));
         }
         false
     }
 }
 
-/// Notes every instruction.
+/// Bits of a register.
+#[derive(Debug, Clone, Copy)]
+struct Bits {
+    reg: u16,
+    mask: u8,
+}
+
+impl Bits {
+    /// The bits that an access to `addr` of the memory `space` carries with a one; on an 8051 also of single bits.
+    fn ones(chip: &Chip, (space, addr, value): (u8, u16, u8)) -> Option<Bits> {
+        if Some(space) == chip.space(chip.reg_space) {
+            return Some(Bits { reg: addr, mask: value });
+        }
+        let bit = Some(space) == chip.space("bit") && addr >= 0x80;
+        bit.then(|| Bits { reg: addr & 0xF8, mask: u8::from(value != 0) << (addr & 7) })
+    }
+
+    fn of<C: Cpu>(cpu: &C, reg: u16) -> u8 {
+        cpu.peek(cpu.chip().reg_space, reg.into()).unwrap_or(0)
+    }
+
+    fn set<C: Cpu>(self, cpu: &C) -> bool {
+        Bits::of(cpu, self.reg) & self.mask != 0
+    }
+}
+
+/// Stops behind the first instruction that reads one of the bits as set.
+struct Sight {
+    chip: &'static Chip,
+    flag: Bits,
+    at: u64,
+    pc: u32,
+}
+
+impl Probe for Sight {
+    const INSN: bool = true;
+    const DATA: bool = true;
+
+    fn insn(&mut self, at: u64, pc: u32) -> bool {
+        (self.at, self.pc) = (at, pc);
+        false
+    }
+
+    fn data(&mut self, _: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        let ones = Bits::ones(self.chip, (space, addr, value));
+        !write && ones.is_some_and(|ones| ones.reg == self.flag.reg && ones.mask & self.flag.mask != 0)
+    }
+}
+
+/// Records cycle and address of instructions, without the iterations that are jumped over.
 #[derive(Default)]
-struct Trace(Vec<u32>);
+struct Trace(Vec<(u64, u32)>);
 
 impl Probe for Trace {
     const INSN: bool = true;
+    const EVERY: bool = false;
 
-    fn insn(&mut self, _: u64, pc: u32) -> bool {
-        self.0.push(pc);
+    fn insn(&mut self, at: u64, pc: u32) -> bool {
+        self.0.push((at, pc));
         false
     }
 }
@@ -106,78 +168,169 @@ impl Probe for Trace {
 ///
 /// # Errors
 /// What was seen instead, in words.
-pub(crate) fn find<C: Cpu>(mut cpu: C, period: u64) -> Result<Found, String> {
+pub(crate) fn find<C: Cpu>(cpu: C, period: u64) -> Result<Found, String> {
     let mut flags = Flags::new(cpu.chip());
     let until = RESET.saturating_add(period.saturating_mul(WATCHED));
-    run(&mut cpu, until, &mut flags)?;
-    let mut writes: HashMap<u32, Vec<u64>> = HashMap::new();
-    flags.writes.iter().for_each(|&(at, pc)| writes.entry(pc).or_default().push(at));
-    let mut takes: Vec<(u64, u32)> = Vec::new();
+    let mut watched = cpu.clone();
+    run(&mut watched, until, &mut flags)?;
+    let mut writes: HashMap<(u32, u16), Vec<u64>> = HashMap::new();
+    flags.writes.iter().for_each(|&(at, pc, reg)| writes.entry((pc, reg)).or_default().push(at));
+    let mut takes: Vec<(u64, u32, u16)> = Vec::new();
     let mut others: Vec<u64> = Vec::new();
-    for (&pc, at) in &writes {
+    for (&(pc, reg), at) in &writes {
         // The first may belong to the set-up.
         let [_, from, .., to] = at.as_slice() else { continue };
         let mean = (to - from) / (at.len() as u64 - 2).max(1);
-        if mean.abs_diff(period) <= period / 10 { takes.push((mean, pc)) } else { others.push(mean) }
+        if mean.abs_diff(period) <= period / 10 { takes.push((mean, pc, reg)) } else { others.push(mean) }
     }
     takes.sort_unstable();
-    let Some(&(mean, take)) = takes.first() else {
-        let nearest = others.iter().min_by_key(|mean| mean.abs_diff(period));
-        return Err(match nearest {
-            Some(mean) => format!("a timer's flag is cleared every {mean} machine cycles, and CYCLE is {period}"),
-            None => format!("no timer's flag is cleared again and again, every {period} machine cycles as CYCLE asks"),
-        });
+    let nearest = others.iter().min_by_key(|mean| mean.abs_diff(period));
+    let mut why = match nearest {
+        Some(mean) => format!("a timer's flag is cleared every {mean} machine cycles, and CYCLE is {period}"),
+        None => format!("no timer's flag is cleared again and again, every {period} machine cycles as CYCLE asks"),
     };
-    // From one take to the next: a scan and its wait, whatever the order of the instructions.
-    cpu.trap(take, true);
-    let limit = period.saturating_mul(2);
-    to_trap(&mut cpu, limit)?;
-    let from = cpu.clone();
-    to_trap(&mut cpu, limit)?;
-    let members = WINDOWS.iter().find_map(|window| {
-        let (mut near, until) = (from.clone(), cpu.cycle().saturating_sub(*window));
-        if until > near.cycle() && near.run(until, &mut ()) != Stop::Limit {
-            return None;
+    for &(mean, take, reg) in &takes {
+        let mut at = watched.clone();
+        at.trap(take, true);
+        let limit = period.saturating_mul(2);
+        for _ in 0..WAITS {
+            let span = match Span::next(&mut at, (take, reg), limit) {
+                Ok(span) => span,
+                Err(cause) => {
+                    why = cause;
+                    break;
+                }
+            };
+            // Others may be cleared with the flag that is waited for.
+            for mask in (0..8).map(|bit| 1 << bit & span.cleared).filter(|&mask| mask != 0) {
+                let wait = span.wait(Bits { reg, mask });
+                let found = wait.map(|(start, wait, gap)| Found { start, wait, period: mean, gap });
+                match found.and_then(|found| confirmed(cpu.clone(), found)) {
+                    Ok(found) => return Ok(found),
+                    Err(cause) => why = cause,
+                }
+            }
         }
+    }
+    Err(why)
+}
+
+/// Runs behind the next instruction at `take` (a trap) that clears bits of `reg`: them, and the cycle in which it starts.
+fn to_take<C: Cpu>(cpu: &mut C, (take, reg): (u32, u16), limit: u64) -> Result<(u8, u64), String> {
+    let until = cpu.cycle().saturating_add(limit);
+    loop {
+        match cpu.run(until, &mut ()) {
+            Stop::Trap { .. } => {}
+            stop => return Err(format!("the instruction that clears the flag does not come again ({stop:?})")),
+        }
+        let (before, at) = (Bits::of(cpu, reg), cpu.cycle());
+        cpu.trap(take, false);
+        cpu.step(&mut ());
+        cpu.trap(take, true);
+        let mask = before & !Bits::of(cpu, reg);
+        if mask != 0 {
+            return Ok((mask, at));
+        }
+    }
+}
+
+/// From one take to the next: a scan and its wait, whatever the order of the instructions.
+struct Span<C> {
+    /// Behind the first take.
+    from: C,
+    /// Cycles in which the second starts and is over, and the bits that it clears.
+    taken: u64,
+    to: u64,
+    cleared: u8,
+}
+
+impl<C: Cpu> Span<C> {
+    /// From the next take on; `cpu` goes behind the other.
+    fn next(cpu: &mut C, take: (u32, u16), limit: u64) -> Result<Self, String> {
+        to_take(cpu, take, limit)?;
+        let mut from = cpu.clone();
+        from.trap(take.0, false);
+        let (cleared, taken) = to_take(cpu, take, limit)?;
+        Ok(Span { from, taken, to: cpu.cycle(), cleared })
+    }
+
+    /// The wait for `flag` in it: the first instruction behind it, the poll, and the most cycles from poll to poll.
+    fn wait(&self, flag: Bits) -> Result<(u32, u32, u64), String> {
+        let none = || "the program does not wait for the flag in a loop, or has no time left to wait".to_owned();
+        let mut near = last_clear(&self.from, flag, self.taken);
+        let mut sight = Sight { chip: near.chip(), flag, at: 0, pc: 0 };
+        if near.run(self.to, &mut sight) != Stop::Probe {
+            return Err(none());
+        }
+        let (seen, poll) = (sight.at, sight.pc);
         let mut trace = Trace::default();
-        near.run(cpu.cycle(), &mut trace);
-        trace.0.push(take);
-        waits(&trace.0)
-    });
-    let (start, members) = members
-        .ok_or_else(|| "the program does not wait for the flag in a loop, or has no time left to wait".to_owned())?;
-    cpu.trap(take, false);
-    members.iter().for_each(|&pc| cpu.trap(pc, true));
-    let wait = to_trap(&mut cpu, limit)?;
-    Ok(Found { start, wait, period: mean })
-}
-
-/// Runs to the next trap, within so many machine cycles.
-fn to_trap<C: Cpu>(cpu: &mut C, limit: u64) -> Result<u32, String> {
-    match cpu.run(cpu.cycle().saturating_add(limit), &mut ()) {
-        Stop::Trap { pc } => Ok(pc),
-        stop => Err(format!("the instruction that clears the flag does not come again ({stop:?})")),
+        self.from.clone().run(self.to.saturating_add(BEHIND), &mut trace);
+        let first = trace.0.iter().position(|&(_, pc)| pc == poll).ok_or_else(none)?;
+        let last = trace.0.iter().position(|&at| at == (seen, poll)).filter(|&last| last > first).ok_or_else(none)?;
+        let (waited, behind) = (trace.0.get(first..last).unwrap_or(&[]), trace.0.get(last + 1..).unwrap_or(&[]));
+        let waited: HashSet<u32> = waited.iter().map(|&(_, pc)| pc).collect();
+        let start = behind.iter().map(|&(_, pc)| pc).find(|pc| !waited.contains(pc)).ok_or_else(|| {
+            format!(
+                "the program does the same whether the poll at 0x{:04X} finds the timer's flag or not",
+                poll * near.chip().word_bytes.max(1)
+            )
+        })?;
+        let mut from = self.from.clone();
+        from.trap(poll, true);
+        let mut polls = Vec::new();
+        while polls.len() < READS && from.run(seen, &mut ()) == (Stop::Trap { pc: poll }) {
+            polls.push(from.cycle());
+        }
+        if polls.len() < READS {
+            polls.push(seen);
+        }
+        let gap = polls.windows(2).filter_map(|pair| pair.last()?.checked_sub(*pair.first()?)).max().unwrap_or(0);
+        Ok((start, poll, gap))
     }
 }
 
-/// The loop in the instructions that lead to a take: the first behind it, and its own.
-fn waits(trace: &[u32]) -> Option<(u32, Vec<u32>)> {
-    let mut visits: HashMap<u32, u64> = HashMap::new();
-    trace.iter().for_each(|&pc| *visits.entry(pc).or_default() += 1);
-    let most = visits.values().copied().max().unwrap_or(0);
-    // What leaves the loop is not executed on the last turn, what the trace begins behind not on the first.
-    let member = |pc: &u32| visits.get(pc).is_some_and(|&n| n + 2 >= most);
-    if most < 6 {
-        return None;
+/// The last moment before `taken` in which no bit of the flag is set, between instructions.
+fn last_clear<C: Cpu>(from: &C, flag: Bits, taken: u64) -> C {
+    let (mut near, mut until) = (from.clone(), taken);
+    while until > near.cycle() + 1 {
+        let middle = near.cycle() + (until - near.cycle()) / 2;
+        let mut cpu = near.clone();
+        cpu.run(middle, &mut ());
+        if cpu.cycle() >= middle && cpu.cycle() < taken && !flag.set(&cpu) { near = cpu } else { until = middle }
     }
-    let mut exits = trace.windows(2).filter_map(|pair| match pair {
-        [from, to] if member(from) && !member(to) => Some(*to),
-        _ => None,
-    });
-    let start = exits.next()?;
-    let mut members: Vec<u32> = visits.keys().copied().filter(|pc| member(pc)).collect();
-    members.sort_unstable();
-    exits.all(|exit| exit == start).then_some((start, members))
+    near
+}
+
+/// What was found, if scans come by it from reset on as often as the flag is cleared.
+fn confirmed<C: Cpu>(mut cpu: C, found: Found) -> Result<Found, String> {
+    let until = RESET.saturating_add(found.period.saturating_mul(WATCHED));
+    let mut starts = Vec::new();
+    cpu.trap(found.start, true);
+    while starts.len() as u64 <= WATCHED {
+        match cpu.run(until, &mut ()) {
+            Stop::Trap { pc } if pc == found.start => {
+                starts.push(cpu.cycle());
+                cpu.trap(found.wait, true);
+            }
+            // One end for each start: with the trap off, the wait is jumped over.
+            Stop::Trap { pc } => cpu.trap(pc, false),
+            _ => break,
+        }
+    }
+    let (count, span) = match starts.as_slice() {
+        [first, .., last] => (starts.len() as u64 - 1, last - first),
+        _ => (0, 0),
+    };
+    let right = count >= WATCHED / 2 && span.abs_diff(count * found.period) <= found.period / 2;
+    right.then_some(found).ok_or_else(|| {
+        let word = cpu.chip().word_bytes.max(1);
+        let (poll, start, period) = (found.wait * word, found.start * word, found.period);
+        let mean = span / count.max(1);
+        format!(
+            "where scans begin is not found: the flag that is polled at 0x{poll:04X} is cleared every {period} machine \
+             cycles, but what seems to be the start of a scan, 0x{start:04X}, comes every {mean} ({count} times)"
+        )
+    })
 }
 
 fn run<C: Cpu, P: Probe>(cpu: &mut C, until: u64, probe: &mut P) -> Result<(), String> {

@@ -99,6 +99,11 @@ pub struct Period {
 }
 
 impl Period {
+    /// The scans come in less than nine tenths of CYCLE on average.
+    pub(crate) fn is_far_too_short(&self) -> bool {
+        self.periods > 1 && self.mean_clocks < self.wanted_clocks * 0.9
+    }
+
     pub(crate) fn new(pace: &Pace, starts: Starts) -> Option<Period> {
         let periods = starts.scans.checked_sub(1).filter(|&periods| periods > 0)?;
         let clocks = (starts.last - starts.first) * pace.clocks;
@@ -109,9 +114,10 @@ impl Period {
     }
 
     /// A finding where tick and loop do not explain the difference.
-    pub(crate) fn finding(&self, pace: &Pace) -> Option<Finding> {
+    /// `gap`: most machine cycles from one poll of the flag to the next.
+    pub(crate) fn finding(&self, pace: &Pace, gap: u64) -> Option<Finding> {
         let wanted = u128::from(self.periods) * pace.num * u128::from(pace.clocks) / pace.den;
-        let slack = (pace.tick + 2 * pace.poll + SLACK) * pace.clocks;
+        let slack = (pace.tick + (2 * pace.poll).max(gap) + SLACK) * pace.clocks;
         let off = u128::from(self.clocks).abs_diff(wanted);
         (off > u128::from(slack)).then(|| {
             let (each, way) = match u128::from(self.clocks) > wanted {

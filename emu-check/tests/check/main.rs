@@ -8,6 +8,7 @@ mod examples;
 mod faults;
 mod foreign;
 mod fuzz;
+mod paces;
 mod pages;
 mod periods;
 mod peripherals;
