@@ -176,7 +176,9 @@ pub(super) fn too_long(name: &str) -> bool {
 }
 
 fn long_name(name: &str, pos: Pos, faults: &mut Faults) {
-    let cause = || format!("a name of {} characters, of which {LONGEST} are the most: {:?}..", name.chars().count(), short(name));
+    let cause = || {
+        format!("a name of {} characters, of which {LONGEST} are the most: {:?}..", name.chars().count(), short(name))
+    };
     faults.error("SYM018", pos, cause, "the file is damaged, or no tool wrote it: build anew");
 }
 
@@ -255,7 +257,9 @@ fn kind(file: &SymbolFile, text: &str) -> Option<Kind> {
 
 fn read_gputils(file: &SymbolFile, found: &mut Found, faults: &mut Faults) {
     if gputils::cod::is(file.bytes) {
-        found.processors.extend(gputils::cod::processor(file.bytes).map(|chip| (file.name.to_owned(), into_printable(chip))));
+        found
+            .processors
+            .extend(gputils::cod::processor(file.bytes).map(|chip| (file.name.to_owned(), into_printable(chip))));
         return gputils::cod::read(file.bytes, found, faults);
     }
     let text = String::from_utf8_lossy(file.bytes);

@@ -11,8 +11,8 @@ pub(super) mod listing;
 pub(super) mod map;
 pub(super) mod message;
 
-use diag::text::printable;
 use diag::Pos;
+use diag::text::printable;
 
 use super::names::Name;
 use super::{Faults, Found, LineKind, Mem};
