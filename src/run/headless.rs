@@ -1,8 +1,7 @@
 //! The run without a user: the machine, what watches it, and what is told of it.
 
 use std::io::Write;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use emu_core::chip::Chip;

@@ -362,9 +362,16 @@ fn go_on(interrupt: &AtomicBool) -> io::Result<()> {
     if interrupt.load(Ordering::Relaxed) { Err(io::ErrorKind::Interrupted.into()) } else { Ok(()) }
 }
 
+/// What a peer has said, as far as a message has room for it.
+fn brief(what: &str) -> String {
+    const ROOM: usize = 300;
+    let (brief, more) = (what.chars().take(ROOM).collect::<String>(), what.chars().nth(ROOM).is_some());
+    if more { brief + ".." } else { brief }
+}
+
 /// What cannot be understood of a peer.
 pub(crate) fn odd(what: impl Into<String>) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, what.into())
+    io::Error::new(io::ErrorKind::InvalidData, brief(&what.into()))
 }
 
 /// A sleep that has no end there.
@@ -380,7 +387,7 @@ pub(crate) fn sleeps_on(error: io::Error, nap: Nap) -> io::Error {
 
 /// An answer that does not come in time.
 pub(crate) fn late(patience: Duration, what: impl AsRef<str>) -> io::Error {
-    let what = format!("no answer within {} s; {}", patience.as_secs(), what.as_ref());
+    let what = format!("no answer within {} s; {}", patience.as_secs(), brief(what.as_ref()));
     io::Error::new(io::ErrorKind::TimedOut, what)
 }
 
