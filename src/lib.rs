@@ -14,7 +14,7 @@
 //!   pic16.rs   flags of the PIC16 family       ap101.rs  flags and configuration of AP101
 //!   fuzz.rs    campaigns of random programs          machine.rs the flags of a machine, and what they come to
 //!   debug.rs   the debugger by commands       dap.rs    the debugger for editors
-//!   lockstep.rs beside another simulator
+//!   lockstep.rs beside another simulator      interrupts.rs signals that ask for the end
 //!   diff.rs    the first difference of two traces   waveform.rs  waveforms drawn
 //!   given.rs   what `sim` gives a program       trace.rs   what `sim` saw
 //!   scenarios.rs  files of scenarios, and what is told of their end
@@ -49,6 +49,7 @@ mod given;
 mod guess;
 mod held;
 mod input;
+mod interrupts;
 mod lint;
 mod lockstep;
 mod machine;

@@ -3,6 +3,8 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
@@ -22,6 +24,7 @@ use crate::args::Mcu;
 use crate::codes::about_file;
 use crate::fail::{Failure, exit};
 use crate::family::{Job, Setup, on_machine};
+use crate::interrupts::interrupts;
 use crate::report::{Terminal, Texts};
 use crate::{input, output};
 
@@ -32,7 +35,7 @@ Examples:
   emu lockstep app.hex --mcu atmega328p --against simavr --last 20
 
 Exit codes: 0 no difference; 1 a difference; 2 the peer is not installed; 3 a file or the peer's answer was refused, it does
-not have the chip, or did not answer in time.";
+not have the chip, or did not answer in time; 5 a signal (Ctrl-C) ended it.";
 
 /// The peer does not do what it is asked.
 pub const PEER: &str = "LCK001";
@@ -205,10 +208,17 @@ impl Job for Side<'_> {
             steps: args.steps.unwrap_or(if limited { u64::MAX } else { STEPS }),
             last: args.last,
         };
+        // Before there is a folder that a signal would leave behind.
+        let interrupt = interrupts();
         let folder = Folder::new().map_err(|error| Failure::writing("the folder for the peer's files", &error))?;
         let hex = self.hex(chip, &folder.0)?;
-        let ran = self.peer(&folder.0, &hex, &cpu).and_then(|mut peer| compare(&mut cpu, &mut *peer, &terms));
-        let report = ran.map_err(|error| self.failed(&error))?;
+        let peer = self.peer(&folder.0, &hex, &cpu, &interrupt);
+        let ran = peer.and_then(|mut peer| compare(&mut cpu, &mut *peer, &terms));
+        let report = match ran {
+            // The peer has not begun.
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => Report::interrupted(cpu.cycle()),
+            ran => ran.map_err(|error| self.failed(&error))?,
+        };
         let source = Source { names: Names { chip, symbols: &self.image.symbols }, lines: &self.image.lines };
         let peer = args.against;
         let told = Told { source, cpu: &cpu, peer: peer.name(), stand_in: peer.stand_in(chip.name), report: &report };
@@ -217,7 +227,11 @@ impl Job for Side<'_> {
         } else {
             output::print(told.text())?;
         }
-        Ok(if matches!(report.outcome, Outcome::Same { .. }) { exit::OK } else { exit::FAILED })
+        Ok(match report.outcome {
+            Outcome::Same { end: End::Interrupted } => exit::LIMIT,
+            Outcome::Same { .. } => exit::OK,
+            Outcome::Differs { .. } => exit::FAILED,
+        })
     }
 }
 
@@ -249,7 +263,13 @@ impl Side<'_> {
         Ok(NAME.to_owned())
     }
 
-    fn peer<C: Cpu>(&self, folder: &Path, hex: &str, cpu: &C) -> io::Result<Box<dyn Peer>> {
+    fn peer<C: Cpu>(
+        &self,
+        folder: &Path,
+        hex: &str,
+        cpu: &C,
+        interrupt: &Arc<AtomicBool>,
+    ) -> io::Result<Box<dyn Peer>> {
         // A path is meant from here, and the peer runs in a folder of its own.
         let own = self.args.peer.as_deref();
         let program = own.map_or(Ok(PathBuf::from(self.args.against.name())), std::path::absolute)?;
@@ -262,6 +282,7 @@ impl Side<'_> {
             hz: self.hz,
             clocks_per_cycle: cpu.clocks_per_cycle(),
             patience: Duration::from_secs(self.args.timeout),
+            interrupt,
         };
         Ok(match self.args.against {
             Against::S51 => Box::new(S51::new(&start)?),
@@ -355,6 +376,7 @@ impl<C: Cpu> Told<'_, C> {
             Outcome::Same { end } => {
                 let end = match end {
                     End::Limit => String::new(),
+                    End::Interrupted => "; interrupted".to_owned(),
                     End::Stopped(Stop::Halted) => "; the program has ended".to_owned(),
                     End::Stopped(_) => format!("; no instruction at {}", self.source.place(self.cpu.pc())),
                 };
@@ -414,7 +436,8 @@ impl<C: Cpu> Told<'_, C> {
         json!({
             "schema": 1, "mcu": self.source.names.chip.name, "against": self.peer, "as": self.stand_in, "instructions": steps, "cycles": cycle,
             "other_sleeps": other_sleeps,
-            "agreed": matches!(outcome, Outcome::Same { .. }), "difference": difference,
+            "agreed": matches!(outcome, Outcome::Same { .. }), "interrupted": matches!(outcome, Outcome::Same { end: End::Interrupted }),
+            "difference": difference,
         })
     }
 }

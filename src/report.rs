@@ -3,6 +3,7 @@
 use std::io::{IsTerminal, Write};
 
 use ariadne::{CharSet, Color, Config, Label, LabelAttach, Report, ReportKind, Source};
+use diag::text::printable;
 use diag::{Diagnostic, Severity};
 
 use crate::{args, explain};
@@ -100,7 +101,7 @@ fn plain(terminal: &Terminal, diagnostic: &Diagnostic, out: &mut Vec<u8>) {
         (true, Severity::Warning) => ("\x1b[33m", "\x1b[0m"),
         (true, Severity::Note) => ("\x1b[34m", "\x1b[0m"),
     };
-    let mut place = diagnostic.file.clone();
+    let mut place = printable(&diagnostic.file).into_owned();
     for number in [diagnostic.pos.line, diagnostic.pos.column].into_iter().take_while(|n| *n > 0) {
         place.push_str(&format!(":{number}"));
     }
@@ -124,7 +125,8 @@ fn draw(terminal: &Terminal, diagnostic: &Diagnostic, line: &str, out: &mut Vec<
     // A space more, so that what is missing at the end of a line can be marked.
     let source = Source::from(format!("{}{clean} ", "\n".repeat(above)));
     let end = (start + width).min(length).max(start + 1);
-    let span = (diagnostic.file.as_str(), above + start..above + end);
+    let file = printable(&diagnostic.file);
+    let span = (&*file, above + start..above + end);
     let config = Config::default()
         .with_color(terminal.color)
         .with_label_attach(LabelAttach::Start)
@@ -139,7 +141,7 @@ fn draw(terminal: &Terminal, diagnostic: &Diagnostic, line: &str, out: &mut Vec<
         report = report.with_help(&diagnostic.hint);
     }
     let mut piece = Vec::new();
-    match report.finish().write((diagnostic.file.as_str(), source), &mut piece) {
+    match report.finish().write((&*file, source), &mut piece) {
         Ok(()) => tidy(terminal, &String::from_utf8_lossy(&piece), out),
         Err(_) => plain(terminal, diagnostic, out),
     }

@@ -1,4 +1,4 @@
-//! `emu run` and signals: the first ends a run well, with all that it was to write.
+//! `emu run` and signals: the first ends a run well, with all that it was to write. So it does in the debugger, and beside a peer.
 #![cfg(unix)]
 
 use std::fs;
@@ -138,4 +138,62 @@ fn lines_that_are_no_text() {
         assert_eq!(out.status.code(), Some(code), "{file}: {told}");
         assert_eq!(String::from_utf8_lossy(&out.stdout), wanted, "{told}");
     }
+}
+
+/// A peer that says nothing, and has a program of its own running; the number of that is in the file `child`.
+fn silent_peer(folder: &Path) -> PathBuf {
+    use std::os::unix::fs::PermissionsExt;
+    let file = folder.join("peer");
+    let script = "#!/bin/sh\nhere=$(dirname \"$0\")\nsleep 1000 &\necho $! > \"$here/begun\"\nmv \"$here/begun\" \"$here/child\"\nwait\n";
+    fs::write(&file, script).expect("a script");
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o755)).expect("a program");
+    fs::create_dir(folder.join("tmp")).expect("a folder");
+    file
+}
+
+fn beside(folder: &Path, peer: &Path, flags: &[&str]) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_emu"));
+    command.args(["lockstep"]).arg(root().join("tests/cli/in/hello51.hex")).args(["--mcu", "at89s52"]);
+    command.args(["--against", "s51"]).arg("--peer").arg(peer).args(flags).env("TMPDIR", folder.join("tmp"));
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("emu starts")
+}
+
+/// Waits until what the peer has started has ended; it may wait for its parent to hear of that.
+fn ends(folder: &Path) {
+    let number = fs::read_to_string(folder.join("child")).expect("the peer has begun");
+    let stat = PathBuf::from(format!("/proc/{}/stat", number.trim()));
+    while fs::read_to_string(&stat).is_ok_and(|stat| !stat.contains(") Z ")) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// A signal ends the peer with all that it has started, and leaves no folder.
+#[test]
+fn a_signal_ends_a_run_beside_a_peer() {
+    for (signal, flag) in [("TERM", "--cycles-free"), ("INT", "--json")] {
+        let folder = folder(&format!("peer-{signal}"));
+        let child = beside(&folder, &silent_peer(&folder), &["--timeout", "80000", flag]);
+        while !folder.join("child").exists() {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        kill(&child, signal);
+        let out = child.wait_with_output().expect("emu ends");
+        assert_eq!(out.status.code(), Some(5), "{signal}: {}", String::from_utf8_lossy(&out.stderr));
+        let told = String::from_utf8_lossy(&out.stdout);
+        let wanted = ["; interrupted\n", "\"interrupted\": true"];
+        assert!(wanted.iter().any(|wanted| told.contains(wanted)), "{signal}: {told}");
+        assert_eq!(fs::read_dir(folder.join("tmp")).expect("the folder").count(), 0, "{signal}");
+        ends(&folder);
+    }
+}
+
+/// So does an answer that does not come in time.
+#[test]
+fn a_peer_that_is_late_ends_with_what_it_has_started() {
+    let folder = folder("peer-late");
+    let out = beside(&folder, &silent_peer(&folder), &["--timeout", "3"]).wait_with_output().expect("emu ends");
+    let told = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.code() == Some(3) && told.contains("LCK003"), "{told}");
+    assert_eq!(fs::read_dir(folder.join("tmp")).expect("the folder").count(), 0);
+    ends(&folder);
 }

@@ -77,7 +77,7 @@ pub struct Diagnostic {
 
 impl Diagnostic {
     /// A complaint of the given severity; `code` comes from a crate's table of codes. Words of a text that was taken byte by byte
-    /// ([`text::decode`]) are made readable.
+    /// ([`text::decode`]) are made readable, and control characters are escaped ([`text::printable`]).
     #[must_use]
     pub fn new(
         severity: Severity,
@@ -88,8 +88,8 @@ impl Diagnostic {
         hint: impl Into<String>,
     ) -> Self {
         let shown = |words: String| match text::show(&words) {
-            Cow::Owned(shown) => shown,
-            Cow::Borrowed(_) => words,
+            Cow::Owned(shown) => text::into_printable(shown),
+            Cow::Borrowed(_) => text::into_printable(words),
         };
         Diagnostic { code, severity, file: file.to_owned(), pos, cause: shown(cause.into()), hint: shown(hint.into()) }
     }
@@ -109,7 +109,7 @@ impl fmt::Display for Diagnostic {
             Severity::Warning => "warning",
             Severity::Error => "error",
         };
-        f.write_str(&self.file)?;
+        f.write_str(&text::printable(&self.file))?;
         if self.pos.line > 0 {
             write!(f, ":{}", self.pos.line)?;
         }

@@ -136,6 +136,36 @@ pub fn readable(bytes: &[u8]) -> String {
     show(&decode(&plain(bytes))).into_owned()
 }
 
+/// A text fit for a terminal: control characters but the tab (Unicode, general category Cc) are escaped as `\x1b`, so that a file
+/// cannot move the cursor or give orders to a terminal.
+#[must_use]
+pub fn printable(text: &str) -> Cow<'_, str> {
+    if !text.contains(is_escaped) {
+        return Cow::Borrowed(text);
+    }
+    let mut clean = String::with_capacity(text.len() + 8);
+    for c in text.chars() {
+        match c {
+            c if is_escaped(c) => clean.push_str(&format!("\\x{:02x}", u32::from(c))),
+            c => clean.push(c),
+        }
+    }
+    Cow::Owned(clean)
+}
+
+/// [`printable`] of a text that is kept.
+#[must_use]
+pub fn into_printable(text: String) -> String {
+    match printable(&text) {
+        Cow::Owned(clean) => clean,
+        Cow::Borrowed(_) => text,
+    }
+}
+
+fn is_escaped(c: char) -> bool {
+    c.is_control() && c != '\t'
+}
+
 /// The name of an encoding of two bytes a character, by the byte order mark or by zeros between the first letters; such a text
 /// is refused with a hint, since nothing else is read of it.
 #[must_use]
@@ -184,6 +214,13 @@ mod tests {
     fn people_see_code_page_1252() {
         assert_eq!(show(&decode(b"sem\xE1foro \x80 \x95 \xFF")), "sem\u{e1}foro \u{20ac} \u{2022} \u{ff}");
         assert_eq!(to_code_page("\u{21b}"), None, "a letter that the code page lacks");
+    }
+
+    #[test]
+    fn control_characters_are_escaped() {
+        assert!(matches!(printable("pop\t\u{e9} \\x1b"), Cow::Borrowed("pop\t\u{e9} \\x1b")));
+        assert_eq!(printable("\u{1b}]0;a\u{7}b\0c\nd\u{9b}31m\u{7f}"), "\\x1b]0;a\\x07b\\x00c\\x0ad\\x9b31m\\x7f");
+        assert_eq!(into_printable("a\rb".to_owned()), "a\\x0db");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write};
 
-use diag::text::show;
+use diag::text::{into_printable, show};
 
 use crate::files::Texts;
 use crate::output::Listed;
@@ -41,7 +41,7 @@ impl Row {
             words: words.collect(),
             value: listed.value,
             number: listed.line.number,
-            text: show(written).into_owned(),
+            text: into_printable(show(written.trim_end()).into_owned()),
             depth: listed.depth,
             wide: size == 2,
         }

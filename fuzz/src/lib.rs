@@ -3,6 +3,7 @@
 //! ```text
 //!   targets/     the functions               table.rs    one row a target: function, seeds, words, longest input
 //!   seeds.rs     inputs to begin with, from the tree     texts.rs    short ones and words
+//!   omf51.rs     object files to begin with
 //!   mutate.rs    inputs made of seeds, the same for the same seed and number
 //!   machine.rs   chips and machines for the targets
 //!   run.rs       the driver: a process for each target, limits, findings      worker.rs   what runs in that process
@@ -15,6 +16,7 @@
 
 mod machine;
 mod mutate;
+mod omf51;
 pub mod run;
 mod seeds;
 mod table;

@@ -3,7 +3,7 @@
 use crate::seeds::Seeds::{self, Files, Made};
 use crate::seeds::{self as made};
 use crate::targets::{code, debug, image, ladder, machine, text};
-use crate::texts;
+use crate::{omf51, texts};
 
 /// A target.
 pub struct Target {
@@ -75,6 +75,8 @@ pub const TARGETS: &[Target] = &[
     row("elf",             image::elf,            65536, &[Files("examples", ".elf")], made::no_words, "ELF with symbols, notes and DWARF lines"),
     row("symbols-sdcc",    image::symbols_sdcc,   16384, &[Files("emu-core/tests/symbols", ".cdb"), Files("emu-core/tests/symbols", ".map"), Files("emu-core/tests/symbols", ".rst"), Files("emu-core/tests/symbols", ".lst")], texts::sdcc, "maps, debugging records and listings of SDCC"),
     row("symbols-gputils", image::symbols_gputils, 16384, &[Files("emu-core/tests/gputils", ".cod"), Files("emu-core/tests/gputils", ".map"), Files("emu-core/tests/gputils", ".lst")], made::no_words, "symbol files, maps and listings of gputils"),
+    row("symbols-keil",    image::symbols_keil,   16384, &[Files("emu-core/tests/keil", ".m51"), Files("emu-core/tests/keil", ".map")], texts::keil, "maps of Keil's linkers; no name has a control character"),
+    row("omf51",           image::omf51,          16384, &[Made(omf51::seeds)], made::no_words, "object files of MCS-51, as they are and with right check sums; the same of names"),
     row("cod-messages",    image::cod_messages,   16384, &[Files("emu-debug/tests/cod", ".cod")], texts::cod, "the commands that gpsim's programs carry, read and run"),
     row("ld",              ladder::ld,            16384, &[Files("examples", ".ld"), Files("emu-check/tests", ".ld"), Files("tests/cli/in", ".ld")], texts::ladder, "ladder programs: read, checked, drawn; what is written is read back"),
     row("compile",         ladder::compile,        6144, &[Files("examples", ".ld"), Files("emu-check/tests", ".ld")], texts::ladder, "ladder programs compiled for a chip of each family and evaluated"),

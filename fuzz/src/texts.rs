@@ -38,6 +38,23 @@ pub fn sdcc() -> Vec<String> {
     ])
 }
 
+/// Rows of maps of Keil's linkers.
+pub fn keil() -> Vec<String> {
+    words(&[
+        "\n  C:0040H         PUBLIC        ",
+        "\n  D:0008H         SYMBOL        ",
+        "\n  B:0020H.1       SYMBOL        ",
+        "\n  C:0040H         LINE#         ",
+        "\n  -------         MODULE        ",
+        "\n  -------         ENDMOD        ",
+        "\n  -------         PROC          ",
+        "\n  -------         ENDPROC       ",
+        "\n  -------         DO            ",
+        "\n  -------         ENDDO         ",
+        "\n>> ",
+    ])
+}
+
 /// Words of gpsim's commands.
 pub fn cod() -> Vec<String> {
     words(&[

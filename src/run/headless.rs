@@ -1,8 +1,7 @@
 //! The run without a user: the machine, what watches it, and what is told of it.
 
 use std::io::Write;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use emu_core::chip::Chip;
@@ -15,7 +14,6 @@ use emu_debug::stimulus::queue;
 use emu_debug::wave::Extras;
 use emu_debug::{Board, Clock, Ended, Host, Names, Patience, Range, Reason, Source, Wave};
 use scenario::Verdict;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use super::RunArgs;
 use super::cover::{Cover, Seen};
@@ -27,6 +25,7 @@ use crate::attach::Bench;
 use crate::fail::Failure;
 use crate::family::{self, Job};
 use crate::held::held;
+use crate::interrupts::interrupts;
 use crate::output::Pending;
 use crate::report::{Terminal, Texts, report};
 use crate::snapshots::Shelf;
@@ -269,26 +268,6 @@ fn filled(file: Pending, name: Option<&str>, bytes: &[u8]) -> Result<(), Failure
     written.map_err(|error| Failure::writing(name.unwrap_or_default(), &error))?;
     drop(out);
     file.complete()
-}
-
-/// Set by the first signal that asks for the end, so that the run ends well; a second one does what it always does. Where the system
-/// refuses so does the first.
-fn interrupts() -> Arc<AtomicBool> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let hangs_up = Some(SIGHUP).filter(|_| !ignores_hangup());
-    for signal in [SIGINT, SIGTERM].into_iter().chain(hangs_up) {
-        // In this order: the first signal finds it unset.
-        _ = signal_hook::flag::register_conditional_default(signal, Arc::clone(&interrupted));
-        _ = signal_hook::flag::register(signal, Arc::clone(&interrupted));
-    }
-    interrupted
-}
-
-/// Who started `emu` wants it to go on when the terminal is gone, as `nohup` does. Where the system does not tell, so it is taken.
-fn ignores_hangup() -> bool {
-    let Ok(status) = std::fs::read_to_string("/proc/self/status") else { return true };
-    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_none_or(|mask| mask >> (SIGHUP - 1) & 1 == 1)
 }
 
 /// How a run ended, a scenario in it, and whether what it wrote is in its place.

@@ -213,6 +213,9 @@ pub const SYMBOL_CODES: &[Code] = &[
     row("SYM016", "a map of Keil's without symbols",
         "The linker was told to leave out its table of symbols, so the map has segments alone. Mend: link without NOSYMBOLS, NOPUBLICS, \
          NOLINES and NOPRINT (in the IDE: Options for Target, Listing, all boxes under Linker Listing), and compile with DEBUG."),
+    row("SYM018", "a name in a file of symbols that is too long",
+        "A name, with the module and the function that stand in front of it, has up to 1024 characters, and so has the name of a source \
+         file. Compilers and linkers stay far below. Fix: build anew; the file is damaged, or no tool wrote it."),
 ];
 
 pub(super) const fn row(code: &'static str, title: &'static str, explain: &'static str) -> Code {

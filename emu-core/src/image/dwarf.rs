@@ -18,6 +18,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
+use diag::text::printable;
 use diag::{Diagnostic, Pos, Severity};
 use gimli::{
     AttributeValue, DebugAbbrev, DebugAbbrevOffset, DebugLineOffset, Dwarf, EndianSlice, Error, IncompleteLineProgram,
@@ -230,7 +231,7 @@ impl Reader {
         if let Some(known) = self.names.get(path) {
             return Some(Arc::clone(known));
         }
-        let file: Arc<str> = path.into();
+        let file: Arc<str> = printable(path).into();
         self.names.insert(path.to_owned(), Arc::clone(&file));
         if !folder.is_empty() {
             self.folders.push((Arc::clone(&file), folder.to_owned()));

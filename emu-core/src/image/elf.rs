@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
+use diag::text::into_printable;
 use diag::{Diagnostic, Pos};
 use object::LittleEndian as Le;
 use object::elf::{
@@ -341,7 +342,8 @@ impl Named<'_> {
     fn give_name(&mut self, shared: bool) {
         let file = String::from_utf8_lossy(self.module);
         let stem = file.rsplit('/').next().unwrap_or_default().split('.').next().unwrap_or_default();
-        let full = |name: String| if shared { format!("{stem}.{name}") } else { name };
+        // What is demangled may have characters that the linker's name has not.
+        let full = |name: String| into_printable(if shared { format!("{stem}.{name}") } else { name });
         let linkage = std::mem::take(&mut self.symbol.name);
         match demangle(&linkage) {
             Some((name, path)) => {

@@ -30,6 +30,7 @@ mod symbols;
 mod write;
 
 use diag::Diagnostic;
+use diag::text::into_printable;
 
 pub use codes::{CODES, LINE_CODES, SYMBOL_CODES};
 pub use demangle::Mangled;
@@ -100,10 +101,10 @@ pub struct SymbolAt {
 }
 
 impl SymbolAt {
-    /// A symbol whose name is the linker's.
+    /// A symbol whose name is the linker's, its control characters escaped ([`diag::text::printable`]).
     #[must_use]
     pub fn new(name: impl Into<String>, space: &'static str, addr: u32, size: u32) -> SymbolAt {
-        SymbolAt { name: name.into(), space, addr, size, mangled: None }
+        SymbolAt { name: into_printable(name.into()), space, addr, size, mangled: None }
     }
 
     /// What the linker calls it.

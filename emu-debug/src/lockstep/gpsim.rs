@@ -39,7 +39,7 @@ impl Gpsim {
     /// As [`Pipe::start`]; the chip is not known there.
     pub fn new(start: &Start<'_>) -> io::Result<Gpsim> {
         let name = stands_for(start.chip).map_or_else(|| start.chip.replacen("pic", "p", 1), str::to_owned);
-        let mut pipe = Pipe::start(start.program, &["-i"], start.folder, start.patience)?;
+        let mut pipe = Pipe::start(start, &["-i"])?;
         let (hex, hz) = (start.hex, start.hz);
         pipe.tell(&format!(
             "load {name} {hex}\nfrequency {hz}\n{name}.BreakOnInvalidRegisterRead = false\n\

@@ -4,16 +4,20 @@
 //!   mod.rs    the two side by side            pipe.rs   a program with commands in and text out
 //!   s51.rs    s51 of uCsim, for the 8051      gpsim.rs  gpsim, for PIC16
 //!   simavr.rs simavr, for AVR, by the remote protocol of gdb
+//!   process.rs a process that ends with all that it has started
 //! ```
 
 pub mod gpsim;
 pub mod pipe;
+mod process;
 pub mod s51;
 pub mod simavr;
 
 use std::collections::VecDeque;
 use std::io;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use emu_core::cpu::{Cpu, Probe, Stop};
@@ -57,6 +61,8 @@ pub struct Start<'a> {
     pub clocks_per_cycle: u32,
     /// How long an answer may take.
     pub patience: Duration,
+    /// Set where the run is to end: what waits for the peer ends then with [`io::ErrorKind::Interrupted`].
+    pub interrupt: &'a Arc<AtomicBool>,
 }
 
 /// A sleep that our machine has passed.
@@ -138,6 +144,8 @@ pub enum Outcome {
 pub enum End {
     /// [`Terms::until`] or [`Terms::steps`].
     Limit,
+    /// [`Start::interrupt`].
+    Interrupted,
     /// Our machine has ended, or what it stands at is no instruction.
     Stopped(Stop),
 }
@@ -155,6 +163,15 @@ pub struct Report {
     pub last: VecDeque<Done>,
     /// Sleeps that the peer passes in more or fewer cycles: those are not compared, what is behind them is.
     pub other_sleeps: u64,
+}
+
+impl Report {
+    /// Of a run that was to end before the peer had begun; `cycle` is ours.
+    #[must_use]
+    pub fn interrupted(cycle: u64) -> Report {
+        let outcome = Outcome::Same { end: End::Interrupted };
+        Report { outcome, steps: 0, cycle, last: VecDeque::new(), other_sleeps: 0 }
+    }
 }
 
 /// The name under which cycles are told, and may be ignored.
@@ -185,14 +202,20 @@ pub fn compare<C: Cpu>(cpu: &mut C, peer: &mut dyn Peer, terms: &Terms) -> io::R
             }
         }
         let asleep = entered.0.is_none() && cpu.sleeps();
-        let theirs = if asleep {
+        let answer = if asleep {
             if let Err(end) = pass(cpu, terms.until, &mut entered) {
                 return report(Outcome::Same { end }, cpu.cycle(), last);
             }
             let pc = cpu.chip().code_address(cpu.pc());
-            peer.sleep(Nap { pc, cycle: cpu.cycle().wrapping_sub(begun) })?
+            peer.sleep(Nap { pc, cycle: cpu.cycle().wrapping_sub(begun) })
         } else {
-            peer.step()?
+            peer.step()
+        };
+        let theirs = match answer {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {
+                return report(Outcome::Same { end: End::Interrupted }, cycle, last);
+            }
+            answer => answer?,
         };
         let mut what = differences(&view(cpu, &theirs, begun), &theirs, terms);
         if !what.is_empty()
@@ -331,9 +354,24 @@ impl Probe for Entered {
     }
 }
 
+/// How long what waits for a peer waits before it looks whether the run is to end.
+const GLANCE: Duration = Duration::from_millis(50);
+
+/// An error where the run is to end.
+fn go_on(interrupt: &AtomicBool) -> io::Result<()> {
+    if interrupt.load(Ordering::Relaxed) { Err(io::ErrorKind::Interrupted.into()) } else { Ok(()) }
+}
+
+/// What a peer has said, as far as a message has room for it.
+fn brief(what: &str) -> String {
+    const ROOM: usize = 300;
+    let (brief, more) = (what.chars().take(ROOM).collect::<String>(), what.chars().nth(ROOM).is_some());
+    if more { brief + ".." } else { brief }
+}
+
 /// What cannot be understood of a peer.
 pub(crate) fn odd(what: impl Into<String>) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, what.into())
+    io::Error::new(io::ErrorKind::InvalidData, brief(&what.into()))
 }
 
 /// A sleep that has no end there.
@@ -349,7 +387,7 @@ pub(crate) fn sleeps_on(error: io::Error, nap: Nap) -> io::Error {
 
 /// An answer that does not come in time.
 pub(crate) fn late(patience: Duration, what: impl AsRef<str>) -> io::Error {
-    let what = format!("no answer within {} s; {}", patience.as_secs(), what.as_ref());
+    let what = format!("no answer within {} s; {}", patience.as_secs(), brief(what.as_ref()));
     io::Error::new(io::ErrorKind::TimedOut, what)
 }
 

@@ -1,13 +1,15 @@
 //! A program that takes commands on its standard input and answers in lines of text, each answer within a time.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
-use std::path::Path;
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::{ChildStdin, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::{late, odd};
+use super::process::Process;
+use super::{GLANCE, Start, go_on, late, odd};
 
 /// Lines of an answer before it is taken for one without an end.
 const MOST: usize = 100_000;
@@ -21,28 +23,30 @@ const QUEUE: usize = 4096;
 /// The program. It is ended when this is dropped.
 #[derive(Debug)]
 pub struct Pipe {
-    child: Child,
+    _child: Process,
     to: Option<ChildStdin>,
     /// Lines of its output; the end of it closes the channel.
     from: Receiver<String>,
     patience: Duration,
+    interrupt: Arc<AtomicBool>,
 }
 
 impl Pipe {
-    /// Starts a program in a folder; every answer has to come within `patience`.
+    /// Starts the program of `start` in its folder.
     ///
     /// # Errors
     /// As [`Command::spawn`]; `NotFound` where it is not installed.
-    pub fn start(program: &Path, args: &[&str], folder: &Path, patience: Duration) -> io::Result<Pipe> {
-        let mut command = Command::new(program);
-        command.args(args).current_dir(folder).stderr(Stdio::null());
-        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
-        let to = child.stdin.take();
-        let out = child.stdout.take().ok_or_else(|| odd("no standard output"))?;
+    pub fn start(start: &Start<'_>, args: &[&str]) -> io::Result<Pipe> {
+        let mut command = Command::new(start.program);
+        command.args(args).current_dir(start.folder).stderr(Stdio::null());
+        let mut child = Process::spawn(command.stdin(Stdio::piped()).stdout(Stdio::piped()))?;
+        let to = child.0.stdin.take();
+        let out = child.0.stdout.take().ok_or_else(|| odd("no standard output"))?;
         let (lines, from) = sync_channel(QUEUE);
         // It ends with the program, or as soon as nobody takes lines any more.
         thread::spawn(move || forward(BufReader::new(out), &lines));
-        Ok(Pipe { child, to, from, patience })
+        let (patience, interrupt) = (start.patience, Arc::clone(start.interrupt));
+        Ok(Pipe { _child: child, to, from, patience, interrupt })
     }
 
     /// Gives it commands, each with its line break; few enough to fit into a pipe.
@@ -57,14 +61,13 @@ impl Pipe {
     /// The lines that it answers, up to the first for which `ends` is true.
     ///
     /// # Errors
-    /// It has ended before, answers without an end, or not within the time ([`io::ErrorKind::TimedOut`]).
+    /// It has ended before, answers without an end, or not within the time ([`io::ErrorKind::TimedOut`]); the run is interrupted
+    /// ([`io::ErrorKind::Interrupted`]).
     pub fn until(&mut self, ends: impl Fn(&str) -> bool) -> io::Result<Vec<String>> {
         let (mut lines, until) = (Vec::new(), Instant::now() + self.patience);
         while lines.len() < MOST {
-            let line = match self.from.recv_timeout(until.saturating_duration_since(Instant::now())) {
-                Ok(line) => line,
-                Err(RecvTimeoutError::Timeout) => return Err(late(self.patience, said(&lines))),
-                Err(RecvTimeoutError::Disconnected) => return Err(odd(format!("it has ended; {}", said(&lines)))),
+            let Some(line) = self.line(until, &lines)? else {
+                return Err(odd(format!("it has ended; {}", said(&lines))));
             };
             let over = ends(&line);
             lines.push(line);
@@ -78,15 +81,26 @@ impl Pipe {
     /// All lines up to its end.
     ///
     /// # Errors
-    /// It does not end within the time ([`io::ErrorKind::TimedOut`]).
+    /// It does not end within the time ([`io::ErrorKind::TimedOut`]), or the run is interrupted ([`io::ErrorKind::Interrupted`]).
     pub fn rest(&mut self) -> io::Result<Vec<String>> {
         drop(self.to.take());
         let (mut lines, until) = (Vec::new(), Instant::now() + self.patience);
+        while let Some(line) = self.line(until, &lines)? {
+            lines.push(line);
+        }
+        Ok(lines)
+    }
+
+    /// The line behind `lines`; nothing where it has ended.
+    fn line(&self, until: Instant, lines: &[String]) -> io::Result<Option<String>> {
         loop {
-            match self.from.recv_timeout(until.saturating_duration_since(Instant::now())) {
-                Ok(line) => lines.push(line),
-                Err(RecvTimeoutError::Disconnected) => return Ok(lines),
-                Err(RecvTimeoutError::Timeout) => return Err(late(self.patience, said(&lines))),
+            go_on(&self.interrupt)?;
+            let left = until.saturating_duration_since(Instant::now());
+            match self.from.recv_timeout(left.min(GLANCE)) {
+                Ok(line) => return Ok(Some(line)),
+                Err(RecvTimeoutError::Disconnected) => return Ok(None),
+                Err(RecvTimeoutError::Timeout) if left.is_zero() => return Err(late(self.patience, said(lines))),
+                Err(RecvTimeoutError::Timeout) => {}
             }
         }
     }
@@ -110,14 +124,6 @@ fn forward(mut from: impl BufRead, to: &SyncSender<String>) {
             }
             Ok(0) | Err(_) => return,
         }
-    }
-}
-
-impl Drop for Pipe {
-    fn drop(&mut self) {
-        drop(self.to.take());
-        _ = self.child.kill();
-        _ = self.child.wait();
     }
 }
 

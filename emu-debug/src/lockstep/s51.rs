@@ -45,7 +45,7 @@ impl S51 {
     /// As [`Pipe::start`].
     pub fn new(start: &Start<'_>) -> io::Result<S51> {
         let args = ["-t", kind(start.chip), "-b", "-q"];
-        let mut pipe = Pipe::start(start.program, &args, start.folder, start.patience)?;
+        let mut pipe = Pipe::start(start, &args)?;
         pipe.tell(&format!(
             "set error stack off\nset error stack_overflow off\nfill iram 0 255 0\nfill xram 0 65535 0\nfile \"{}\"\nstate\n",
             start.hex

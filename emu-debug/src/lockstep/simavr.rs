@@ -3,12 +3,15 @@
 
 use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use super::pipe::Pipe;
-use super::{Nap, Peer, Start, View, late, no_chip, odd, sleeps_on};
+use super::process::Process;
+use super::{GLANCE, Nap, Peer, Start, View, go_on, late, no_chip, odd, sleeps_on};
 
 /// The program and the package.
 pub const PROGRAM: (&str, &str) = ("simavr", "simavr");
@@ -16,8 +19,8 @@ pub const PROGRAM: (&str, &str) = ("simavr", "simavr");
 /// Where it listens.
 const PORT: u16 = 1234;
 
-/// How far apart it is tried to reach it.
-const PAUSE: Duration = Duration::from_millis(50);
+/// How a read ends that has brought nothing yet.
+const PASSING: [io::ErrorKind; 3] = [io::ErrorKind::WouldBlock, io::ErrorKind::TimedOut, io::ErrorKind::Interrupted];
 
 /// Most bytes of a packet.
 const LONGEST: usize = 4096;
@@ -40,17 +43,7 @@ pub struct Simavr {
     /// What has come and was not read.
     inbox: Vec<u8>,
     patience: Duration,
-}
-
-/// A process that is ended when this is dropped.
-#[derive(Debug)]
-struct Process(Child);
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        _ = self.0.kill();
-        _ = self.0.wait();
-    }
+    interrupt: Arc<AtomicBool>,
 }
 
 /// The chip of simavr that is the same machine as `chip` under another name: to the ATmega48A, 88A and 168A the sheet of the 48PA
@@ -78,13 +71,15 @@ impl Simavr {
         let chip = stands_for(start.chip).unwrap_or(start.chip);
         let mut command = Command::new(start.program);
         command.args(["-g", "-m", chip, "-f", &start.hz.to_string(), start.hex]).current_dir(start.folder);
-        let mut child = Process(command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?);
+        let mut child = Process::spawn(command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()))?;
         let until = Instant::now() + start.patience;
         while Instant::now() < until {
-            if let Ok(line) = TcpStream::connect_timeout(&place, PAUSE) {
+            go_on(start.interrupt)?;
+            if let Ok(line) = TcpStream::connect_timeout(&place, GLANCE) {
                 line.set_write_timeout(Some(start.patience))?;
                 line.set_nodelay(true)?;
-                let mut peer = Simavr { child, line, inbox: Vec::new(), patience: start.patience };
+                let (patience, interrupt) = (start.patience, Arc::clone(start.interrupt));
+                let mut peer = Simavr { child, line, inbox: Vec::new(), patience, interrupt };
                 let [low, high, ..] = start.sp.to_le_bytes();
                 peer.ask(&format!("P{SP:x}={low:02x}{high:02x}"))?;
                 return Ok(peer);
@@ -93,7 +88,7 @@ impl Simavr {
                 let known = knows(start, chip)?;
                 return Err(if known { odd("it ends at once") } else { no_chip(start.chip) });
             }
-            sleep(PAUSE);
+            sleep(GLANCE);
         }
         Err(late(start.patience, format!("it cannot be reached at port {PORT}")))
     }
@@ -111,20 +106,17 @@ impl Simavr {
             if self.inbox.len() > LONGEST {
                 return Err(odd("its answer has no end"));
             }
+            go_on(&self.interrupt)?;
             let left = until.saturating_duration_since(Instant::now());
-            let gone = late(self.patience, format!("no answer to `{packet}`"));
             if left.is_zero() {
-                return Err(gone);
+                return Err(late(self.patience, format!("no answer to `{packet}`")));
             }
-            self.line.set_read_timeout(Some(left))?;
+            self.line.set_read_timeout(Some(left.min(GLANCE)))?;
             let mut piece = [0; 1024];
             match self.line.read(&mut piece) {
                 Ok(0) => return Err(odd(format!("it has ended{}", self.code()))),
                 Ok(n) => self.inbox.extend(piece.get(..n).unwrap_or_default()),
-                Err(error) if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) => {
-                    return Err(gone);
-                }
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) if PASSING.contains(&error.kind()) => {}
                 Err(error) => return Err(odd(format!("{error}{}", self.code()))),
             }
         };
@@ -158,7 +150,7 @@ fn framed(bytes: &[u8]) -> Option<(String, Vec<u8>)> {
 
 /// It lists the chip among those that it knows.
 fn knows(start: &Start<'_>, chip: &str) -> io::Result<bool> {
-    let mut pipe = Pipe::start(start.program, &["--list-cores"], start.folder, start.patience)?;
+    let mut pipe = Pipe::start(start, &["--list-cores"])?;
     let lines = pipe.rest()?;
     Ok(lines.iter().any(|line| line.split_whitespace().any(|name| name == chip)))
 }

@@ -3,12 +3,13 @@
 use emu_core::chip::{Chip, Family};
 use emu_core::cpu::Cpu;
 use emu_core::image::{
-    Image, Lines, SymbolFile, SymbolSpaces, avr_device, avr_signature, load_elf, load_hex, load_messages, load_symbols,
-    write_hex,
+    Image, Lines, SymbolFile, SymbolSpaces, avr_device, avr_signature, load_elf, load_hex, load_messages, load_omf51,
+    load_symbols, write_hex,
 };
 use emu_debug::{Names, cod};
 
 use crate::machine::{MachineVisitor, chip, chips, on_machine};
+use crate::omf51::right;
 
 /// Machine cycles for which a program with commands runs.
 const CYCLES: u64 = 5_000;
@@ -55,9 +56,31 @@ pub fn symbols_gputils(data: &[u8]) {
     symbols(data, &["fuzz.lst", "fuzz.cod"], SymbolSpaces::PIC16);
 }
 
+/// Maps of Keil's linkers, of the older and of the newer one.
+pub fn symbols_keil(data: &[u8]) {
+    symbols(data, &["fuzz.m51", "fuzz.map"], SymbolSpaces::MCS51);
+}
+
 fn symbols(data: &[u8], names: &[&str], spaces: SymbolSpaces) {
     for name in names {
-        _ = load_symbols(&[SymbolFile { name, bytes: data }], spaces);
+        let Ok(found) = load_symbols(&[SymbolFile { name, bytes: data }], spaces) else { continue };
+        printable(found.symbols.iter().map(|symbol| &*symbol.name));
+        printable(found.unplaced.iter().map(|(name, _)| &**name));
+        printable(found.lines.iter().map(|line| &*line.file));
+    }
+}
+
+fn printable<'n>(names: impl Iterator<Item = &'n str>) {
+    names.for_each(|name| assert!(!name.contains(|c: char| c.is_control() && c != '\t'), "{name:?}"));
+}
+
+/// Object files; those with wrong check sums get no further, so they are made right too.
+pub fn omf51(data: &[u8]) {
+    let chip = chip(Family::Mcs51);
+    for bytes in [data, &right(data)] {
+        let Ok(loaded) = load_omf51("fuzz.omf", bytes, chip.hex) else { continue };
+        printable(loaded.image.symbols.iter().map(|symbol| &*symbol.name));
+        printable(loaded.image.lines.all().iter().map(|line| &*line.file));
     }
 }
 

@@ -16,7 +16,7 @@ use crate::image::SymbolAt;
 use crate::image::faults::Faults;
 use crate::image::symbols::keil::Scopes;
 use crate::image::symbols::names::{Rank, settle};
-use crate::image::symbols::{Found, Mem};
+use crate::image::symbols::{Found, Mem, too_long};
 
 /// Most names and lines together; programs of 64 KB have some thousand.
 const MOST: usize = 1 << 18;
@@ -137,7 +137,9 @@ impl Items {
         };
         let name = text(name);
         let file = name.rsplit(['\\', '/']).next().unwrap_or_default();
-        if !file.is_empty() && !file.contains(char::is_control) {
+        if too_long(file) {
+            self.damaged += 1;
+        } else if !file.is_empty() && !file.contains(char::is_control) {
             match self.open {
                 true => self.scopes.source(file),
                 false => self.source = Some(file.to_owned()),

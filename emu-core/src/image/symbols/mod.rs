@@ -23,6 +23,7 @@ mod map;
 pub(super) mod names;
 mod spaces;
 
+use diag::text::{into_printable, printable};
 use diag::{Diagnostic, Pos};
 
 use super::faults::Faults;
@@ -120,6 +121,9 @@ impl Found {
     /// lowest first; each gets a row of its own, `name.0` being the low byte.
     fn place(&mut self, mem: Mem, addr: u32, size: u32, names: Vec<names::Name>, pos: Pos, faults: &mut Faults) {
         let file = self.file;
+        if let Some((_, name)) = names.iter().find(|(_, name)| too_long(name)) {
+            return long_name(name, pos, faults);
+        }
         if mem == Mem::Sfr && addr > 0xFF {
             let bytes = addr.to_le_bytes();
             let used = 4 - addr.leading_zeros() as usize / 8;
@@ -144,10 +148,14 @@ impl Found {
             let hint = "code banks are not emulated: link the program without them";
             return faults.error("SYM004", pos, cause, hint);
         }
-        self.lines.push(LineAt { addr, kind, file: file.into(), line, len: 0 });
+        if too_long(file) {
+            return long_name(file, pos, faults);
+        }
+        self.lines.push(LineAt { addr, kind, file: printable(file).into(), line, len: 0 });
     }
 
     fn into_symbols(mut self, symbols: Vec<SymbolAt>, warnings: Vec<Diagnostic>) -> Symbols {
+        self.unplaced = self.unplaced.into_iter().map(|(name, value)| (into_printable(name), value)).collect();
         self.lines.sort_unstable();
         self.lines.dedup();
         let known: std::collections::HashSet<&str> =
@@ -157,6 +165,21 @@ impl Found {
         self.unplaced.dedup();
         Symbols { symbols, lines: self.lines, unplaced: self.unplaced, processors: self.processors, warnings }
     }
+}
+
+/// Most characters of a name with the module and the function in front of it, and of a file's name. Those are put in front of every name
+/// of a module, so that a long one makes gigabytes of a small file.
+const LONGEST: usize = 1024;
+
+pub(super) fn too_long(name: &str) -> bool {
+    name.len() > LONGEST && name.chars().count() > LONGEST
+}
+
+fn long_name(name: &str, pos: Pos, faults: &mut Faults) {
+    let cause = || {
+        format!("a name of {} characters, of which {LONGEST} are the most: {:?}..", name.chars().count(), short(name))
+    };
+    faults.error("SYM018", pos, cause, "the file is damaged, or no tool wrote it: build anew");
 }
 
 /// A direct address below 0x80 is internal RAM.
@@ -234,7 +257,9 @@ fn kind(file: &SymbolFile, text: &str) -> Option<Kind> {
 
 fn read_gputils(file: &SymbolFile, found: &mut Found, faults: &mut Faults) {
     if gputils::cod::is(file.bytes) {
-        found.processors.extend(gputils::cod::processor(file.bytes).map(|chip| (file.name.to_owned(), chip)));
+        found
+            .processors
+            .extend(gputils::cod::processor(file.bytes).map(|chip| (file.name.to_owned(), into_printable(chip))));
         return gputils::cod::read(file.bytes, found, faults);
     }
     let text = String::from_utf8_lossy(file.bytes);

@@ -6,6 +6,7 @@
 //! The last 8 bytes of a block hold no message; a kind of 0 ends the messages of a block.
 
 use diag::Diagnostic;
+use diag::text::into_printable;
 
 use super::super::{Faults, MORE, SymbolFile};
 use super::cod::{BLOCK, Cod, MESSAGES, damaged, long, text};
@@ -46,6 +47,6 @@ fn read(number: usize, block: &[u8], messages: &mut Vec<Message>, faults: &mut F
             return damaged(number, at, "the message", faults);
         };
         at += 6 + usize::from(block.get(at + 5).copied().unwrap_or(0));
-        messages.push(Message { addr, kind: char::from(kind), text });
+        messages.push(Message { addr, kind: char::from(kind), text: into_printable(text) });
     }
 }

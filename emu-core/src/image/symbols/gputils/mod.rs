@@ -12,6 +12,7 @@ pub(super) mod map;
 pub(super) mod message;
 
 use diag::Pos;
+use diag::text::printable;
 
 use super::names::Name;
 use super::{Faults, Found, LineKind, Mem};
@@ -50,7 +51,7 @@ fn data(addr: u32, names: Vec<Name>, pos: Pos, found: &mut Found, faults: &mut F
 /// Adds the line of a word of program memory; IDs, configuration and EEPROM have no lines.
 fn line(word: u32, kind: LineKind, file: &str, number: u32, found: &mut Found) {
     if let Some((Mem::Flash, addr)) = program(word) {
-        found.lines.push(super::LineAt { addr, kind, file: file.into(), line: number, len: 0 });
+        found.lines.push(super::LineAt { addr, kind, file: printable(file).into(), line: number, len: 0 });
     }
 }
 
