@@ -186,7 +186,8 @@ pub const SYMBOL_CODES: &[Code] = &[
     row("SYM009", "a damaged line in a map",
         "In a map the line of a symbol has a value, a name and a module; the value is in the radix that the head of the \
          page names. In one of gplink it has a name, an address, a location, a storage and a file; in one of Keil's linkers a \
-         value such as C:0183H, a type and a name. Mend: link anew."),
+         value such as C:0183H, a type and a name, and its table of symbols ends with ENDMOD \
+         and a line in the first column: a map that is cut off before that is taken with a warning. Mend: link anew."),
     row("SYM010", "a damaged line in a listing",
         "Left of the source a line of a listing has an address of 4 to 8 hexadecimal digits or none, bytes of two digits \
          and the line's number, in fixed columns. Listings in octal (-q) or decimal (-d) are not read. Mend: assemble \
