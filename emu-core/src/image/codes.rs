@@ -35,7 +35,7 @@ pub const CODES: &[Code] = &[
          file written anew."),
     row("HEX009", "the file goes on after its end record",
         "The end record :00000001FF is the last one; only comments may follow. Another record is most often of a second file that \
-         was appended. Mend: \
+         was appended. What follows a ^Z (0x1A), which ends a text in CP/M, is left out with a note. Mend: \
          merge the files with a tool for it (srec_cat, mergehex), or remove what follows."),
     row("HEX010", "the end record is missing",
         "A file without :00000001FF as its last line was most likely cut off, and part of the program is missing. Mend: \
