@@ -94,11 +94,48 @@ fn maps_of_lx51_say_the_same() {
         ("pump.setSpeed.old", "idata:000b"),
         ("pump.setSpeed.step$1", "idata:0021"),
         ("wanted", "-"),
+        // Parameters of functions that the linker removed, in registers, outside any block; such a function itself.
+        ("en", "-"),
+        ("pump.en", "-"),
+        ("value", "-"),
+        ("gone", "-"),
     ];
     for (name, wanted) in table {
         assert_eq!(places(&symbols, name), wanted, "{name}");
     }
+    assert_eq!(symbols.warnings, []);
     assert_eq!(lines(&symbols), "40 pump.c:12 C\n44 pump.c:13 C");
+}
+
+#[test]
+fn a_map_that_is_cut_off_is_taken_with_a_warning() {
+    let warnings = |text: &str| {
+        let all = read("a.m51", text).unwrap().warnings;
+        all.iter().map(|d| format!("{}: {} {}", d.pos.line, d.code, d.cause)).collect::<Vec<_>>().join("; ")
+    };
+    let before = |text: &'static str, mark: &str| &text[..text.find(mark).unwrap()];
+    let last = |text: &str| text.lines().count();
+    for (cut, module) in [
+        (before(BL51, "  C:0044H         LINE#         13"), ": module pump has no ENDMOD"),
+        (before(LX51, "      01000044H   LINE"), ""),
+        (before(LX51, "Program Size"), ""),
+    ] {
+        let wanted = format!("{}: SYM009 the map ends within its table of symbols{module}", last(cut));
+        assert_eq!(warnings(cut), wanted);
+    }
+    // An ENDMOD is missing in the middle of a file whose end is there.
+    let ended =
+        format!("{}Program Size: data=9.0 xdata=0 code=2\n", before(BL51, "  C:0044H         LINE#         13"));
+    assert!(warnings(&ended).contains("module pump has no ENDMOD"), "{}", warnings(&ended));
+}
+
+#[test]
+fn messages_of_the_linker_do_not_end_the_table() {
+    let row = "  C:0044H         LINE#         13";
+    let message = "*** WARNING L16: UNCALLED SEGMENT, IGNORED FOR OVERLAY PROCESS\n    SEGMENT: ?PR?RAMP?PUMP\n";
+    let noted = read("a.m51", &BL51.replacen(row, &format!("{message}{row}"), 1)).unwrap();
+    let plain = read("a.m51", BL51).unwrap();
+    assert_eq!((lines(&noted), noted.warnings), (lines(&plain), Vec::new()));
 }
 
 #[test]

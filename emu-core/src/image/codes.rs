@@ -35,7 +35,7 @@ pub const CODES: &[Code] = &[
          file written anew."),
     row("HEX009", "the file goes on after its end record",
         "The end record :00000001FF is the last one; only comments may follow. Another record is most often of a second file that \
-         was appended. Mend: \
+         was appended. What follows a ^Z (0x1A), which ends a text in CP/M, is left out with a note. Mend: \
          merge the files with a tool for it (srec_cat, mergehex), or remove what follows."),
     row("HEX010", "the end record is missing",
         "A file without :00000001FF as its last line was most likely cut off, and part of the program is missing. Mend: \
@@ -190,7 +190,8 @@ pub const SYMBOL_CODES: &[Code] = &[
     row("SYM009", "a damaged line in a map",
         "In a map the line of a symbol has a value, a name and a module; the value is in the radix that the head of the \
          page names. In one of gplink it has a name, an address, a location, a storage and a file; in one of Keil's linkers a \
-         value such as C:0183H, a type and a name. Mend: link anew."),
+         value such as C:0183H, a type and a name, and its table of symbols ends with ENDMOD \
+         and a line in the first column: a map that is cut off before that is taken with a warning. Mend: link anew."),
     row("SYM010", "a damaged line in a listing",
         "Left of the source a line of a listing has an address of 4 to 8 hexadecimal digits or none, bytes of two digits \
          and the line's number, in fixed columns. Listings in octal (-q) or decimal (-d) are not read. Mend: assemble \

@@ -30,6 +30,7 @@ pub fn load_hex(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Ve
         start: None,
         outside: None,
     };
+    let bytes = text_of_cpm(bytes, &mut reader.faults);
     let text = text::readable(bytes);
     if is_text(bytes, text.as_bytes(), &mut reader.faults) {
         let mut last = 0;
@@ -59,6 +60,23 @@ pub fn load_hex(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Ve
         entry: start.map(|(entry, _)| entry),
     };
     faults.finish(image)
+}
+
+/// What stands in front of the ^Z that ends a text in CP/M: the rest of the last sector may have anything.
+fn text_of_cpm<'b>(bytes: &'b [u8], faults: &mut Faults) -> &'b [u8] {
+    let Some(end) = bytes.iter().position(|&byte| byte == 0x1A) else { return bytes };
+    let (text, rest) = bytes.split_at(end);
+    // A binary file has zeros, of which it is told.
+    if text.contains(&0) || text.trim_ascii().is_empty() {
+        return bytes;
+    }
+    let kept = rest.iter().filter(|&&byte| !matches!(byte, 0 | 0x1A) && !byte.is_ascii_whitespace()).count();
+    if kept > 0 {
+        let line = text.iter().filter(|&&byte| byte == b'\n').count() as u32 + 1;
+        let cause = || format!("{} bytes behind the ^Z (0x1A) that ends the text are left out", rest.len() - 1);
+        faults.note("HEX009", Pos::new(line, 1, 1), cause, "they are the rest of an old sector, as CP/M leaves it");
+    }
+    text
 }
 
 /// The file is a text, with something on its lines; `plain` is what of it is read.

@@ -197,3 +197,18 @@ fn examples_in_the_docs() {
 fn page(name: &str) -> String {
     std::fs::read_to_string(format!("{}/../docs/formats/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
 }
+
+#[test]
+fn what_follows_the_end_of_a_text_of_cpm_is_left_out() {
+    let spaces = [Space { name: "code", start: 0, len: 0x1000, word: 1, bits: Bits::All }];
+    let load = |behind: &str| {
+        let text = format!(":0100000022DD\n:00000001FF\n{behind}");
+        let loaded = load_hex("a.hex", text.as_bytes(), &spaces).expect("taken");
+        loaded.warnings.iter().map(|d| format!("{} {} {}", d.pos.line, d.code, d.cause)).collect::<Vec<_>>().join("; ")
+    };
+    let note = "3 HEX009 9 bytes behind the ^Z (0x1A) that ends the text are left out";
+    assert_eq!(load("\u{1A}:01000000"), note);
+    assert_eq!(load("\u{1A}\u{1A}\0\r\n\0"), "");
+    // A record that the ^Z cuts off is a fault as ever.
+    assert!(load_hex("a.hex", b":0100000022DD\n:0000\x1A0001FF\n", &spaces).is_err());
+}

@@ -11,7 +11,8 @@
 //!          -------         ENDMOD        MAIN
 //! ```
 //! A page begins with the name of the linker. What does not fit in a line goes on in the next one behind `>>`. Which object file a
-//! module came from stands in front, under INPUT MODULES INCLUDED.
+//! module came from stands in front, under INPUT MODULES INCLUDED. A line that begins in the first column ends the table: there is
+//! always one, at least the size of the program. LX51 ends a module with the next one.
 
 use std::collections::HashMap;
 
@@ -44,12 +45,22 @@ pub(in crate::image::symbols) fn read(text: &str, found: &mut Found, faults: &mu
     let mut part = Part::Other;
     let mut stems: HashMap<String, String> = HashMap::new();
     let (mut scopes, mut seen, mut rows, mut names) = (Scopes::default(), false, 0u32, None);
+    let (mut marked, mut message) = (false, false);
     for (number, line) in &lines {
         if faults.full() {
             return;
         }
         let line = line.trim_start_matches('\u{c}').trim_end();
         if line.is_empty() || is_page(line) {
+            continue;
+        }
+        // Messages of the linker come between all lines, with lines such as `    SEGMENT: ?PR?RAMP?PUMP` behind them.
+        if line.starts_with("***") {
+            message = true;
+            continue;
+        }
+        message &= word(line).is_some_and(|(first, _)| first.ends_with(':'));
+        if message {
             continue;
         }
         if !line.starts_with([' ', '\t']) {
@@ -69,12 +80,27 @@ pub(in crate::image::symbols) fn read(text: &str, found: &mut Found, faults: &mu
                     names = line.find("SYMBOL NAME");
                 } else if let Some(row) = Row::read(line, names) {
                     rows += 1;
+                    marked |= row.class.is_none();
                     row.apply(*number, line, &stems, &mut scopes, found, faults);
                 } else if !is_rule(line) {
                     damaged(*number, line, line.trim_start(), "the line is none of a table of symbols", faults);
                 }
             }
         }
+    }
+    let open = scopes.open_module().filter(|_| marked).map(str::to_owned);
+    if part == Part::Symbols || open.is_some() {
+        let last = lines.last().map_or(0, |(number, _)| *number);
+        let cause = || match &open {
+            Some(module) => format!("the map ends within its table of symbols: module {module} has no ENDMOD"),
+            None => "the map ends within its table of symbols".to_owned(),
+        };
+        faults.warning(
+            "SYM009",
+            Pos::new(last, 1, 1),
+            cause,
+            "names and lines are missing: link anew, or get the map again",
+        );
     }
     scopes.finish(found, faults);
     if (!seen || rows == 0) && faults.none() {
@@ -124,6 +150,10 @@ impl<'t> Row<'t> {
         const BL51: &[&str] =
             &["MODULE", "ENDMOD", "PROC", "ENDPROC", "DO", "ENDDO", "SYMBOL", "PUBLIC", "LINE#", "SEGMENT", "EXTRN"];
         let (value, rest) = word(line)?;
+        // `*DEL*:00000000H`, `*SFR* 0000009EH`: LX51 marks what it removed, and registers, so in other tables.
+        if value.starts_with('*') {
+            return Some(Row { value: "---", kind: "", class: Some(("", "")), name: rest.trim() });
+        }
         let (kind, rest) = word(rest)?;
         let scope = value.bytes().all(|byte| byte == b'-');
         // In LX51's a value has neither memory nor is it a rule of seven.

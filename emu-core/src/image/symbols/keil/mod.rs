@@ -18,7 +18,8 @@ use diag::Pos;
 use super::names::{Name, Rank, linked, local};
 use super::{Faults, Found, LineKind, Mem};
 
-/// Registers R0 to R7 of bank 0: a local name for one holds within a few instructions only.
+/// Registers R0 to R7 of bank 0: a local name for one holds within a few instructions only. LX51 also lists the parameters of functions
+/// that it removed, outside any block.
 const BANK: u32 = 8;
 
 /// What is open, and what waits for the name of its file.
@@ -26,6 +27,8 @@ const BANK: u32 = 8;
 pub(in crate::image) struct Scopes {
     /// The module as it is shown: the stem of its object file, else its name.
     module: String,
+    /// Its end has come.
+    ended: bool,
     /// Its source file, where that is known.
     file: Option<String>,
     /// It was made by a compiler of C.
@@ -60,6 +63,12 @@ impl Scopes {
     /// The module ends. Lines that come behind it are still its own.
     pub fn end_module(&mut self) {
         self.end_function();
+        self.ended = true;
+    }
+
+    /// The module that began last, if nothing has ended it.
+    pub fn open_module(&self) -> Option<&str> {
+        Some(self.module.as_str()).filter(|module| !self.ended && !module.is_empty())
     }
 
     /// A function begins.
@@ -120,13 +129,13 @@ impl Scopes {
             self.compiled = true;
             return;
         }
+        if mem == Mem::Sfr && addr < BANK {
+            return;
+        }
         let Some(function) = &self.function else {
             self.spell(mem, addr, name);
             return found.place(mem, addr, 0, local(&self.module, name), pos, faults);
         };
-        if mem == Mem::Sfr && addr < BANK {
-            return;
-        }
         let path = format!("{}.{function}.{name}", self.module);
         let mut names: Vec<Name> = match self.blocks.last() {
             Some(block) => vec![(Rank::Full, format!("{path}${block}")), (Rank::Near, path)],
