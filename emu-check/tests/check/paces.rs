@@ -1,5 +1,5 @@
-//! Waits that are more than a poll: loops in the wait, the poll in a function, a delay behind the scan. Scans are found in them, right
-//! images agree, and faults planted in them are found.
+//! Waits that are more than a poll: loops in the wait, the poll in a function, a delay behind the scan. Scans are
+//! found in them, right images agree, and faults planted in them are found.
 
 use crate::common;
 use emu_check::{Foreign, Options, check_foreign};
@@ -105,7 +105,8 @@ fn pic(way: Way, count: u32, scan: &str) -> String {
     )
 }
 
-/// A scan of `TON 5 ms` from Xa to Ya: it counts true scans to `limit`, and its output is on from there; `inverted` turns it over.
+/// A scan of `TON 5 ms` from Xa to Ya: it counts true scans to `limit`, and its output is on from there, or off if
+/// `inverted`.
 fn scan(mcu: &str, limit: u32, inverted: bool) -> String {
     let text = match mcu {
         "at89s52" => {
