@@ -1,13 +1,15 @@
 //! Where scans begin in an image of which nothing is known: where the program sees the timer's flag that it waits for.
 //!
-//! 1. The flag: registers of timer flags are watched, and of all instructions that write there one is taken that does it once in
-//!    about CYCLE and clears a bit.
-//! 2. The poll: the instruction that is the first to read that bit as set. The wait lasts from the first time that it runs after a
-//!    scan to that moment, and all that is executed in between belongs to the wait: delays, conversions, calls.
-//! 3. The scan starts at the first instruction behind the poll that the wait has not executed. It is over when the poll runs again.
-//! 4. Scans found in this way are counted from reset on. Unless they come as often as the flag is cleared, nothing is found.
+//! 1. The flag: registers of timer flags are watched. Of all instructions that write there one is taken that does
+//!    it once in about CYCLE and clears a bit.
+//! 2. The poll: the instruction that is the first to read that bit as set. The wait lasts from the first time that
+//!    it runs after a scan to that moment; all that is executed in between belongs to it: delays, calls.
+//! 3. The scan starts at the first instruction behind the poll that the wait has not executed. It is over when the
+//!    poll runs again.
+//! 4. Scans found in this way are counted from reset on. Unless they come as often as the flag is cleared, nothing
+//!    is found.
 //!
-//! Iterations of loops that only wait are jumped over in all of this, but for some cycles around the moment the flag is set.
+//! Iterations of loops that only wait are jumped over, but for some cycles around the moment the flag is set.
 
 use std::collections::{HashMap, HashSet};
 
