@@ -97,6 +97,19 @@ fn a_program_is_loaded_with_its_names_and_lines() {
 
 /// What Keil adds: the source file of a module, and debug items under a number of their own, with a byte more in front of names.
 #[test]
+fn the_rest_of_the_last_sector_is_passed_over() {
+    let whole = &record(0x02, &[1, b'A', 0, 0])[..];
+    let text = [whole, &record(0x06, &[0, 0, 0, 0x22]), &record(0x04, &[1, b'A', 0, 0, 1, 0])].concat();
+    for behind in [&[0x1A][..], &[0x1A, 0, 0], &[0; 127]] {
+        assert!(read(&[&text[..], behind].concat()).is_ok(), "{behind:?}");
+    }
+    for behind in [&[0; 128][..], &[0x1A, 5]] {
+        let refused = read(&[&text[..], behind].concat()).unwrap_err();
+        assert!(refused.contains("follow the module end record"), "{refused}");
+    }
+}
+
+#[test]
 fn records_of_keil_are_read() {
     for more in [0, 1, 2] {
         let mut module = Module::new("PUMP");

@@ -175,7 +175,10 @@ impl Reader<'_> {
             if sum(whole) == 0 {
                 let contents = whole.get(3..whole.len() - 1).unwrap_or_default();
                 if self.record(Record { kind, contents, offset }, faults) {
-                    if end < bytes.len() {
+                    // CP/M and ISIS fill the last sector of 128 bytes.
+                    let behind = bytes.get(end..).unwrap_or_default();
+                    let filled = behind.len() < 128 && behind.iter().all(|byte| matches!(byte, 0 | 0x1A));
+                    if !filled {
                         let cause = || format!("{} bytes follow the module end record", bytes.len() - end);
                         faults.error("OMF008", Pos::default(), cause, "link the modules, or remove what follows");
                     }
