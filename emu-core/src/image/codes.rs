@@ -100,7 +100,7 @@ pub const CODES: &[Code] = &[
         "A warning: a line that begins with ';' is a comment, and this one is a whole record with the right checksum otherwise. \
          Somebody has taken it out by hand, or its colon was damaged. Mend: write the colon again, or remove the line."),
     row("HEX028", "an erased cell is given a value later in the file",
-        "A note: the file gives a cell as erased first (FF, or 3FFF on a PIC) and then with another value, which counts. Dumps of \
+        "A note: the file gives a cell as erased first (FF; on a PIC 3FFF, or 00FF in its EEPROM) and then with another value, which counts. Dumps of \
          whole memories of simulators do that with the configuration word. A cell given twice with other values is refused \
          (HEX015). Mend: nothing need be done."),
     row("ELF001", "not an ELF file",

@@ -76,9 +76,10 @@ impl Run {
     }
 }
 
-/// True for a byte of an erased cell: FF, and 3F as the upper byte of a word of 14 bits.
+/// True for a byte of an erased cell: FF, and as the upper byte of a word of a PIC also 3F, or 00 where the word holds a byte.
 fn is_erased(space: &Space, at: u32, byte: u8) -> bool {
-    byte == 0xFF || space.word == 2 && space.bits != Bits::All && at % 2 == 1 && byte == 0x3F
+    let upper = space.word == 2 && space.bits != Bits::All && at % 2 == 1;
+    byte == 0xFF || upper && (byte == 0x3F || byte == 0 && matches!(space.bits, Bits::Low(8)))
 }
 
 impl<'s> Placed<'s> {
@@ -132,21 +133,27 @@ impl<'s> Placed<'s> {
             }
             if overlap_from < overlap_to {
                 let (start_at, end_at) = (base + u64::from(overlap_from), base + u64::from(overlap_to));
-                let held = runs.get_mut(&taken_from).and_then(|run| {
-                    run.bytes.get_mut((overlap_from - taken_from) as usize..(overlap_to - taken_from) as usize)
+                let erased = runs.get(&taken_from).is_some_and(|run| {
+                    let held = run.bytes.get((overlap_from - taken_from) as usize..(overlap_to - taken_from) as usize);
+                    (overlap_from..).zip(held.unwrap_or_default()).all(|(at, byte)| is_erased(space, at, *byte))
                 });
-                match held
-                    .filter(|held| (overlap_from..).zip(held.iter()).all(|(at, byte)| is_erased(space, at, *byte)))
-                {
-                    Some(held) => {
-                        held.copy_from_slice(slice(
-                            bytes,
-                            u64::from(overlap_from - start),
-                            u64::from(overlap_to - start),
-                        ));
-                        tell(Trouble::Replaced { start: start_at, end: end_at, with });
-                    }
-                    None => tell(Trouble::Overlap { start: start_at, end: end_at, with }),
+                if erased && let Some(old) = runs.remove(&taken_from) {
+                    let piece = |from: u32, to: u32| Run {
+                        bytes: slice(&old.bytes, u64::from(from - taken_from), u64::from(to - taken_from)).to_vec(),
+                        from: old.from,
+                        offset: old.offset + (from - taken_from),
+                    };
+                    let new = slice(bytes, u64::from(overlap_from - start), u64::from(overlap_to - start)).to_vec();
+                    let new = Run { bytes: new, from, offset: offset + (overlap_from - start) };
+                    let pieces = [
+                        (taken_from, piece(taken_from, overlap_from)),
+                        (overlap_from, new),
+                        (overlap_to, piece(overlap_to, taken_to)),
+                    ];
+                    runs.extend(pieces.into_iter().filter(|(_, run)| !run.bytes.is_empty()));
+                    tell(Trouble::Replaced { start: start_at, end: end_at, with });
+                } else {
+                    tell(Trouble::Overlap { start: start_at, end: end_at, with });
                 }
             }
             free = overlap_to;
