@@ -1,4 +1,4 @@
-//! Texts and characters in quotes as sdas8051 takes them (`asmain.c` and `aslex.c` of SDCC 4.2: directives of text, `getmap`).
+//! Texts and characters in quotes as sdas8051 of SDCC 4.2.0 takes them, by its answers to every letter and digit as an escape.
 //!
 //! A text begins and ends with the same character, whichever that is: `.ascii /it's/`. A backslash makes an escape of `b f n r t` and
 //! of up to three octal digits; in front of all else it stands for itself, and takes nothing along. As a value `'c` is one
