@@ -126,7 +126,7 @@ fn ends_of_lines_and_files() {
         (b" db 1\r db 2\r\n db 3\n", "= code 0000: 01 02 03\n"),
         (b" db 1\n db 2\n\x1A", "= code 0000: 01 02\n"),
         (b" db 1\r\n\x1A\r\n\0\0", "= code 0000: 01\n"),
-        (b" db 1\n\x1A\n db 2\n", "! 2:1 ASM005: `\x1A` is no instruction, directive or label (a line is `label: word operands ; comment`)\n"),
+        (b" db 1\n\x1A\n db 2\n", "! 2:1 ASM005: `\\x1a` is no instruction, directive or label (a line is `label: word operands ; comment`)\n"),
         (b"\xEF\xBB\xBF db 1\n", "= code 0000: 01\n"),
         (b" db 1\r\r\n mvo a\r", "! 2:2 ASM001: `mvo` is no instruction, directive or macro (did you mean `mov`?)\n"),
         (b" db 1\r\r mvo a\r", "! 3:2 ASM001: `mvo` is no instruction, directive or macro (did you mean `mov`?)\n"),
