@@ -223,6 +223,14 @@ pub(super) fn room(asm: &mut Asm<'_>, call: &Call<'_>, each: i64) {
 }
 
 pub(super) fn text(asm: &mut Asm<'_>, call: &Call<'_>, zero: bool) {
+    let all = trim(call.text, call.rest.clone());
+    let mark = byte(call.text, all.start);
+    let delimited = matches!(mark, b'/' | b'|' | b'^') && all.len() >= 2 && byte(call.text, all.end - 1) == mark;
+    if delimited {
+        let mut bytes = diag::text::encode(call.get(all.start + 1..all.end - 1));
+        bytes.extend(zero.then_some(0));
+        return asm.emit(&bytes, all);
+    }
     for part in wanted(asm, call) {
         match string(call.text, part.start, part.end) {
             Some(mut bytes) => {

@@ -1,17 +1,8 @@
 //! The 8051 as as31, sdas8051 and the assemblers after Intel's ASM51 take it.
-//!
-//! ```text
-//!   mcs51.rs       the dialect as data, sections, names of its own
-//!   mcs51/text.rs  texts and characters in quotes as sdas8051 takes them, and where
-//! ```
-
-mod text;
 
 use emu_core::chip::Chip;
 
 use super::common::{constant, include, no_effect, nothing};
-use text::{End, Size};
-
 use super::{Dialect, Directive, Form, Holds, Hooks, Op, Own, Provided, SectionRow};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
@@ -23,8 +14,6 @@ use crate::text::{cut, trim};
 pub(crate) struct State {
     /// The bank of R0 to R7 by `using`.
     bank: i64,
-    /// The source is one for sdas8051: it has a directive that as31 and ASM51 lack at its head.
-    sdas: bool,
 }
 
 /// The dialect.
@@ -74,16 +63,12 @@ pub(super) const MCS51: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[],
-    hooks: Hooks { names: own_name, text_end: Some(text::end), general: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..Hooks::NONE },
+    hooks: Hooks { names: own_name, general: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..Hooks::NONE },
     directives: &[
         Directive::run("defb", super::common::bytes),
-        Directive::run("db", |asm, call| text::data(asm, call, Size::Byte, false)),
-        Directive::run("byte", |asm, call| text::data(asm, call, Size::Byte, false)),
-        Directive::run("fcb", |asm, call| text::data(asm, call, Size::Byte, true)),
-        Directive::run("dw", |asm, call| text::data(asm, call, Size::Word, true)),
-        Directive::run("word", |asm, call| text::data(asm, call, Size::Word, true)),
+        Directive::run("fcb", super::common::bytes),
         Directive::run("defw", super::common::words),
-        Directive::run("fdb", |asm, call| text::data(asm, call, Size::Word, true)),
+        Directive::run("fdb", super::common::words),
         Directive::run("defs", super::common::space),
         Directive::run("skip", super::common::space),
         Directive::run("rmb", super::common::space),
@@ -94,13 +79,8 @@ pub(super) const MCS51: Dialect = Dialect {
         Directive::run("inc", include),
         Directive::run("blkw", |asm, call| super::common::room(asm, call, 2)),
         Directive::run("rs", super::common::space),
-        Directive::run("ascii", |asm, call| text::text(asm, call, End::Open)),
-        Directive::run("str", |asm, call| text::text(asm, call, End::Open)),
-        Directive::run("fcc", |asm, call| text::text(asm, call, End::Open)),
-        Directive::run("asciz", |asm, call| text::text(asm, call, End::Zero)),
-        Directive::run("strz", |asm, call| text::text(asm, call, End::Zero)),
-        Directive::run("ascis", |asm, call| text::text(asm, call, End::HighBit)),
-        Directive::run("strs", |asm, call| text::text(asm, call, End::HighBit)),
+        Directive::run("str", |asm, call| super::common::text(asm, call, false)),
+        Directive::run("strz", |asm, call| super::common::text(asm, call, true)),
         Directive::run("even", |asm, call| super::common::parity(asm, call, 0)),
         Directive::run("odd", |asm, call| super::common::parity(asm, call, 1)),
         Directive::run("radix", radix),
@@ -120,8 +100,8 @@ pub(super) const MCS51: Dialect = Dialect {
         Directive::run("area", area),
         Directive::run("globl", nothing),
         Directive::run("global", nothing),
-        Directive::run("module", of_sdas),
-        Directive::run("optsdcc", of_sdas),
+        Directive::run("module", nothing),
+        Directive::run("optsdcc", nothing),
         Directive::run("title", nothing),
         Directive::run("sbttl", nothing),
         Directive::run("page", nothing),
@@ -184,11 +164,6 @@ fn own_name(own: &Own, name: &str) -> Option<i64> {
     }
 }
 
-/// What only sources for sdas8051 have, in front of all code.
-fn of_sdas(asm: &mut Asm<'_>, call: &Call<'_>) {
-    asm.own.mcs51.sdas |= call.get(call.word.clone()).starts_with('.');
-}
-
 /// `.radix x`: b, o, d or x; or a number.
 fn radix(asm: &mut Asm<'_>, call: &Call<'_>) {
     let written = call.get(trim(call.text, call.rest.clone())).to_ascii_lowercase();
@@ -206,7 +181,6 @@ fn radix(asm: &mut Asm<'_>, call: &Call<'_>) {
 
 /// `.area NAME (..)`: RAM by the names that SDCC gives its areas, everything else is program memory.
 fn area(asm: &mut Asm<'_>, call: &Call<'_>) {
-    of_sdas(asm, call);
     let Some(name) = cut(call.text, call.rest.clone()).first().map(|part| call.get(part.clone())) else {
         return asm.tell(Fault::new(
             "ASM023",

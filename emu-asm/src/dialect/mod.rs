@@ -103,8 +103,6 @@ pub(crate) struct Hooks {
     pub value_names: bool,
     /// Names whose values hang on what the program has said before.
     pub names: fn(&Own, &str) -> Option<i64>,
-    /// Where the text of a directive in this line ends, which may have the mark of a comment in it.
-    pub text_end: Option<fn(&str) -> Option<usize>>,
     /// Instructions with one operand that stand for the first of others that reaches it; the last of them where the operand is not known
     /// by then.
     pub general: &'static [(&'static str, &'static [&'static str])],
@@ -112,8 +110,7 @@ pub(crate) struct Hooks {
 
 impl Hooks {
     /// None of it.
-    pub const NONE: Hooks =
-        Hooks { check: |_, _| None, value_names: false, names: |_, _| None, text_end: None, general: &[] };
+    pub const NONE: Hooks = Hooks { check: |_, _| None, value_names: false, names: |_, _| None, general: &[] };
 }
 
 /// Code, cause and hint.
