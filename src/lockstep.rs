@@ -26,7 +26,7 @@ use crate::fail::{Failure, exit};
 use crate::family::{Job, Setup, on_machine};
 use crate::interrupts::interrupts;
 use crate::report::{Terminal, Texts};
-use crate::{input, output};
+use crate::{input, output, readings};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -94,6 +94,8 @@ pub struct LockstepArgs {
     /// Oscillator of both: 16MHz, 8000000. Default: what the chip's row says.
     #[arg(long, value_name = "HZ", value_parser = time::hertz)]
     clock: Option<u64>,
+    #[command(flatten)]
+    readings: readings::Args,
     /// Let a register differ, as `emu run` names it. Repeatable.
     #[arg(long, value_name = "REG")]
     ignore: Vec<String>,
@@ -169,14 +171,21 @@ pub fn lockstep(args: &LockstepArgs, terminal: &Terminal) -> Result<u8, Failure>
         let why = format!("{} has {}", chip.name, chip.cpu_regs.join(", "));
         return Err(Failure::value("--ignore <REG>", odd, &why));
     }
+    let readings = &args.readings.reading;
+    readings::refuse(readings, chip)?;
     let image = input::image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
     let hz = chosen.clock(args.clock).unwrap_or(chip.default_hz);
     let setup = Setup {
         ram: RamInit::Zero,
         bus: false,
-        avr: emu_avr::Options::at(hz),
-        mcs51: emu_8051::Options::default(),
-        pic16: emu_pic16::Options { hz, start_up: false, ..emu_pic16::Options::default() },
+        avr: emu_avr::Options { readings: readings::avr(readings), ..emu_avr::Options::at(hz) },
+        mcs51: emu_8051::Options { readings: readings::mcs51(readings), ..emu_8051::Options::default() },
+        pic16: emu_pic16::Options {
+            hz,
+            start_up: false,
+            readings: readings::pic16(readings),
+            ..emu_pic16::Options::default()
+        },
         ap101: emu_ap101::Options::default(),
     };
     on_machine(chip, &image, &setup, Side { args, image: &image, hz })

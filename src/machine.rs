@@ -13,7 +13,7 @@ use crate::args::Mcu;
 use crate::attach::{self, Attached, Bench};
 use crate::fail::Failure;
 use crate::family::{self, Setup};
-use crate::readings::{self, Reading};
+use crate::readings;
 use crate::store::{self, Store};
 use crate::{ap101, avr, mcs51, pic16};
 
@@ -57,12 +57,8 @@ pub struct MachineArgs {
     /// of the chip's interface, or ,sda=PIN,scl=PIN,wp=PIN and ,sck=PIN,mosi=PIN,miso=PIN. Repeatable.
     #[arg(long, value_name = "DEVICE", value_parser = attach::attached)]
     pub attach: Vec<Attached>,
-    /// What is true where silicon and its data sheet differ, or where a sentence of a manual can be read two ways. On AVR
-    /// int-wake=edge or level: an edge on INT0 and INT1 ends deep sleep too, or a low level alone (default: edge on ATmega328, 328P and
-    /// the A, P, PA variants); icr-write=any or top: ICR is written in any mode (default), or only where it is TOP. On the 8051
-    /// interrupt-sample=previous or now, hold=write or access. Repeatable.
-    #[arg(long, value_name = "NAME=READING", value_parser = readings::reading)]
-    reading: Vec<Reading>,
+    #[command(flatten)]
+    readings: readings::Args,
     #[command(flatten)]
     avr: avr::Flags,
     #[command(flatten)]
@@ -118,15 +114,16 @@ impl MachineArgs {
             let why = format!("--no-start-up is for chips of the AVR and PIC16 families; {} is none", chip.name);
             return Err(Failure::Usage(why));
         }
-        readings::refuse(&self.reading, chip)?;
-        let mcs51 = self.mcs51.options(chip, &self.reading)?;
+        readings::refuse(&self.readings.reading, chip)?;
+        let mcs51 = self.mcs51.options(chip, &self.readings.reading)?;
         let ap101 = self.ap101.options(chip, asked)?;
-        let pic16 = self.pic16.options(chip, asked.unwrap_or(chip.default_hz), how.start_up)?;
+        let mut pic16 = self.pic16.options(chip, asked.unwrap_or(chip.default_hz), how.start_up)?;
+        pic16.readings = readings::pic16(&self.readings.reading);
         // Refused before the image is read, like the others.
         self.avr.wiring(chip, &Image::default(), asked, how.start_up)?;
         let image = read()?;
         let mut avr = self.avr.wiring(chip, &image, asked, how.start_up)?;
-        avr.options.readings = readings::avr(&self.reading);
+        avr.options.readings = readings::avr(&self.readings.reading);
         let hz = ap101::hz(chip, &image, &ap101).unwrap_or(avr.options.hz);
         if hz > chip.max_hz {
             let why = format!("{} runs at up to {} Hz", chip.name, chip.max_hz);

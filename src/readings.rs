@@ -15,6 +15,10 @@ enum Decision {
     EdgesWake(bool),
     /// AVR: [`emu_avr::Readings::icr_only_as_top`].
     IcrOnlyAsTop(bool),
+    /// PIC16: [`emu_pic16::Readings::trmt_as_stop_begins`].
+    TrmtAsStopBegins(bool),
+    /// PIC16: [`emu_pic16::Readings::ss_keeps_bits`].
+    SsKeepsBits(bool),
 }
 
 /// A reading of the command line.
@@ -31,7 +35,7 @@ const fn row(family: Family, name: &'static str, choice: &'static str, decision:
 }
 
 /// All readings.
-const READINGS: [Reading; 8] = [
+const READINGS: [Reading; 12] = [
     row(Family::Avr, "int-wake", "edge", Decision::EdgesWake(true)),
     row(Family::Avr, "int-wake", "level", Decision::EdgesWake(false)),
     row(Family::Avr, "icr-write", "any", Decision::IcrOnlyAsTop(false)),
@@ -40,7 +44,23 @@ const READINGS: [Reading; 8] = [
     row(Family::Mcs51, "interrupt-sample", "now", Decision::SampleNow(true)),
     row(Family::Mcs51, "hold", "write", Decision::HoldOnRead(false)),
     row(Family::Mcs51, "hold", "access", Decision::HoldOnRead(true)),
+    row(Family::Pic16, "trmt", "middle", Decision::TrmtAsStopBegins(false)),
+    row(Family::Pic16, "trmt", "begin", Decision::TrmtAsStopBegins(true)),
+    row(Family::Pic16, "ss-raise", "anew", Decision::SsKeepsBits(false)),
+    row(Family::Pic16, "ss-raise", "keep", Decision::SsKeepsBits(true)),
 ];
+
+/// The flag, of every command that builds a machine from an image.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// What is true where silicon and its data sheet differ, or where a sentence of a manual can be read two ways. On AVR
+    /// int-wake=edge or level: an edge on INT0 and INT1 ends deep sleep too, or a low level alone (default: edge on ATmega328, 328P and
+    /// the A, P, PA variants); icr-write=any or top: ICR is written in any mode (default), or only where it is TOP. On the 8051
+    /// interrupt-sample=previous or now, hold=write or access. On PIC16 trmt=middle or begin (of the stop bit); ss-raise=anew or keep: SS
+    /// raised within a byte has the SPI slave begin it anew, or leaves SSPSR as it is. Repeatable.
+    #[arg(long, value_name = "NAME=READING", value_parser = reading)]
+    pub reading: Vec<Reading>,
+}
 
 /// The reading `NAME=READING`.
 pub fn reading(text: &str) -> Result<Reading, String> {
@@ -52,7 +72,12 @@ pub fn reading(text: &str) -> Result<Reading, String> {
             let rows = READINGS.iter().filter(move |row| row.family == family);
             rows.map(|row| format!("{}={}", row.name, row.choice)).collect::<Vec<_>>().join(", ")
         };
-        format!("readings are {} on AVR, {} on the 8051", of(Family::Avr), of(Family::Mcs51))
+        format!(
+            "readings are {} on AVR, {} on the 8051, {} on PIC16",
+            of(Family::Avr),
+            of(Family::Mcs51),
+            of(Family::Pic16)
+        )
     })
 }
 
@@ -65,7 +90,12 @@ pub fn refuse(readings: &[Reading], chip: &Chip) -> Result<(), Failure> {
     match readings.iter().find(|reading| reading.family != chip.family) {
         None => Ok(()),
         Some(reading) => {
-            let family = if reading.family == Family::Avr { "AVR" } else { "8051" };
+            let family = match reading.family {
+                Family::Avr => "AVR",
+                Family::Mcs51 => "8051",
+                Family::Pic16 => "PIC16",
+                Family::Ap101 => "AP101",
+            };
             let why = format!("--reading {} is for chips of the {family} family; {} is none", reading.name, chip.name);
             Err(Failure::Usage(why))
         }
@@ -84,7 +114,7 @@ pub fn flags_of_avr(chip: &Chip, readings: emu_avr::Readings) -> Vec<String> {
     flags(Family::Avr, |decision| match decision {
         Decision::EdgesWake(edges) => readings.edges_wake == Some(edges),
         Decision::IcrOnlyAsTop(only) => readings.icr_only_as_top == only,
-        Decision::SampleNow(_) | Decision::HoldOnRead(_) => false,
+        _ => false,
     })
 }
 
@@ -93,7 +123,16 @@ pub fn flags_of_mcs51(readings: emu_8051::Readings) -> Vec<String> {
     flags(Family::Mcs51, |decision| match decision {
         Decision::SampleNow(now) => readings.sample_now == now,
         Decision::HoldOnRead(too) => readings.hold_on_read == too,
-        Decision::EdgesWake(_) | Decision::IcrOnlyAsTop(_) => false,
+        _ => false,
+    })
+}
+
+/// The flags that choose these readings on a PIC16.
+pub fn flags_of_pic16(readings: emu_pic16::Readings) -> Vec<String> {
+    flags(Family::Pic16, |decision| match decision {
+        Decision::TrmtAsStopBegins(begins) => readings.trmt_as_stop_begins == begins,
+        Decision::SsKeepsBits(keeps) => readings.ss_keeps_bits == keeps,
+        _ => false,
     })
 }
 
@@ -104,7 +143,7 @@ pub fn avr(readings: &[Reading]) -> emu_avr::Readings {
         match reading.decision {
             Decision::EdgesWake(edges) => all.edges_wake = Some(edges),
             Decision::IcrOnlyAsTop(only) => all.icr_only_as_top = only,
-            Decision::SampleNow(_) | Decision::HoldOnRead(_) => {}
+            _ => {}
         }
     }
     all
@@ -117,7 +156,20 @@ pub fn mcs51(readings: &[Reading]) -> emu_8051::Readings {
         match reading.decision {
             Decision::SampleNow(now) => all.sample_now = now,
             Decision::HoldOnRead(too) => all.hold_on_read = too,
-            Decision::EdgesWake(_) | Decision::IcrOnlyAsTop(_) => {}
+            _ => {}
+        }
+    }
+    all
+}
+
+/// What the readings decide on a PIC16.
+pub fn pic16(readings: &[Reading]) -> emu_pic16::Readings {
+    let mut all = emu_pic16::Readings::default();
+    for reading in readings {
+        match reading.decision {
+            Decision::TrmtAsStopBegins(begins) => all.trmt_as_stop_begins = begins,
+            Decision::SsKeepsBits(keeps) => all.ss_keeps_bits = keeps,
+            _ => {}
         }
     }
     all
@@ -134,6 +186,7 @@ mod tests {
             let flag = format!("--reading {}={}", chosen.name, chosen.choice);
             let flags = match chosen.family {
                 Family::Avr => flags_of_avr(chip("atmega328p").expect("a chip"), avr(&[chosen])),
+                Family::Pic16 => flags_of_pic16(pic16(&[chosen])),
                 _ => flags_of_mcs51(mcs51(&[chosen])),
             };
             assert!(flags.len() == 2 && flags.contains(&flag), "{flag}: {flags:?}");

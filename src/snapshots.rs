@@ -68,7 +68,7 @@ fn avr_flags(chip: &Chip, image: &Image, options: emu_avr::Options) -> Vec<Strin
 fn pic16_flags(image: &Image, options: emu_pic16::Options) -> Vec<String> {
     /// Where the configuration word at 2007h is in the memory `config`, which begins at 2000h.
     const WORD: usize = 7;
-    let emu_pic16::Options { hz, corner, config, start_up, timer1_hz, ideal_acquisition } = options;
+    let emu_pic16::Options { hz, corner, config, start_up, timer1_hz, ideal_acquisition, readings } = options;
     let mut bytes = [0xFF; 2 * WORD + 2];
     image.fill("config", &mut bytes);
     let own = u16::from_le_bytes([bytes[2 * WORD], bytes[2 * WORD + 1]]) & 0x3FFF;
@@ -85,6 +85,7 @@ fn pic16_flags(image: &Image, options: emu_pic16::Options) -> Vec<String> {
     ];
     flags.extend((!start_up).then(|| "--no-start-up".to_owned()));
     flags.extend(ideal_acquisition.then(|| "--cod".to_owned()));
+    flags.extend(readings::flags_of_pic16(readings));
     flags
 }
 

@@ -16,11 +16,11 @@ const FIRST: u32 = 0xEF80;
 pub const MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// The characters of the bytes 0x80 to 0x9F in code page 1252 (Unicode, MAPPINGS/VENDORS/MICSFT/WINDOWS/CP1252.TXT); five are not
-/// defined and stand for themselves here.
+/// defined and are the control characters of their numbers, as browsers read them (WHATWG Encoding, 9.1, index windows-1252).
 #[rustfmt::skip]
 const CP1252: [char; 32] = [
-    '€', '\u{EF81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{EF8D}', 'Ž', '\u{EF8F}',
-    '\u{EF90}', '‘', '’', '“', '”', '•', '–', '—', '\u{2DC}', '™', 'š', '›', 'œ', '\u{EF9D}', 'ž', 'Ÿ',
+    '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8D}', 'Ž', '\u{8F}',
+    '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '\u{2DC}', '™', 'š', '›', 'œ', '\u{9D}', 'ž', 'Ÿ',
 ];
 
 /// How the characters of a text are kept in bytes.
@@ -78,7 +78,7 @@ fn of_byte(byte: u8) -> char {
     }
 }
 
-/// A text of [`decode`] for people: bytes as code page 1252 has them. What that leaves undefined stays as it is.
+/// A text of [`decode`] for people: bytes as code page 1252 has them. No character for private use is left of it.
 #[must_use]
 pub fn show(text: &str) -> Cow<'_, str> {
     if !text.contains(|c| byte_of(c).is_some()) {

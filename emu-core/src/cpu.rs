@@ -200,7 +200,8 @@ pub trait Cpu: Clone {
         false
     }
     /// Runs until machine cycle `until` (at most [`END_OF_TIME`]) is reached or something stops it; always to an instruction
-    /// boundary.
+    /// boundary. A run cut in two by its limit gives the same machine. Where it has halted in a jump to itself, another run executes
+    /// that jump once more.
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop;
     /// Executes one instruction, or one interrupt entry, or sleeps to the next deadline.
     fn step<P: Probe>(&mut self, probe: &mut P) -> Stop {

@@ -9,8 +9,8 @@ use emu_core::image::Image;
 /// The first bytes of every such file.
 const MAGIC: &[u8; 8] = b"\x89EMUSNP\n";
 
-/// The version that is written, and the newest that is read.
-const VERSION: u16 = 1;
+/// The version that is written, and the only one that is read. It rises with what a head or a state holds.
+const VERSION: u16 = 2;
 
 /// The file is no snapshot.
 pub const NO_SNAPSHOT: &str = "SNP001";
@@ -18,8 +18,8 @@ pub const NO_SNAPSHOT: &str = "SNP001";
 pub const CUT_SHORT: &str = "SNP002";
 /// It was changed on the way.
 pub const CHECKSUM: &str = "SNP003";
-/// It is of a newer version.
-pub const NEWER: &str = "SNP004";
+/// It is of another version.
+pub const OTHER_VERSION: &str = "SNP004";
 /// It is of another chip.
 pub const OTHER_CHIP: &str = "SNP005";
 /// It is of another program.
@@ -40,7 +40,7 @@ pub const CODES: &[Code] = &[
     Code { code: CHECKSUM, title: "a snapshot is damaged",
         explain: "Its checksum (CRC-32 over all bytes before it) is another one: bytes were changed, most often by a copy as text. \
                   Mend: copy it again, or make it anew." },
-    Code { code: NEWER, title: "a snapshot of another version",
+    Code { code: OTHER_VERSION, title: "a snapshot of another version",
         explain: "It was written by a version of emu whose snapshots hold other things. Mend: use that version, or make it anew." },
     Code { code: OTHER_CHIP, title: "a snapshot of another chip",
         explain: "A state fits the chip that it was taken from and no other. Mend: name that chip with --mcu." },
@@ -132,7 +132,7 @@ pub fn read<'a>(name: &str, bytes: &'a [u8]) -> Result<(Head, &'a [u8]), Diagnos
     let left = fields.0.len() as u64;
     if version != u64::from(VERSION) {
         let cause = format!("is a snapshot of version {version}, and this emu knows version {VERSION}");
-        return wrong(NEWER, cause, "use the emu that wrote it, or make it anew");
+        return wrong(OTHER_VERSION, cause, "use the emu that wrote it, or make it anew");
     }
     if left < wanted {
         return wrong(CUT_SHORT, format!("ends {} bytes early", wanted - left), AGAIN);

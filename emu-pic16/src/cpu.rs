@@ -16,7 +16,7 @@ use crate::hot::{BANK, Hot, PD, TO};
 use crate::isa::{Kind, SPAN};
 use crate::lint::Lints;
 use crate::operands::Place;
-pub use crate::options::{Corner, Options};
+pub use crate::options::{Corner, Options, Readings};
 use crate::periph::map::Sfr;
 use crate::predecode::Code;
 use crate::soc::{Order, Soc};

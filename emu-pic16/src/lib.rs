@@ -22,4 +22,4 @@ mod record;
 mod state;
 mod turn;
 
-pub use cpu::{Corner, Options, Pic16};
+pub use cpu::{Corner, Options, Pic16, Readings};

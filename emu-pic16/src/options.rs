@@ -12,6 +12,17 @@ pub enum Corner {
     Max,
 }
 
+/// Where the text of the data sheet and its figures can be read in two ways. Defaults are the figures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Readings {
+    /// TRMT is "set when the TSR register is empty" (DS39582, register 10-1): true takes that for the begin of the stop bit, which TSR
+    /// does not hold; false for the middle of the stop bit, where figure 10-2 of DS30292 draws it.
+    pub trmt_as_stop_begins: bool,
+    /// SS raised within a byte resets the bit counter of the SPI slave (DS39582, 9.3.7): true leaves what was shifted in SSPSR; false puts
+    /// the byte of SSPBUF there again, as figure 9-4 draws it.
+    pub ss_keeps_bits: bool,
+}
+
 /// How a machine is wired.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
@@ -28,6 +39,8 @@ pub struct Options {
     /// The holding capacitor of the converter is charged at once; else in the time of the data sheet's
     /// equation (DS30292, 11.1).
     pub ideal_acquisition: bool,
+    /// Readings of the data sheet.
+    pub readings: Readings,
 }
 
 impl Default for Options {
@@ -40,6 +53,7 @@ impl Default for Options {
             start_up: true,
             timer1_hz: Some(32_768),
             ideal_acquisition: false,
+            readings: Readings::default(),
         }
     }
 }

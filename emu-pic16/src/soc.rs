@@ -154,8 +154,10 @@ impl Soc {
             ports: Ports::new(part, settings.withheld),
             timer0: Timer0::new(settings.watchdog, clocks.watchdog, part.has(Sfr::WDTCON)),
             timers: Timers::new(part.ccps, options.timer1_hz.map(|hz| (options.hz, hz))),
-            usart: Usart::new(),
-            ssp: Ssp::new(part.ssp != chips::Ssp::Basic).with_stretch(part.ssp == chips::Ssp::MasterStretch),
+            usart: Usart::new().with_early_trmt(options.readings.trmt_as_stop_begins),
+            ssp: Ssp::new(part.ssp != chips::Ssp::Basic)
+                .with_stretch(part.ssp == chips::Ssp::MasterStretch)
+                .with_kept_bits(options.readings.ss_keeps_bits),
             eeprom: Eeprom::new(
                 part.memory,
                 eeprom,

@@ -94,13 +94,15 @@ pub struct Usart {
     txif: Option<u64>,
     rcif: Option<u64>,
     drives: [Drive; 2],
+    /// TRMT is set as the stop bit begins.
+    early_trmt: bool,
 }
 
 emu_core::state! {
     Usart {
         txsta, rcsta, txreg, baud, slept, asleep, full, empty_seen, empty_change, load, word, out_bit, receiver, past, fifo, oerr, tx_line,
         rx_line, txif, rcif, drives,
-    } if |usart, now| usart.slept <= now && usart.asleep.is_none_or(|since| since <= now + 4)
+    } stays { early_trmt } if |usart, now| usart.slept <= now && usart.asleep.is_none_or(|since| since <= now + 4)
 }
 
 /// The baud rate generator, in clocks of the oscillator that have run.
@@ -163,7 +165,15 @@ impl Usart {
             txif: None,
             rcif: None,
             drives: [Drive::Port; 2],
+            early_trmt: false,
         }
+    }
+
+    /// TRMT is set as the stop bit begins, not in its middle ([`Readings::trmt_as_stop_begins`](crate::Readings)).
+    #[must_use]
+    pub fn with_early_trmt(mut self, early: bool) -> Usart {
+        self.early_trmt = early;
+        self
     }
 
     /// A reset at clock `t`: every kind has the same effect here. (DS30292, table 12-6.) It says nothing about the
@@ -180,6 +190,7 @@ impl Usart {
             tx_line: self.tx_line,
             rx_line: self.rx_line,
             drives: self.drives,
+            early_trmt: self.early_trmt,
             ..Usart::new()
         };
         self.settle(t, out);
@@ -218,7 +229,7 @@ impl Usart {
     }
 
     /// TRMT at clock `t`: TSR is empty. In asynchronous mode it is so from the middle of the stop bit on
-    /// (DS30292, figure 10-2), unless a byte waits that follows without a gap.
+    /// (DS30292, figure 10-2) or from its begin on, as it is read, unless a byte waits that follows without a gap.
     fn trmt(&self, t: u64) -> bool {
         self.word.is_none() || !self.full && self.osc(t) >= self.trmt_due()
     }
@@ -226,7 +237,8 @@ impl Usart {
     /// When TRMT will be set before the word has ended, in clocks run.
     fn trmt_due(&self) -> u64 {
         let stop = self.word.filter(|word| !self.sync() && word.left == 0);
-        stop.map_or(NEVER, |word| word.next.saturating_sub(self.bit_time() / 2))
+        let before = if self.early_trmt { self.bit_time() } else { self.bit_time() / 2 };
+        stop.map_or(NEVER, |word| word.next.saturating_sub(before))
     }
 
     const fn sync(&self) -> bool {

@@ -9,7 +9,7 @@ use emu_core::rng::Rng;
 use emu_core::slices::{Plan, pick};
 use emu_pic16::chips::{PARTS, Part, Place};
 use emu_pic16::periph::map::Sfr;
-use emu_pic16::{Corner, Options, Pic16};
+use emu_pic16::{Corner, Options, Pic16, Readings};
 
 /// Programs for each chip; `EMU_STATE_PROGRAMS` asks for another number.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 10 } else { 60 };
@@ -143,6 +143,7 @@ fn plan(part: &'static Part, rng: &mut Rng) -> Plan<Pic16> {
         corner: pick(rng, &[Corner::Min, Corner::Typ, Corner::Max]),
         config: Some(if rng.one_in(2) { 0x3F38 | rng.below(8) as u16 } else { rng.next_u64() as u16 & 0x3FFF }),
         start_up: rng.one_in(4),
+        readings: Readings { trmt_as_stop_begins: rng.one_in(4), ss_keeps_bits: rng.one_in(4) },
         timer1_hz: pick(rng, &[None, Some(32_768), Some(200_000), Some(3_000_000)]),
         ..Options::default()
     };

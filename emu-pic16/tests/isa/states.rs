@@ -8,7 +8,7 @@ use emu_core::slices::{Act, Plan, pick};
 use emu_core::{Cpu, RamInit, Reset};
 use emu_pic16::chips::PARTS;
 use emu_pic16::isa::row_of;
-use emu_pic16::{Corner, Options, Pic16};
+use emu_pic16::{Corner, Options, Pic16, Readings};
 
 use super::rig::word;
 
@@ -180,6 +180,7 @@ pub fn plan(seed: u64, span: u64) -> Plan<Pic16> {
         corner: pick(rng, &[Corner::Min, Corner::Typ, Corner::Max]),
         config: Some(config),
         start_up: rng.one_in(4),
+        readings: Readings { trmt_as_stop_begins: rng.one_in(4), ss_keeps_bits: rng.one_in(4) },
         ..Options::default()
     };
     let bytes = text.words.iter().flat_map(|word| word.to_le_bytes()).collect();

@@ -8,7 +8,8 @@ use crate::bus::Bus;
 use crate::rig::Rig;
 
 /// `what | script | what happens`. In a script `N` is the clock of what follows: `con=XX` and so on are writes, `i`, `k`, `s`
-/// with a level are SDI, SCK, SS, `t2` is a period of timer 2, `buf` reads SSPBUF, `sleep`, `wake`, and `?` shows SSPCON,
+/// with a level are SDI, SCK, SS, `t2` is a period of timer 2, `buf` reads SSPBUF, `sleep`, `wake`, `keep` has SSPSR stay when SS
+/// rises, and `?` shows SSPCON,
 /// SSPSTAT, SSPBUF. What happens: clock and `K` (SCK), `O` (SDO) with what is done to it, `IF` for SSPIF.
 const SPI: &str = "
 # Master, DS39582 figure 9-3: the first bit begins 2 clocks after the write, SSPIF comes 2 clocks after the last one
@@ -34,6 +35,7 @@ SSPBUF full: the byte is lost | 4 con=25 10 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 
 SSPBUF read in time | 4 con=25 10 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 16 buf 20 i1 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 30 ? | 4 O0, 12 IF, 16 read 00, 24 IF, 30 con=25 stat=01 buf=FF
 SS high floats SDO, stops the clock and clears the bit counter | 4 con=24 i1 10 k1 k0 k1 k0 20 s1 k1 k0 30 s0 40 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 50 k1 k0 58 k1 k0 70 ? | 4 O0, 20 Oz, 30 O0, 60 IF, 70 con=24 stat=01 buf=FF
 SS high within a byte: the next time it is sent from bit 7 on | 4 con=24 8 buf=81 10 k1 12 k0 14 k1 16 k0 20 s1 30 s0 40 k1 42 k0 44 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 50 k1 54 k0 70 ? | 4 O0, 10 O1, 14 O0, 20 Oz, 30 O0, 40 O1, 44 O0, 50 O1, 56 IF, 70 con=24 stat=01 buf=00
+SS high within a byte, by the other reading: what is left of it goes on | keep 4 con=24 8 buf=81 10 k1 12 k0 14 k1 16 k0 20 s1 30 s0 40 k1 42 k0 44 k1 k0 k1 k0 k1 k0 k1 k0 50 k1 k0 52 k1 k0 54 k1 k0 70 ? | 4 O0, 10 O1, 14 O0, 20 Oz, 30 O0, 50 O1, 52 O0, 56 IF, 70 con=24 stat=01 buf=00
 SS high between bytes: what was received is sent | 4 con=24 i1 8 buf=00 10 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 20 s1 30 s0 40 k1 50 ? | 4 O0, 12 IF, 20 Oz, 30 O0, 40 O1, 50 con=24 stat=01 buf=FF
 SS does not matter in mode 5 | 4 con=25 s1 10 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 k1 k0 20 | 4 O0, 12 IF
 a write after the first edge is a collision | 4 con=25 10 k1 12 buf=FF 16 ? | 4 O0, 16 con=A5 stat=00 buf=00
@@ -97,6 +99,7 @@ fn spi(script: &str) -> String {
             continue;
         }
         match token {
+            "keep" => rig = Rig::new(Ssp::new(true).with_kept_bits(true)),
             "t2" => rig.timer2(t),
             "sleep" => rig.sleep(t),
             "wake" => rig.wake(t),

@@ -7,7 +7,8 @@ use emu_pic16::periph::{Device, Drive, Outbox, Signal};
 /// `what | script | what happens`. In a script `N` is the clock of what follows it: `rc=XX`, `tx=XX`, `br=XX`, `w=XX` are
 /// writes to RCSTA, TXSTA, SPBRG, TXREG; `r0`, `r1`, `c0`, `c1` levels of RX and TX from outside; `/bits:N` levels of RX of
 /// N clocks each; `^bits:N` pulses of CK from outside, N clocks each, high in the first half, with the bits on RX; `read`
-/// reads RCREG; `?` shows RCSTA and TXSTA, `i` TXIF and RCIF, `s` the byte in its stop bit; `sleep`, `wake`, `reset`. RX is high
+/// reads RCREG; `?` shows RCSTA and TXSTA, `i` TXIF and RCIF, `s` the byte in its stop bit; `sleep`, `wake`, `reset`; `early` has
+/// TRMT set as a stop bit begins. RX is high
 /// at first. What happens: `N T0`, `N T1`, `N T-`: TX driven or left to the port, `R` the same of RX; flags set; bytes sent.
 /// With SPBRG = 1 a period of the generator is 8 clocks: a bit of 32 with BRGH = 1, and a synchronous one of 8.
 const CASES: &str = "
@@ -21,6 +22,7 @@ back to back | 0 br=01 tx=24 rc=80 8 w=FF 16 w=00 700 | 0 TXIF, 0 T1, 16 TXIF, 3
 two writes in a row: TSR has the first | 0 br=01 tx=24 rc=80 8 w=FF 12 w=00 700 | 0 TXIF, 0 T1, 32 T0, 64 T1, 352 sent FF, 352 T0, 356 TXIF, 640 T1, 672 sent 00
 a third replaces the second | 0 br=01 tx=24 rc=80 8 w=FF 12 w=00 16 w=FF 700 | 0 TXIF, 0 T1, 32 T0, 64 T1, 352 sent FF, 352 T0, 356 TXIF, 384 T1, 672 sent FF
 TRMT from the load to the middle of the stop bit | 0 br=01 tx=24 rc=80 8 w=FF 11 ? 12 ? 335 ? s 336 ? s 352 ? s | 0 TXIF, 0 T1, 11 rc=80 tx=26, 12 rc=80 tx=24, 16 TXIF, 32 T0, 64 T1, 335 rc=80 tx=24, 335 s FF, 336 rc=80 tx=26, 336 s FF, 352 sent FF, 352 rc=80 tx=26, 352 s --
+TRMT as the stop bit begins, by the other reading, a reset or not | early reset 0 br=01 tx=24 rc=80 8 w=FF 319 ? s 320 ? s 352 ? | 0 TXIF, 0 T1, 16 TXIF, 32 T0, 64 T1, 319 rc=80 tx=24, 319 s --, 320 rc=80 tx=26, 320 s FF, 352 sent FF, 352 rc=80 tx=26
 TRMT stays clear while the next byte waits | 0 br=01 tx=24 rc=80 8 w=FF 16 w=00 351 ? 352 ? 655 ? 656 ? 700 | 0 TXIF, 0 T1, 16 TXIF, 32 T0, 64 T1, 351 rc=80 tx=24, 352 sent FF, 352 T0, 352 rc=80 tx=24, 356 TXIF, 640 T1, 655 rc=80 tx=24, 656 rc=80 tx=26, 672 sent 00
 a byte written behind TRMT follows without a gap | 0 br=01 tx=24 rc=80 8 w=FF 340 w=00 341 ? 700 | 0 TXIF, 0 T1, 16 TXIF, 32 T0, 64 T1, 341 rc=80 tx=24, 352 sent FF, 352 T0, 356 TXIF, 640 T1, 672 sent 00
 stop bit from its begin on | 0 br=01 tx=24 rc=80 8 w=00 319 s 320 s 330 | 0 TXIF, 0 T1, 16 TXIF, 32 T0, 319 s --, 320 T1, 320 s 00
@@ -163,6 +165,7 @@ impl Bench {
             match word {
                 "r0" | "r1" => self.line(Line::Rx, word == "r1"),
                 "c0" | "c1" => self.line(Line::Tx, word == "c1"),
+                "early" => self.port = Usart::new().with_early_trmt(true),
                 "reset" => self.port.reset(true, t, &mut self.out),
                 "sleep" => self.port.sleep(t, &mut self.out),
                 "wake" => self.port.wake(t, &mut self.out),

@@ -47,6 +47,13 @@ impl Ssp {
         self
     }
 
+    /// SS raised within a byte leaves what was shifted in SSPSR ([`Readings::ss_keeps_bits`](crate::Readings)).
+    #[must_use]
+    pub fn with_kept_bits(mut self, keeps: bool) -> Ssp {
+        self.regs.keeps_bits = keeps;
+        self
+    }
+
     /// Reset (DS39582 table 14-6): all registers 0 but SSPBUF, which is unknown after power-up (0 here) and kept otherwise.
     pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Outbox) {
         self.set_mode(0);

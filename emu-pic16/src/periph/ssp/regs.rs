@@ -116,12 +116,14 @@ pub(super) struct Regs {
     pub(super) pull_scl: bool,
     /// This part pulls SDA.
     pub(super) pull_sda: bool,
+    /// SS raised within a byte leaves SSPSR as it is.
+    pub(super) keeps_bits: bool,
     /// What was last said of SDI, SCK, SDO.
     drives: [Drive; 3],
 }
 
 emu_core::state! {
-    Regs { buf, con, con2, add, stat, scl, sda, ss, pull_scl, pull_sda, drives } stays { master, stretch }
+    Regs { buf, con, con2, add, stat, scl, sda, ss, pull_scl, pull_sda, drives } stays { master, stretch, keeps_bits }
 }
 
 impl Regs {
@@ -137,6 +139,7 @@ impl Regs {
             scl: false,
             sda: false,
             ss: false,
+            keeps_bits: false,
             pull_scl: false,
             pull_sda: false,
             drives: [Drive::Port; 3],

@@ -144,9 +144,10 @@ impl Spi {
     }
 
     /// SS has changed: the bit counter is 0, and what was shifted of a byte is lost. SSPSR has again what
-    /// SSPBUF holds to be sent (DS39582 figure 9-4, where the byte that is sent begins anew with bit 7).
+    /// SSPBUF holds to be sent (DS39582 figure 9-4, where the byte that is sent begins anew with bit 7), or, as the other reading has
+    /// it, what is left of the byte and what came in.
     pub(super) fn restart(&mut self, regs: &Regs) {
-        if self.shifting {
+        if self.shifting && !regs.keeps_bits {
             self.sr = regs.buf;
         }
         (self.count, self.shifting) = (0, false);
