@@ -191,6 +191,20 @@ pub fn tell(chip: &Chip, wiring: &Wiring, clock: Option<u64>) {
     output::tell(&format!("note: the fuses choose {name}, {hz} Hz{divided}{hint}\n"));
 }
 
+/// What can be done about a run that met erased memory, as the end of a hint; nothing on chips of other families.
+pub fn out_of_code(chip: &Chip, image: &Image, wiring: &Wiring) -> String {
+    let Some(part) = part(chip) else { return String::new() };
+    let first = image.segments.iter().filter(|segment| segment.space == chip.code).map(|segment| segment.addr).min();
+    let fuses = wiring.options.fuses.unwrap_or(part.fuses.assumed);
+    let begins = Fuses::programmed(fuses, part.fuses.bootrst);
+    let loader = first.filter(|addr| *addr > 0 && !begins).and_then(|at| Some((at, part.boot_fuse(fuses, at)?)));
+    let loader = loader.map_or(String::new(), |(at, (byte, value))| {
+        let name = ["low", "high", "extended"].get(usize::from(byte)).copied().unwrap_or_default();
+        format!("; --fuse {name}=0x{value:02X} begins with the boot loader at 0x{at:X}")
+    });
+    format!("{loader}; --reading erased=nop runs on through it, as the chip does")
+}
+
 /// Says on standard error when the program runs at another clock in the end than it did at first, since times are counted by that.
 pub fn complain<C: Cpu>(cpu: &C, wiring: &Wiring) {
     let chip = cpu.chip();

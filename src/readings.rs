@@ -13,6 +13,8 @@ enum Decision {
     HoldOnRead(bool),
     /// AVR: [`emu_avr::Readings::edges_wake`].
     EdgesWake(bool),
+    /// AVR: [`emu_avr::Readings::erased_is_nop`].
+    ErasedIsNop(bool),
     /// AVR: [`emu_avr::Readings::icr_only_as_top`].
     IcrOnlyAsTop(bool),
     /// PIC16: [`emu_pic16::Readings::trmt_as_stop_begins`].
@@ -35,11 +37,13 @@ const fn row(family: Family, name: &'static str, choice: &'static str, decision:
 }
 
 /// All readings.
-const READINGS: [Reading; 12] = [
+const READINGS: [Reading; 14] = [
     row(Family::Avr, "int-wake", "edge", Decision::EdgesWake(true)),
     row(Family::Avr, "int-wake", "level", Decision::EdgesWake(false)),
     row(Family::Avr, "icr-write", "any", Decision::IcrOnlyAsTop(false)),
     row(Family::Avr, "icr-write", "top", Decision::IcrOnlyAsTop(true)),
+    row(Family::Avr, "erased", "stop", Decision::ErasedIsNop(false)),
+    row(Family::Avr, "erased", "nop", Decision::ErasedIsNop(true)),
     row(Family::Mcs51, "interrupt-sample", "previous", Decision::SampleNow(false)),
     row(Family::Mcs51, "interrupt-sample", "now", Decision::SampleNow(true)),
     row(Family::Mcs51, "hold", "write", Decision::HoldOnRead(false)),
@@ -55,7 +59,8 @@ const READINGS: [Reading; 12] = [
 pub struct Args {
     /// What is true where silicon and its data sheet differ, or where a sentence of a manual can be read two ways. On AVR
     /// int-wake=edge or level: an edge on INT0 and INT1 ends deep sleep too, or a low level alone (default: edge on ATmega328, 328P and
-    /// the A, P, PA variants); icr-write=any or top: ICR is written in any mode (default), or only where it is TOP. On the 8051
+    /// the A, P, PA variants); icr-write=any or top: ICR is written in any mode (default), or only where it is TOP;
+    /// erased=stop or nop: an erased word ends the run (default), or does nothing. On the 8051
     /// interrupt-sample=previous or now, hold=write or access. On PIC16 trmt=middle or begin (of the stop bit); ss-raise=anew or keep: SS
     /// raised within a byte has the SPI slave begin it anew, or leaves SSPSR as it is. Repeatable.
     #[arg(long, value_name = "NAME=READING", value_parser = reading)]
@@ -114,6 +119,7 @@ pub fn flags_of_avr(chip: &Chip, readings: emu_avr::Readings) -> Vec<String> {
     flags(Family::Avr, |decision| match decision {
         Decision::EdgesWake(edges) => readings.edges_wake == Some(edges),
         Decision::IcrOnlyAsTop(only) => readings.icr_only_as_top == only,
+        Decision::ErasedIsNop(nop) => readings.erased_is_nop == nop,
         _ => false,
     })
 }
@@ -143,6 +149,7 @@ pub fn avr(readings: &[Reading]) -> emu_avr::Readings {
         match reading.decision {
             Decision::EdgesWake(edges) => all.edges_wake = Some(edges),
             Decision::IcrOnlyAsTop(only) => all.icr_only_as_top = only,
+            Decision::ErasedIsNop(nop) => all.erased_is_nop = nop,
             _ => {}
         }
     }
@@ -189,7 +196,10 @@ mod tests {
                 Family::Pic16 => flags_of_pic16(pic16(&[chosen])),
                 _ => flags_of_mcs51(mcs51(&[chosen])),
             };
-            assert!(flags.len() == 2 && flags.contains(&flag), "{flag}: {flags:?}");
+            assert!(
+                flags.contains(&flag) && flags.len() == if chosen.family == Family::Avr { 3 } else { 2 },
+                "{flag}: {flags:?}"
+            );
         }
     }
 
@@ -197,7 +207,15 @@ mod tests {
     fn what_is_not_chosen_is_as_the_chip_has_it() {
         for (name, wakes) in [("atmega328p", "edge"), ("atmega48", "level")] {
             let flags = flags_of_avr(chip(name).expect("a chip"), avr(&[]));
-            assert_eq!(flags, [format!("--reading int-wake={wakes}"), "--reading icr-write=any".to_owned()], "{name}");
+            assert_eq!(
+                flags,
+                [
+                    format!("--reading int-wake={wakes}"),
+                    "--reading icr-write=any".to_owned(),
+                    "--reading erased=stop".to_owned()
+                ],
+                "{name}"
+            );
         }
     }
 }

@@ -126,10 +126,15 @@ impl<C: Cpu> Story<'_, C> {
         (range.start..range.end).filter_map(cell).collect()
     }
 
-    /// Name and level of the pins that the package has; of those that are analog alone, the ones that something drives.
+    /// Name and level of the pins that are shown ([`Cpu::shown_pins`]), or high; of those that are analog alone, the ones that something
+    /// drives.
     fn pins(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
         let pins = self.source.names.chip.pins.iter().zip(0..);
-        let shown = |(def, id): &(&PinDef, PinId)| self.cpu.has_pin(*id) && def.tells_by(self.cpu.level(*id));
+        let all = self.cpu.shown_pins();
+        let is_high = |id: PinId| self.cpu.has_pin(id) && self.cpu.level(id) == Level::High;
+        let shown = move |(def, id): &(&PinDef, PinId)| {
+            (all.binary_search(id).is_ok() || is_high(*id)) && def.tells_by(self.cpu.level(*id))
+        };
         pins.filter(shown).map(|(def, id)| {
             let level = match self.cpu.level(id) {
                 Level::Low => "0",
@@ -154,8 +159,9 @@ impl<C: Cpu> Story<'_, C> {
     }
 }
 
-/// Says on standard error what pins were driven against each other, and what the program did wrong, if it did.
-pub fn complain<C: Cpu>(story: &Story<'_, C>) {
+/// Says on standard error what pins were driven against each other, and what the program did wrong, if it did; `out_of_code` is what
+/// else there is to say where it met erased memory.
+pub fn complain<C: Cpu>(story: &Story<'_, C>, out_of_code: &str) {
     for (pin, cycle) in story.contention() {
         output::tell(&format!(
             "warning: chip and outside drive {pin} against each other from cycle {cycle} on; the chip wins\n  \
@@ -163,9 +169,9 @@ pub fn complain<C: Cpu>(story: &Story<'_, C>) {
         ));
     }
     let erased = story.source.names.chip.isa.erased;
-    let out_of_code = format!("0x{erased:x} is erased memory: the program ran or jumped out of its code");
+    let met_erased = format!("0x{erased:x} is erased memory: the program ran or jumped out of its code{out_of_code}");
     let (what, hint) = match story.ended.reason {
-        Reason::Illegal { word, .. } if word == erased => ("no instruction", out_of_code.as_str()),
+        Reason::Illegal { word, .. } if word == erased => ("no instruction", met_erased.as_str()),
         Reason::Illegal { .. } => ("no instruction", "is the image built for this chip?"),
         Reason::Fault { fault: Fault::UninitialisedRead { .. }, .. } => {
             ("a fault of the program", "write the cell first; after power-up RAM holds anything")

@@ -9,7 +9,7 @@ use emu_core::pins::{Level, PinId, Time};
 use emu_core::state::Damaged;
 
 use crate::boundary::Phase;
-use crate::chips::AP101;
+use crate::chips::{AP101, POWER};
 use crate::config::{Config, Inputs, MODULES, OUTPUTS, Program};
 use crate::isa::{NOP, SPAN};
 use crate::operands::M;
@@ -268,6 +268,15 @@ impl Cpu for Ap101 {
 
     fn has_pin(&self, pin: PinId) -> bool {
         self.soc.has_pin(pin)
+    }
+
+    fn shown_pins(&self) -> Vec<PinId> {
+        let all = 0..self.chip().pins.len() as PinId;
+        if !self.soc.has_all_channels() {
+            return all.filter(|pin| self.has_pin(*pin)).collect();
+        }
+        let named = self.code.channels();
+        all.filter(|pin| *pin >= POWER && self.has_pin(*pin) || named.contains(pin)).collect()
     }
 
     fn drive(&mut self, at: Time, pin: PinId, level: Level) {

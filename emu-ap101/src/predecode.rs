@@ -3,9 +3,11 @@
 
 use std::collections::BTreeSet;
 
+use emu_core::pins::PinId;
 use emu_core::state::Changes;
 use emu_core::table::{Op, Site};
 
+use crate::chips::FIRST_OUTPUT;
 use crate::config::{Config, Inputs, MODULES, Program};
 use crate::isa::{Ap101Op, INDEXED, Kind, SHAPES, SPAN, row_of};
 use crate::operands::{IMAGE, M, Place, Spot, ZONE};
@@ -158,6 +160,35 @@ impl Code {
         self.programs.get(which).map_or(0, |ops| ops.program.rx)
     }
 
+    /// The channels that the programs name, as pins.
+    pub fn channels(&self) -> BTreeSet<PinId> {
+        let words = self.programs.iter().enumerate().flat_map(|(which, ops)| {
+            let all = usize::from(ops.program.start)..=usize::from(ops.program.last);
+            self.words.get(all).unwrap_or_default().iter().map(move |word| (which, *word))
+        });
+        words
+            .filter_map(|(which, word)| match self.spot(which, word)? {
+                Spot::Cell(cell) if cell < M => Some(cell),
+                Spot::Output(n) => Some(FIRST_OUTPUT + n),
+                _ => None,
+            })
+            .collect()
+    }
+
+    /// What the address of an instruction of a program is; none where it has no such address.
+    fn spot(&self, which: usize, word: u16) -> Option<Spot> {
+        match row_of(word).1 {
+            Kind::Jmp | Kind::JmpX | Kind::Jmpc | Kind::JmpcX | Kind::Not | Kind::Clr | Kind::Nop | Kind::NopData => {
+                None
+            }
+            _ => {
+                let field = word % SPAN as u16;
+                let addr = if word & INDEXED == 0 { field } else { indexed(field, self.rx(which)) };
+                Some(self.wiring.spot(addr))
+            }
+        }
+    }
+
     /// What an instruction of a program does to NA, if it is a jump that is taken.
     pub fn flow(&self, which: usize, word: u16) -> Flow {
         let kind = row_of(word).1;
@@ -185,11 +216,8 @@ impl Code {
         let op = row.op(kind, word.into(), &Site::default());
         match kind {
             Kind::Jmp | Kind::JmpX | Kind::Jmpc | Kind::JmpcX => with(kind, self.target(which, word)),
-            Kind::Not | Kind::Clr | Kind::Nop | Kind::NopData => op,
             _ => {
-                let field = word % SPAN as u16;
-                let addr = if word & INDEXED == 0 { field } else { indexed(field, self.rx(which)) };
-                let spot = self.wiring.spot(addr);
+                let Some(spot) = self.spot(which, word) else { return op };
                 let writes = matches!(kind, Kind::Sto | Kind::Stoc | Kind::Stc | Kind::Rtc);
                 // What takes a second look when it is written to an input stays away from the short way.
                 let (plain, cell) = match spot {

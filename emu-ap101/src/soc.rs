@@ -99,6 +99,11 @@ impl Soc {
         }
     }
 
+    /// It has as many channels as there can be.
+    pub fn has_all_channels(&self) -> bool {
+        self.input_channels == INPUTS && self.output_channels == OUTPUTS
+    }
+
     /// What stands on a pin.
     pub fn level(&self, pin: PinId) -> Level {
         match pin {

@@ -45,12 +45,16 @@ impl Options {
     }
 }
 
-/// Where silicon does otherwise than its data sheet says. Defaults are what several people have measured on silicon.
+/// Where silicon does otherwise than its data sheet says. Defaults are what several people have measured on silicon, but for erased
+/// words, which are most often met by a fault of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Readings {
     /// An edge on INT wakes from sleep modes in which the I/O clock stands; false is the sheet's "only level interrupt" (DS40002061,
     /// table 10-1, note 3). None is as the chip's row has it.
     pub edges_wake: Option<bool>,
+    /// Erased words (FFFFh), which are no instruction, do nothing for a cycle each, as several people have seen a chip run through erased
+    /// flash into its boot loader; else they stop the run.
+    pub erased_is_nop: bool,
     /// ICR takes a write only in modes that have it as TOP, as the sheet says (16.11.7); else in all.
     pub icr_only_as_top: bool,
 }
@@ -138,7 +142,7 @@ impl Avr {
             part,
             hot: Hot::START,
             data: Data { bytes, ram_len: chip.ram_start + chip.ram_len - RAM as u16 },
-            code: Arc::new(Code::new(flash, part)),
+            code: Arc::new(Code::new(flash, part, options.readings.erased_is_nop)),
             soc,
             looks: Looks::START,
         };

@@ -39,6 +39,8 @@ pub struct Code {
     pub plain: Box<[AvrOp; WORDS]>,
     /// The loops that only look, by the branch that closes them.
     loops: BTreeMap<u32, Loop>,
+    /// What an erased word is.
+    erased: Kind,
     part: &'static Part,
     traps: BTreeSet<u32>,
     /// What differs from the bytes that it was built with.
@@ -46,15 +48,24 @@ pub struct Code {
 }
 
 impl Code {
-    /// Program memory with these bytes, a power of two of them that is at most twice [`WORDS`].
-    pub fn new(bytes: Vec<u8>, part: &'static Part) -> Code {
+    /// Program memory with these bytes, a power of two of them that is at most twice [`WORDS`]; erased words do nothing, or are no
+    /// instruction.
+    pub fn new(bytes: Vec<u8>, part: &'static Part, erased_is_nop: bool) -> Code {
+        let erased = if erased_is_nop { Kind::Nop } else { Kind::Illegal };
         let mut ops = Box::new([Op { kind: Kind::Poll, arg: [0; 3] }; WORDS]);
-        // Erased words stay what they are: no instruction.
-        ops[..bytes.len() / 2].fill(Op { kind: Kind::Illegal, arg: [0; 3] });
+        ops[..bytes.len() / 2].fill(Op { kind: erased, arg: [0; 3] });
         let (ops, plain) = ([ops.clone(), ops.clone()], ops);
         let used = bytes.iter().rposition(|&b| b != 0xFF).map_or(0, |at| at as u32 / 2 + 1);
-        let mut code =
-            Code { bytes, ops, plain, loops: BTreeMap::new(), part, traps: BTreeSet::new(), changes: Changes::NONE };
+        let mut code = Code {
+            bytes,
+            ops,
+            plain,
+            loops: BTreeMap::new(),
+            erased,
+            part,
+            traps: BTreeSet::new(),
+            changes: Changes::NONE,
+        };
         code.predecode(0, used);
         code
     }
@@ -157,10 +168,12 @@ impl Code {
         self.row_at(pc).map_or(1, |(row, ..)| row.len())
     }
 
-    /// Decodes the instruction at `pc`, without poll marks or traps. A word without a row comes as `Illegal`.
+    /// Decodes the instruction at `pc`, without poll marks or traps. A word without a row comes as `Illegal`, an
+    /// erased one as what it is taken for.
     fn decode(&self, pc: u32) -> AvrOp {
         let Some((row, kind, bits)) = self.row_at(pc) else {
-            return Op { kind: Kind::Illegal, arg: [0; 3] };
+            let kind = if self.word(pc) == 0xFFFF { self.erased } else { Kind::Illegal };
+            return Op { kind, arg: [0; 3] };
         };
         let len = row.len();
         row.op(kind, bits, &Site { pc, len, next_len: self.len_at(pc + len), pc_mask: self.mask() })

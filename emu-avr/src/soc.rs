@@ -178,7 +178,7 @@ impl Soc {
             adc: Adc::new(part.adc),
             comparator: Comparator::new(part.adc.bandgap_mv, hz),
             eeprom: Eeprom::new(part.eeprom, eeprom, hz),
-            spm: Spm::new(part.spm, bytes, power::boot_start(part, &bytes), hz),
+            spm: Spm::new(part.spm, bytes, part.boot_start(bytes.fuses), hz),
             watchdog: Watchdog::new(part.watchdog, always_on, hz),
             external: External::new(options.readings.external(part.external)),
             prescalers: [Prescaler::new(0); 2],
@@ -267,13 +267,13 @@ impl Soc {
     pub fn reset_vector(&self) -> u32 {
         let bytes = self.spm.bytes();
         let boot = Fuses::programmed(bytes.fuses, self.part.fuses.bootrst);
-        if boot { power::boot_start(self.part, bytes) / 2 } else { 0 }
+        if boot { self.part.boot_start(bytes.fuses) / 2 } else { 0 }
     }
 
     /// Program word at which the vectors begin: 0, or the boot section (IVSEL).
     #[must_use]
     pub fn vectors(&self) -> u32 {
-        if self.mcucr & regs::IVSEL != 0 { power::boot_start(self.part, self.spm.bytes()) / 2 } else { 0 }
+        if self.mcucr & regs::IVSEL != 0 { self.part.boot_start(self.spm.bytes().fuses) / 2 } else { 0 }
     }
 
     /// WDR in the cycle `now`.

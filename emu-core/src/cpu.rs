@@ -143,6 +143,11 @@ pub trait Cpu: Clone {
     fn has_pin(&self, pin: PinId) -> bool {
         self.chip().has_pin(pin)
     }
+    /// The pins that are worth showing: all that the chip has, but of a machine whose program leaves its hundreds of channels open those
+    /// alone that the program names.
+    fn shown_pins(&self) -> Vec<PinId> {
+        (0..self.chip().pins.len() as PinId).filter(|pin| self.has_pin(*pin)).collect()
+    }
     /// Level of a pin now.
     fn level(&self, pin: PinId) -> Level;
     /// The byte whose stop bit the first serial port is sending, where the program has been told already that it is sent: it may

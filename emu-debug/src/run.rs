@@ -193,9 +193,15 @@ pub fn levels<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<Level> {
     (0..chip.pins.len() as PinId).map(|pin| cpu.level(pin)).collect()
 }
 
-/// The same, and none where the chip has no such pin as it is configured.
+/// The same, and none for pins that are not shown ([`Cpu::shown_pins`]).
 pub fn shown<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<Option<Level>> {
-    (0..chip.pins.len() as PinId).map(|pin| cpu.has_pin(pin).then(|| cpu.level(pin))).collect()
+    let mut levels = vec![None; chip.pins.len()];
+    for pin in cpu.shown_pins() {
+        if let Some(shown) = levels.get_mut(usize::from(pin)) {
+            *shown = Some(cpu.level(pin));
+        }
+    }
+    levels
 }
 
 impl Plan {

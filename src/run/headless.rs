@@ -140,7 +140,7 @@ impl Headless<'_> {
         if let Some(how) = args.lint {
             lint::complain(&story, how, &args.image, self.terminal);
         }
-        summary::complain(&story);
+        summary::complain(&story, &avr::out_of_code(chip, image, &self.avr));
         avr::complain(cpu, &self.avr);
         let told = cover.told(&seen, &source);
         kept?;

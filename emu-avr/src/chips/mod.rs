@@ -149,6 +149,29 @@ impl Part {
         self.triggers.get(usize::from(source).checked_sub(1)?).copied()
     }
 
+    /// The first byte of the boot section, by BOOTSZ in these fuses: the largest one is four times the next but one. The end of flash on
+    /// a chip without one.
+    #[must_use]
+    pub fn boot_start(&self, fuses: [u8; 3]) -> u32 {
+        let flash = self.spm.flash;
+        let size = self.fuses.bootsz.map_or(0, |fuse| (flash - self.spm.nrww) >> Fuses::value(fuses, fuse));
+        flash - size
+    }
+
+    /// The fuse byte (0 low, 1 high, 2 extended) that makes a reset begin at the byte address `at`, and its value, where `fuses` has the
+    /// others; none where no boot section begins there.
+    #[must_use]
+    pub fn boot_fuse(&self, fuses: [u8; 3], at: u32) -> Option<(u8, u8)> {
+        let ((byte, low, bits), (_, reset, _)) = (self.fuses.bootsz?, self.fuses.bootrst?);
+        (0..1 << bits).find_map(|size: u8| {
+            let mut with = fuses;
+            let place = with.get_mut(usize::from(byte))?;
+            *place = *place & !(((1 << bits) - 1) << low) & !(1 << reset) | size << low;
+            let value = *place;
+            (self.boot_start(with) == at).then_some((byte, value))
+        })
+    }
+
     /// True for registers that may read otherwise in every cycle, or do something when they are read: a loop over one of them
     /// can never be jumped over.
     #[must_use]

@@ -214,13 +214,6 @@ impl Power {
     }
 }
 
-/// The first byte of the boot section, by BOOTSZ: the largest one is four times the next but one.
-pub fn boot_start(part: &Part, bytes: &Bytes) -> u32 {
-    let flash = part.spm.flash;
-    let size = part.fuses.bootsz.map_or(0, |fuse| (flash - part.spm.nrww) >> Fuses::value(bytes.fuses, fuse));
-    flash - size
-}
-
 impl Soc {
     /// Resets all units to their initial values at the cycle `now`, MCUSR by cause (11.9.1). Outside drives stay.
     pub fn reset(&mut self, why: Reset, now: u64) {
