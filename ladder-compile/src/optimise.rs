@@ -1,12 +1,14 @@
 //! Two passes over the intermediate code, for all targets: forward, what is known of the accumulator and the temporaries;
 //! backward, what nobody reads.
 //!
-//! Only values that live within one scan are tracked. Whatever can be seen or changed between scans (relays, outputs,
-//! edge memories, words) is read and written exactly where the program says so.
+//! Values are known only within one scan. What can be seen between scans (relays, outputs, edge memories, words) leaves a
+//! scan as the program says; a value that is overwritten in the same scan before anything reads it is not written.
+
+mod factor;
 
 use std::collections::{HashMap, HashSet};
 
-use crate::ir::{Bit, Cond, Ir, Logic, Op, Step};
+use crate::ir::{Bit, Compare, Cond, Ir, Logic, Op, Step, Value, Word, WordRole};
 
 /// The same scan with less to do. Joining opens a little more to the passes, so they run twice.
 #[must_use]
@@ -14,16 +16,17 @@ pub fn optimise(mut ir: Ir) -> Ir {
     let temporary: HashSet<Bit> = (0..ir.bits.len() as u32).map(Bit).filter(|&bit| ir.is_temporary(bit)).collect();
     for _ in 0..2 {
         propagate(&mut ir, &temporary);
-        dead(&mut ir, &temporary);
+        dead(&mut ir);
+        factor::factor(&mut ir, &temporary);
         ir.rungs.iter_mut().for_each(|rung| join(&mut rung.steps));
     }
-    dead(&mut ir, &temporary);
+    dead(&mut ir);
     ir
 }
 
 /// The forward pass over a scan.
 fn propagate(ir: &mut Ir, temporary: &HashSet<Bit>) {
-    let mut known = Known { acc: Val::Unknown(0), bits: HashMap::new(), next: 1 };
+    let mut known = Known { acc: Val::Unknown(0), loaded: None, bits: HashMap::new(), next: 1 };
     ir.begin = forward(std::mem::take(&mut ir.begin), &mut known, temporary);
     for rung in &mut ir.rungs {
         let (mut ops, mut owners) = (Vec::new(), Vec::new());
@@ -36,36 +39,34 @@ fn propagate(ir: &mut Ir, temporary: &HashSet<Bit>) {
     ir.end = forward(std::mem::take(&mut ir.end), &mut known, temporary);
 }
 
-/// `store t; load x; or t` is `store t; or x`: branches of one contact need no temporary.
+/// `store t; load x; or t` is `store t; or x`, and so with `and`: branches of one contact need no temporary.
 fn join(steps: &mut Vec<Step>) {
     let mut at = 0;
-    while let Some([store, load, or]) = steps.get_mut(at..at + 3) {
+    while let Some([store, load, last]) = steps.get_mut(at..at + 3) {
         at += 1;
-        let (
-            Op::Store { bit: stored, negated: false },
-            Op::Load { bit, negated },
-            Op::Or { bit: joined, negated: false },
-        ) = (&store.op, &load.op, &or.op)
-        else {
+        let (Op::Store { bit: stored, negated: false }, Op::Load { bit, negated }) = (&store.op, &load.op) else {
             continue;
         };
-        if stored == joined {
-            load.op = Op::Or { bit: *bit, negated: *negated };
-            steps.remove(at + 1);
-        }
+        let (bit, negated) = (*bit, *negated);
+        load.op = match last.op {
+            Op::Or { bit: joined, negated: false } if joined == *stored => Op::Or { bit, negated },
+            Op::And { bit: joined, negated: false } if joined == *stored => Op::And { bit, negated },
+            _ => continue,
+        };
+        steps.remove(at + 1);
     }
 }
 
 /// Removes what nobody reads, from the end of the scan to its start.
-fn dead(ir: &mut Ir, temporary: &HashSet<Bit>) {
-    let mut live = Live { acc: false, bits: HashSet::new() };
-    ir.end = backward(std::mem::take(&mut ir.end), &mut live, temporary);
+fn dead(ir: &mut Ir) {
+    let mut later = Later::behind_the_scan(ir);
+    ir.end = backward(std::mem::take(&mut ir.end), &mut later);
     for rung in ir.rungs.iter_mut().rev() {
         let steps = std::mem::take(&mut rung.steps).into_iter().rev();
-        rung.steps = steps.filter_map(|step| live.op(step.op, temporary).map(|op| Step { at: step.at, op })).collect();
+        rung.steps = steps.filter_map(|step| later.op(step.op).map(|op| Step { at: step.at, op })).collect();
         rung.steps.reverse();
     }
-    ir.begin = backward(std::mem::take(&mut ir.begin), &mut live, temporary);
+    ir.begin = backward(std::mem::take(&mut ir.begin), &mut later);
 }
 
 /// A value of the accumulator or of a temporary: a constant, or the same unknown wherever the number is the same.
@@ -78,6 +79,8 @@ enum Val {
 #[derive(Clone)]
 struct Known {
     acc: Val,
+    /// What the accumulator was loaded from just before.
+    loaded: Option<(Bit, bool)>,
     bits: HashMap<Bit, Val>,
     next: u32,
 }
@@ -115,6 +118,7 @@ fn forward(ops: Vec<Op>, known: &mut Known, temporary: &HashSet<Bit>) -> Vec<Op>
 
 /// Appends to `out` what is left of `op`.
 fn one(op: Op, known: &mut Known, temporary: &HashSet<Bit>, out: &mut Vec<Op>) {
+    let loaded = known.loaded.take();
     match op {
         Op::Acc(value) => {
             if known.acc != Val::Const(value) {
@@ -127,9 +131,12 @@ fn one(op: Op, known: &mut Known, temporary: &HashSet<Bit>, out: &mut Vec<Op>) {
             Some(value) if value == known.acc => {}
             value => {
                 known.acc = value.unwrap_or_else(|| known.fresh());
+                known.loaded = Some((bit, negated));
                 out.push(op);
             }
         },
+        Op::And { bit, negated } if loaded == Some((bit, !negated)) => one(Op::Acc(false), known, temporary, out),
+        Op::Or { bit, negated } if loaded == Some((bit, !negated)) => one(Op::Acc(true), known, temporary, out),
         Op::And { bit, negated } => match (known.acc, known.of(bit, negated)) {
             (Val::Const(false), _) | (_, Some(Val::Const(true))) => {}
             (Val::Const(true), _) => one(Op::Load { bit, negated }, known, temporary, out),
@@ -151,6 +158,7 @@ fn one(op: Op, known: &mut Known, temporary: &HashSet<Bit>, out: &mut Vec<Op>) {
             }
         },
         Op::Store { bit, negated } => {
+            known.loaded = loaded.filter(|(from, _)| *from != bit);
             if let Val::Const(value) = known.acc {
                 return one(Op::Put { bit, value: value ^ negated }, known, temporary, out);
             }
@@ -247,22 +255,36 @@ fn branch(
     out.push(Op::If { cond, then, otherwise });
 }
 
-/// What is read later on.
+/// What becomes of values later on in the scan.
 #[derive(Clone, PartialEq, Eq)]
-struct Live {
+struct Later {
+    /// The accumulator is read.
     acc: bool,
-    bits: HashSet<Bit>,
+    /// Bits that are overwritten, or end with the scan, before anything reads them.
+    dead_bits: HashSet<Bit>,
+    /// Such words.
+    dead_words: HashSet<Word>,
 }
 
-fn backward(ops: Vec<Op>, live: &mut Live, temporary: &HashSet<Bit>) -> Vec<Op> {
-    let mut kept: Vec<Op> = ops.into_iter().rev().filter_map(|op| live.op(op, temporary)).collect();
+fn backward(ops: Vec<Op>, later: &mut Later) -> Vec<Op> {
+    let mut kept: Vec<Op> = ops.into_iter().rev().filter_map(|op| later.op(op)).collect();
     kept.reverse();
     kept
 }
 
-impl Live {
-    /// What is left of `op`, and what it reads.
-    fn op(&mut self, op: Op, temporary: &HashSet<Bit>) -> Option<Op> {
+impl Later {
+    /// Behind the last operation: temporaries have ended, all else stays.
+    fn behind_the_scan(ir: &Ir) -> Later {
+        let words = ir.words.iter().enumerate().filter(|(_, cell)| cell.role == WordRole::Temporary);
+        Later {
+            acc: false,
+            dead_bits: (0..ir.bits.len() as u32).map(Bit).filter(|&bit| ir.is_temporary(bit)).collect(),
+            dead_words: words.map(|(n, _)| Word(n as u32)).collect(),
+        }
+    }
+
+    /// What is left of `op`, and what becomes of the values before it.
+    fn op(&mut self, op: Op) -> Option<Op> {
         match op {
             Op::Acc(_) => self.acc.then(|| {
                 self.acc = false;
@@ -270,61 +292,108 @@ impl Live {
             }),
             Op::Load { bit, .. } => self.acc.then(|| {
                 self.acc = false;
-                self.bits.insert(bit);
+                self.reads_bit(bit);
                 op
             }),
             Op::And { bit, .. } | Op::Or { bit, .. } => self.acc.then(|| {
-                self.bits.insert(bit);
+                self.reads_bit(bit);
                 op
             }),
-            Op::AndCompare(_) => self.acc.then_some(op),
-            Op::Store { bit, .. } | Op::Put { bit, .. } => {
-                if temporary.contains(&bit) && !self.bits.remove(&bit) {
+            Op::AndCompare(ref compare) => {
+                if !self.acc {
                     return None;
                 }
+                self.compares(compare);
+                Some(op)
+            }
+            Op::Store { bit, .. } | Op::Put { bit, .. } => self.dead_bits.insert(bit).then(|| {
                 self.acc |= matches!(op, Op::Store { .. });
-                Some(op)
-            }
+                op
+            }),
+            // With its result unread an edge only stores its input.
+            Op::Rising(bit) | Op::Falling(bit) if !self.acc => self.op(Op::Store { bit, negated: false }),
             Op::Rising(bit) | Op::Falling(bit) => {
-                if !self.acc {
-                    self.acc = true;
-                    return Some(Op::Store { bit, negated: false });
-                }
+                self.reads_bit(bit);
                 Some(op)
             }
-            Op::Receive { .. } => {
-                self.acc = false;
-                Some(op)
-            }
-            Op::Module { .. } => {
-                self.acc = true;
-                Some(op)
-            }
-            Op::Logic { is, .. } => {
+            Op::Logic { dst, is } => self.dead_bits.insert(dst).then(|| {
                 match is {
-                    Logic::Copy(a) | Logic::Not(a) => self.bits.extend([a]),
-                    Logic::And(a, b) | Logic::Or(a, b) => self.bits.extend([a, b]),
+                    Logic::Copy(a) | Logic::Not(a) => self.reads_bit(a),
+                    Logic::And(a, b) | Logic::Or(a, b) => [a, b].into_iter().for_each(|bit| self.reads_bit(bit)),
                 }
+                op
+            }),
+            Op::Move { dst, src } => self.dead_words.insert(dst).then(|| {
+                self.reads(src);
+                op
+            }),
+            Op::Math { dst, a, b, .. } => self.dead_words.insert(dst).then(|| {
+                self.reads(a);
+                self.reads(b);
+                op
+            }),
+            Op::Lookup { dst, index, .. } => self.dead_words.insert(dst).then(|| {
+                self.reads(Value::Cell(index));
+                op
+            }),
+            // A conversion and a read of the EEPROM happen whatever becomes of their values.
+            Op::ReadAdc { dst, .. } | Op::Recall { dst, .. } => {
+                self.dead_words.insert(dst);
                 Some(op)
             }
-            Op::Move { .. } | Op::Math { .. } | Op::Lookup { .. } | Op::ReadAdc { .. } | Op::SetPwm { .. } => Some(op),
-            Op::Send { .. } | Op::Recall { .. } | Op::Persist { .. } => Some(op),
+            Op::SetPwm { duty: value } | Op::Send { value } => {
+                self.reads(value);
+                Some(op)
+            }
+            // The destination keeps its value where no byte has come.
+            Op::Receive { dst } => {
+                self.acc = false;
+                self.reads(Value::Cell(dst));
+                Some(op)
+            }
+            Op::Persist { src, busy, .. } => {
+                self.reads(Value::Cell(src));
+                self.reads(Value::Cell(busy));
+                Some(op)
+            }
+            Op::Module { word, limit, .. } => {
+                self.acc = true;
+                self.reads(Value::Cell(word));
+                self.reads(limit);
+                Some(op)
+            }
             Op::If { cond, then, otherwise } => {
                 let mut other = self.clone();
-                let then = backward(then, self, temporary);
-                let otherwise = backward(otherwise, &mut other, temporary);
+                let then = backward(then, self);
+                let otherwise = backward(otherwise, &mut other);
                 if then.is_empty() && otherwise.is_empty() {
                     return None;
                 }
                 self.acc |= other.acc;
-                self.bits.extend(other.bits);
-                match cond {
+                self.dead_bits.retain(|bit| other.dead_bits.contains(bit));
+                self.dead_words.retain(|word| other.dead_words.contains(word));
+                match &cond {
                     Cond::Acc => self.acc = true,
-                    Cond::Bit(bit) => _ = self.bits.insert(bit),
-                    Cond::Compare(_) => {}
+                    Cond::Bit(bit) => self.reads_bit(*bit),
+                    Cond::Compare(compare) => self.compares(compare),
                 }
                 Some(Op::If { cond, then, otherwise })
             }
         }
+    }
+
+    fn reads_bit(&mut self, bit: Bit) {
+        self.dead_bits.remove(&bit);
+    }
+
+    fn reads(&mut self, value: Value) {
+        if let Value::Cell(word) = value {
+            self.dead_words.remove(&word);
+        }
+    }
+
+    fn compares(&mut self, compare: &Compare) {
+        self.reads(Value::Cell(compare.a));
+        self.reads(compare.b);
     }
 }
