@@ -324,7 +324,8 @@ fn what_cannot_be_is_refused_with_figures() {
     let why = compiled(&headed(10_000, "", &many), "8051", 12_000_000).expect_err("too many integers");
     assert!(why.contains("140") && why.contains("128"), "{why}");
     assert!(compiled(&headed(10_000, "", &many), "8052", 12_000_000).is_ok());
-    let long: String = (0..500).map(|n| format!("RUNG\nMUL v{} v1 v2\nEND\n", n % 9)).collect();
+    // What is written is read before it is written again.
+    let long: String = (0..500).map(|n| format!("RUNG\nMUL v{} v{} v2\nEND\n", n % 9, (n + 1) % 9)).collect();
     let why = compiled(&headed(50_000, "", &long), "8051", 12_000_000).expect_err("too much code");
     assert!(why.contains("4096"), "{why}");
 }
