@@ -102,6 +102,8 @@ pub(crate) struct Asm<'a> {
     more: usize,
     /// Remarks about the instruction that is being matched.
     pub notes: Vec<Fault>,
+    /// Names that the source says another module gives.
+    pub externs: BTreeSet<String>,
     /// Codes of warnings and notes that the source does not want to be told.
     pub quiet: BTreeSet<&'static str>,
     /// What else it does not want: 1 notes, 2 warnings too.
@@ -149,6 +151,7 @@ impl<'a> Asm<'a> {
             errors: 0,
             more: 0,
             notes: Vec::new(),
+            externs: BTreeSet::new(),
             quiet: BTreeSet::new(),
             least: 0,
             own: crate::dialect::Own::default(),
@@ -163,9 +166,10 @@ impl<'a> Asm<'a> {
             self.begin_pass();
             self.read(0);
             (self.d.finish)(self);
+            let placed_anew = (self.d.hooks.place)(self);
             let moving = self.symbols.end(self.pass);
             // Names that were read before they were given have moved, or some had no value at all when they were read.
-            let again = self.out.stack() || self.late || if self.pass == 1 { self.forward } else { !moving.is_empty() };
+            let again = self.out.stack() || placed_anew || self.late || if self.pass == 1 { self.forward } else { !moving.is_empty() };
             if !again || self.stopped() {
                 break;
             }
@@ -233,7 +237,7 @@ impl<'a> Asm<'a> {
         self.numbered.clear();
         self.faults.clear();
         self.errors = 0;
-        (self.notes, self.quiet, self.least) = Default::default();
+        (self.notes, self.quiet, self.least, self.externs) = Default::default();
         self.own = crate::dialect::Own::default();
         self.out.restart();
         self.define_given();
@@ -393,9 +397,14 @@ impl Names for Asm<'_> {
         self.forward = true;
         if self.pass > 1 {
             let shown = name.split('\u{1}').next().unwrap_or(name);
-            let hint = "give it with equ, or as a label; names of registers and bits are those of the chip";
-            let fault = Fault::new("ASM006", at, format!("`{shown}` is not defined"), hint);
-            self.undefined.push(fault.near(shown));
+            let fault = if self.externs.contains(shown) {
+                let cause = format!("`{shown}` is extern: another module gives it, and one module is assembled here");
+                Fault::new("ASM049", at, cause, "include the source that gives it, or take the module out of the program")
+            } else {
+                let hint = "give it with equ, or as a label; names of registers and bits are those of the chip";
+                Fault::new("ASM006", at, format!("`{shown}` is not defined"), hint).near(shown)
+            };
+            self.undefined.push(fault);
         }
         Ok(Value { unknown: true, ..Value::default() })
     }

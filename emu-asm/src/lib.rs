@@ -72,6 +72,8 @@ pub struct Assembled {
     pub image: Image,
     /// The listing.
     pub listing: Listing,
+    /// The source asks for a HEX file without records of extended addresses (`list f=inhx8m` of PIC16).
+    pub is_inhx8m: bool,
     /// Warnings and notes, in the order of the source.
     pub warnings: Vec<Diagnostic>,
     /// The texts that were read.
@@ -116,7 +118,8 @@ pub fn assemble(
             .collect(),
         digits: if chip.flash > 0x1_0000 { 5 } else { 4 },
     };
-    Ok(Assembled { image: image_of(&mut asm), listing, warnings: faults, texts })
+    let is_inhx8m = asm.own.pic16.is_inhx8m;
+    Ok(Assembled { image: image_of(&mut asm), listing, is_inhx8m, warnings: faults, texts })
 }
 
 /// The image of what was assembled.

@@ -274,6 +274,10 @@ impl Asm<'_> {
             return None;
         }
         let lower = word.to_ascii_lowercase();
+        // A macro of the program may bear the name of a directive that only other assemblers have.
+        if self.macros.contains_key(&lower) {
+            return None;
+        }
         if let Some(control) = lower.strip_prefix('$').filter(|_| self.d.controls) {
             let include = matches!(control, "include" | "inc" | "ic");
             return self.d.directive(if include { "include" } else { "$" });

@@ -35,6 +35,16 @@ fn give(asm: &mut Asm<'_>, word: u16, part: Range<usize>) {
 
 /// Values one in a word, texts two characters in a word.
 pub(super) fn words(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if super::link::in_initial(asm) {
+        for part in wanted(asm, call) {
+            let bytes = match text_in(call, &part) {
+                Some(text) => text,
+                None => value_of(asm, call.text, part.clone(), 16).to_le_bytes().into_iter().take(2).collect(),
+            };
+            super::link::give_initial(asm, &bytes);
+        }
+        return;
+    }
     for part in wanted(asm, call) {
         match text_in(call, &part) {
             Some(text) => pairs(asm, &text, 8, part),
@@ -69,6 +79,10 @@ fn all_bytes(asm: &mut Asm<'_>, call: &Call<'_>) -> Vec<(u8, Range<usize>)> {
 
 /// Bytes two in a word, the first above; in the EEPROM one in a word.
 pub(super) fn bytes(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if super::link::in_initial(asm) {
+        let bytes: Vec<u8> = all_bytes(asm, call).into_iter().map(|(byte, _)| byte).collect();
+        return super::link::give_initial(asm, &bytes);
+    }
     if asm.out.here() >= EEPROM {
         return cells(asm, call);
     }
