@@ -108,9 +108,12 @@ fn start() -> u8 {
             return match error.print() {
                 _ if error.use_stderr() => exit::USAGE,
                 Ok(()) => exit::OK,
-                Err(why) => {
-                    fail::finish(Err(Failure::writing("-", &why)), "help", false, &Terminal::new(args::Color::Auto, false))
-                }
+                Err(why) => fail::finish(
+                    Err(Failure::writing("-", &why)),
+                    "help",
+                    false,
+                    &Terminal::new(args::Color::Auto, false),
+                ),
             };
         }
     };

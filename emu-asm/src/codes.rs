@@ -134,6 +134,9 @@ pub const CODES: &[Code] = &[
         explain: "No memory of the chip has a free stretch as long as the section, or no memory of its kind: `udata` lies in one bank, `code` in one page \
                   of 800h words. `udata_acs`, `idata_acs` and `code_pack` are of chips with 16-bit cores (PIC18). Mend: divide the section \
                   into several, or take a larger chip." },
+    Code { code: "ASM051", title: "operands of an instruction that takes none",
+        explain: "A warning: `nop`, `clrw`, `return` and their like take no operands, and what is written behind them is left out, as with gpasm \
+                  and MPASM, whose warning 211 this is. Mend: take it away, or put a `;` before it if it is a comment." },
     Code { code: "ASM060", title: "AP101's configuration cannot be read",
         explain: "One of the directives clock, inputs, mode, period, channels, program, module and TIM lacks a value or has one that the \
                   machine does not have. docs/formats/asm.md lists them; docs/chips/ap101.md says what they mean." },

@@ -169,7 +169,10 @@ impl<'a> Asm<'a> {
             let placed_anew = (self.d.hooks.place)(self);
             let moving = self.symbols.end(self.pass);
             // Names that were read before they were given have moved, or some had no value at all when they were read.
-            let again = self.out.stack() || placed_anew || self.late || if self.pass == 1 { self.forward } else { !moving.is_empty() };
+            let again = self.out.stack()
+                || placed_anew
+                || self.late
+                || if self.pass == 1 { self.forward } else { !moving.is_empty() };
             if !again || self.stopped() {
                 break;
             }
@@ -399,7 +402,12 @@ impl Names for Asm<'_> {
             let shown = name.split('\u{1}').next().unwrap_or(name);
             let fault = if self.externs.contains(shown) {
                 let cause = format!("`{shown}` is extern: another module gives it, and one module is assembled here");
-                Fault::new("ASM049", at, cause, "include the source that gives it, or take the module out of the program")
+                Fault::new(
+                    "ASM049",
+                    at,
+                    cause,
+                    "include the source that gives it, or take the module out of the program",
+                )
             } else {
                 let hint = "give it with equ, or as a label; names of registers and bits are those of the chip";
                 Fault::new("ASM006", at, format!("`{shown}` is not defined"), hint).near(shown)

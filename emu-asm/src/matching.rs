@@ -14,6 +14,9 @@ use crate::text::{behind_name, byte, cut, skip_space, trim};
 /// The kind of a literal that a value may stand for, such as `W` and `F`.
 pub(crate) const DESTINATION: &str = "destination";
 
+/// The kind of a number of the syntax, such as the 5 of `tris 5`.
+pub(crate) const LITERAL: &str = "literal";
+
 /// How a form went.
 enum Tried {
     /// It fits; the values are known or not.
@@ -96,7 +99,13 @@ impl Asm<'_> {
     ) -> Result<Vec<u16>, Fault> {
         let table = self.table.clone();
         let forms = table.forms(mnemonic);
-        let operands = cut(text, rest.clone());
+        let mut operands = cut(text, rest.clone());
+        if self.d.hooks.drops_operands && forms.iter().all(|form| form.pieces.is_empty()) && !operands.is_empty() {
+            let cause = format!("{mnemonic} takes no operands: those here are left out");
+            let all = trim(text, rest.clone());
+            self.notes.push(Fault::new("ASM051", all, cause, "put a `;` before a comment").warning());
+            operands.clear();
+        }
         let mut worst: Option<(u8, Fault)> = None;
         let (told, noted) = (self.undefined.len(), self.notes.len());
         for form in forms {
@@ -235,9 +244,7 @@ impl Asm<'_> {
         if value.unknown || !sure {
             return value.unknown && self.pass == 1;
         }
-        // Only literals that a value may stand for are ever cut.
-        let n = if number.is_some() { value.n } else { self.fitted(DESTINATION, value.n, &at) };
-        n == wanted
+        self.fitted(if number.is_some() { LITERAL } else { DESTINATION }, value.n, &at) == wanted
     }
 
     fn operand(&mut self, text: &str, range: Range<usize>, kind: &OperandKind, site: &Site) -> Operand {

@@ -127,8 +127,7 @@ impl Output {
         }
         let unit = if holds == Holds::Image { self.first.first()?.unit } else { 1 };
         let rank = (number, 0);
-        let made =
-            Section { name: name.to_owned(), space, holds, behind: None, rank, align: 1, base: 0, unit, pos: 0 };
+        let made = Section { name: name.to_owned(), space, holds, behind: None, rank, align: 1, base: 0, unit, pos: 0 };
         self.first.push(made.clone());
         self.sections.push(made);
         Some(number)

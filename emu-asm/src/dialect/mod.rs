@@ -105,6 +105,8 @@ pub(crate) struct Hooks {
     pub check: Check,
     /// The value that an operand has where the one that is written does not fit its field, and the warning that says so.
     pub cut: Cut,
+    /// Operands of an instruction that takes none are left out, with a warning.
+    pub drops_operands: bool,
     /// Puts sections in their places at the end of a pass; true where one has moved, so that another pass is wanted.
     pub place: fn(&mut Asm<'_>) -> bool,
     /// `#v(expression)` within a name stands for its value.
@@ -121,6 +123,7 @@ impl Hooks {
     pub const NONE: Hooks = Hooks {
         check: |_, _| None,
         cut: |_, _, _| None,
+        drops_operands: false,
         place: |_| false,
         value_names: false,
         names: |_, _| None,

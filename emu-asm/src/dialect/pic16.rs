@@ -83,7 +83,7 @@ pub(super) const PIC16: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[("W", 0), ("F", 1)],
-    hooks: Hooks { check, cut: fields::cut, place: link::place, value_names: true, ..Hooks::NONE },
+    hooks: Hooks { check, cut: fields::cut, drops_operands: true, place: link::place, value_names: true, ..Hooks::NONE },
     directives: &[
         Directive::named("org", org),
         Directive::run("dw", data::words),

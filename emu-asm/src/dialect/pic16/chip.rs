@@ -106,7 +106,7 @@ fn set_radix(asm: &mut Asm<'_>, name: &str, at: std::ops::Range<usize>) {
 #[rustfmt::skip]
 const MESSAGES: &[(u32, &str)] = &[
     (203, "ASM040"), (205, "ASM041"), (302, "ASM042"), (223, "ASM043"), (312, "ASM044"), (303, "ASM045"), (301, "ASM025"), (202, "ASM046"),
-    (219, "ASM047"),
+    (219, "ASM047"), (211, "ASM051"),
 ];
 
 /// `errorlevel -302`: a message is not told, `+302`: it is again; 0, 1 and 2 leave out nothing, notes, and warnings too.

@@ -6,7 +6,7 @@
 use emu_core::chip::Chip;
 
 use crate::dialect::Refusal;
-use crate::matching::DESTINATION;
+use crate::matching::{DESTINATION, LITERAL};
 
 /// Addresses of file registers that the banks have.
 const FILES: i64 = 0x200;
@@ -26,6 +26,8 @@ pub(super) fn cut(chip: &Chip, kind: &str, value: i64) -> Option<(i64, Option<Re
         "constant" => warned("ASM046", n & 0xFF, "a constant of 8 bits"),
         "bit" if !(0..8).contains(&n) => warned("ASM046", n & 7, "the number of a bit, 0 to 7"),
         DESTINATION if n != n & 1 => warned("ASM046", n & 1, "a destination, W (0) or F (1)"),
+        // TRIS has five bits of the address of its register.
+        LITERAL => Some((n & 0x1F, None)),
         "file register" if !(0..FILES).contains(&n) => warned("ASM047", n & (FILES - 1), "the address of a register"),
         "target" if !(0..SPAN).contains(&n) || n >= i64::from(chip.flash / chip.word_bytes.max(1)) => {
             let (words, fits) = (chip.flash / chip.word_bytes.max(1), n & (SPAN - 1));

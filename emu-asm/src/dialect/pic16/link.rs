@@ -20,7 +20,7 @@ pub(super) const ABSOLUTE: usize = 0;
 /// Words of a page of program memory, and addresses of a bank of RAM.
 const PAGE: i64 = 0x800;
 const BANK: u16 = 0x80;
-/// `retlw 0`, and a word that `res` leaves erased.
+/// `retlw 0`, and an erased word.
 const RETLW: u16 = 0x3400;
 const ERASED: u16 = 0x3FFF;
 
@@ -109,13 +109,11 @@ pub(super) fn external(asm: &mut Asm<'_>, call: &Call<'_>) {
     }
 }
 
-/// `res count`: room for so many addresses; in a section of code it is filled with erased words, so that gplink keeps it.
+/// `res count`: room for so many addresses; in program memory it is filled with erased words, which gpasm writes too.
 pub(super) fn reserve(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let number = asm.out.current;
-    let code = asm.own.pic16.modules.iter().any(|known| known.number == number && known.kind == SectionKind::Code);
     let before = asm.out.here();
     super::super::common::space(asm, call);
-    if code {
+    if asm.out.holds() == Holds::Image {
         let count = asm.out.here() - before;
         asm.out.go(before);
         (0..count).for_each(|_| asm.emit_words(&[ERASED], call.rest.clone()));
@@ -149,9 +147,10 @@ impl FreeSpace {
         if taken.is_empty() {
             return;
         }
-        let pieces = self.0.iter().flat_map(|free| {
-            [free.start..free.end.min(taken.start), free.start.max(taken.end)..free.end].into_iter()
-        });
+        let pieces = self
+            .0
+            .iter()
+            .flat_map(|free| [free.start..free.end.min(taken.start), free.start.max(taken.end)..free.end].into_iter());
         self.0 = pieces.filter(|piece| !piece.is_empty()).collect();
     }
 
@@ -320,12 +319,11 @@ fn give_values(asm: &mut Asm<'_>, sections: &[ModuleSection], pieces: &[(Program
     }
 }
 
-/// Tells that a section finds no place.
+/// Tells that a section finds no place; what lies wrong for that reason is not told.
 fn no_room(asm: &mut Asm<'_>, section: &ModuleSection, what: &str) {
+    asm.astray = true;
     let before = std::mem::replace(&mut asm.line, section.line.clone());
-    let at = asm.line.as_ref().map_or(0..0, |line| {
-        trim(&line.text, 0..crate::statement::code_end(asm.d, &line.text))
-    });
+    let at = asm.line.as_ref().map_or(0..0, |line| trim(&line.text, 0..crate::statement::code_end(asm.d, &line.text)));
     let name = asm.out.first.get(section.number).map_or("", |first| &first.name);
     let cause = format!("the section `{name}` needs {what}, and the {} has none free", asm.chip.name);
     asm.tell(Fault::new("ASM050", at, cause, "divide it into several sections, or make it smaller"));
