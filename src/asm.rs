@@ -15,7 +15,7 @@ use crate::codes::{NOT_IN_HEX, about_file};
 use crate::compile::default_name;
 use crate::fail::{Failure, exit};
 use crate::report::{Terminal, Texts, report};
-use crate::{input, output};
+use crate::{family, input, output};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -129,7 +129,8 @@ fn assemble(
     defines: &[(String, String)],
     folders: &[PathBuf],
 ) -> Result<Assembled, Failure> {
-    let options = Options { defines: defines.to_vec() };
+    let chip_named = Some((|name| family::chip(name).ok()) as fn(&str) -> Option<&'static Chip>);
+    let options = Options { defines: defines.to_vec(), chip_named };
     emu_asm::assemble(&Source { name: file, bytes }, chip, &options, &mut Disk { folders })
         .map_err(|refused| Failure::Refused(refused.faults, texts(&refused.texts)))
 }

@@ -97,19 +97,22 @@ pub fn report(terminal: &Terminal, diagnostics: &[Diagnostic], texts: &Texts) {
     _ = std::io::stderr().write_all(&drawn);
 }
 
-/// `file:line:column: warning[CODE]: cause (hint)`; a hint is printed once, however many complaints have it.
+/// `file:line:column: warning[CODE]: cause (hint: ..)`; a hint is printed once, however many complaints have it.
 fn one_line(terminal: &Terminal, diagnostic: &Diagnostic, with_hint: bool, out: &mut Vec<u8>) {
     let (name, _) = kind(diagnostic.severity);
     let (on, off) = ansi(terminal, diagnostic.severity);
     let hint = match diagnostic.hint.as_str() {
-        hint if with_hint && !hint.is_empty() => format!(" ({hint})"),
+        hint if with_hint && !hint.is_empty() => format!(" (hint: {hint})"),
         _ => String::new(),
     };
     _ = writeln!(out, "{}: {on}{name}[{}]{off}: {}{hint}", place(diagnostic), diagnostic.code, diagnostic.cause);
 }
 
-/// `2 warnings and 1 note`, and where to read more.
+/// `2 warnings and 1 note`, and where to read more; one alone needs no summary.
 fn summary(diagnostics: &[Diagnostic], out: &mut Vec<u8>) {
+    if diagnostics.iter().filter(|diagnostic| !diagnostic.is_error()).count() < 2 {
+        return;
+    }
     let counted = |severity| {
         let n = diagnostics.iter().filter(|diagnostic| diagnostic.severity == severity).count();
         (n > 0).then(|| format!("{n} {}{}", kind(severity).0, if n == 1 { "" } else { "s" }))

@@ -55,6 +55,8 @@ pub(crate) struct Asm<'a> {
     pub d: &'static Dialect,
     pub table: Arc<Table>,
     pub known: Arc<Known>,
+    /// Other chips by name.
+    pub chip_named: Option<fn(&str) -> Option<&'static Chip>>,
     pub files: &'a mut dyn Files,
     pub texts: Texts,
     /// Number of a text by the name asked for and the file that asked.
@@ -121,6 +123,7 @@ impl<'a> Asm<'a> {
             d,
             table: Table::of(chip.isa),
             known: Known::of(chip),
+            chip_named: None,
             files,
             texts: Texts::default(),
             opened: HashMap::new(),
@@ -242,6 +245,7 @@ impl<'a> Asm<'a> {
         self.errors = 0;
         (self.notes, self.quiet, self.least, self.externs) = Default::default();
         self.own = crate::dialect::Own::default();
+        self.known = Known::of(self.chip);
         self.out.restart();
         self.define_given();
     }

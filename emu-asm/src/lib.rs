@@ -63,6 +63,9 @@ pub struct Source<'a> {
 pub struct Options {
     /// Names with their texts, as by `#define`.
     pub defines: Vec<(String, String)>,
+    /// Chips by name, as on a command line: the include of another chip of the family gives that chip's names, as its file would.
+    /// Without it such an include is refused.
+    pub chip_named: Option<fn(name: &str) -> Option<&'static Chip>>,
 }
 
 /// An assembled program.
@@ -100,6 +103,7 @@ pub fn assemble(
     files: &mut dyn Files,
 ) -> Result<Assembled, Box<Refused>> {
     let mut asm = Asm::new(chip, options.defines.clone(), files);
+    asm.chip_named = options.chip_named;
     asm.texts.add(source.name, source.bytes, asm.d.block_comments);
     asm.run();
     let faults = asm.faults();

@@ -34,7 +34,7 @@ fn found(chip_name: &str, text: &str) -> String {
 
 fn assembled(chip_name: &str, bytes: &[u8]) -> String {
     let source = Source { name: "main.asm", bytes };
-    let options = Options { defines: vec![("GIVEN".into(), "3".into())] };
+    let options = Options { defines: vec![("GIVEN".into(), "3".into())], ..Options::default() };
     let mut out = String::new();
     let chip = chip(chip_name).unwrap_or_else(|| panic!("no chip {chip_name}"));
     let faults = match assemble(&source, chip, &options, &mut Memory) {

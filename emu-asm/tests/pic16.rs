@@ -30,7 +30,8 @@ fn sources_give_these_words_and_these_complaints() {
         let chip = chips::chip(name).unwrap_or_else(|| panic!("no chip {name}"));
         let (source, wanted): (Vec<&str>, Vec<&str>) = rest.lines().partition(|line| !line.starts_with("-- "));
         let text = source.join("\n");
-        let found = assemble(&Source { name: "", bytes: text.as_bytes() }, chip, &Options::default(), &mut ());
+        let options = Options { chip_named: Some(chips::chip), ..Options::default() };
+        let found = assemble(&Source { name: "", bytes: text.as_bytes() }, chip, &options, &mut ());
         let tell = |list: &[diag::Diagnostic]| {
             let line = |d: &diag::Diagnostic| {
                 format!("-- {} {} {}", if d.is_error() { "error" } else { "told" }, d.pos.line, d.code)

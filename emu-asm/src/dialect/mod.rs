@@ -105,6 +105,10 @@ pub(crate) struct Hooks {
     pub check: Check,
     /// The value that an operand has where the one that is written does not fit its field, and the warning that says so.
     pub cut: Cut,
+    /// Directives without effect that are known with a dot alone, here without it.
+    pub dotted: &'static [&'static str],
+    /// Directives that the family's usual assembler has not: alone in column 1 they are labels.
+    pub foreign: &'static [&'static str],
     /// Operands of an instruction that takes none are left out, with a warning.
     pub drops_operands: bool,
     /// Puts sections in their places at the end of a pass; true where one has moved, so that another pass is wanted.
@@ -123,6 +127,8 @@ impl Hooks {
     pub const NONE: Hooks = Hooks {
         check: |_, _| None,
         cut: |_, _, _| None,
+        dotted: &[],
+        foreign: &[],
         drops_operands: false,
         place: |_| false,
         value_names: false,
@@ -159,6 +165,8 @@ pub(crate) enum Provided {
     Otherwise(String, String),
     /// It is one for another chip: its cause and hint.
     Other(String, String),
+    /// It is one for the chip of this name, whose names it gives: cause, and hint where that chip is not known.
+    Named(String, String, String),
     /// It is a file.
     No,
 }

@@ -42,6 +42,16 @@ pub(crate) struct State {
     pub is_inhx8m: bool,
 }
 
+/// Directives of all dialects that gpasm has not.
+#[rustfmt::skip]
+const FOREIGN: &[&str] = &[
+    "ds", "byte", "word", "ascii", "asciz", "rept", "irp", "irpc", "endr", "warning", "undef", "undefine",
+    "ifeq", "ifne", "ifgt", "ifge", "iflt", "ifle", "ifb", "ifnb", "ifc", "ifnc", "ifnotdef",
+];
+
+/// Directives for debuggers, and the macros of gputils' `coff.inc` that tell gpsim something.
+const DOTTED: &[&str] = &["line", "eof", "file", "ident", "type", "def", "dim", "direct", "sim", "assert", "command"];
+
 /// The dialect.
 #[rustfmt::skip]
 pub(super) const PIC16: Dialect = Dialect {
@@ -83,7 +93,7 @@ pub(super) const PIC16: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[("W", 0), ("F", 1)],
-    hooks: Hooks { check, cut: fields::cut, drops_operands: true, place: link::place, value_names: true, ..Hooks::NONE },
+    hooks: Hooks { check, cut: fields::cut, drops_operands: true, dotted: DOTTED, foreign: FOREIGN, place: link::place, value_names: true, ..Hooks::NONE },
     directives: &[
         Directive::named("org", org),
         Directive::run("dw", data::words),
@@ -105,6 +115,7 @@ pub(super) const PIC16: Dialect = Dialect {
         Directive::run("radix", chip::radix),
         Directive::run("errorlevel", chip::errorlevel),
         Directive::run("__config", chip::config),
+        Directive::run("__fuses", chip::config),
         Directive::run("config", chip::settings),
         Directive::run("__idlocs", chip::idlocs),
         Directive::run("banksel", chip::banksel),

@@ -17,7 +17,7 @@ const IRP: u16 = 7;
 /// Address of PCLATH; its bits 3 and 4 select a page of program memory.
 const PCLATH: u16 = 0x0A;
 /// Where the words for the identity lie, and the first configuration word.
-const ID: i64 = 0x2000;
+pub(super) const ID: i64 = 0x2000;
 const CONFIG: i64 = 0x2007;
 
 /// `bcf` or `bsf`.
@@ -252,8 +252,11 @@ pub(super) fn pageselw(asm: &mut Asm<'_>, call: &Call<'_>) {
     }
 }
 
-/// `p16f873.inc` gives the names that the chip has anyway.
+/// `p16f873.inc` gives the names that the chip has anyway; what `coff.inc` defines is for gpsim and debuggers.
 pub(super) fn provides(chip: &Chip, include: &str) -> Provided {
+    if include == "coff.inc" {
+        return Provided::Chip;
+    }
     let Some(named) = include.strip_prefix('p').and_then(|rest| rest.strip_suffix(".inc")) else { return Provided::No };
     if named == bare(chip.name) {
         return Provided::Chip;
@@ -262,5 +265,6 @@ pub(super) fn provides(chip: &Chip, include: &str) -> Provided {
         return Provided::No;
     }
     let cause = format!("`{include}` is for another chip than the {}", chip.name);
-    Provided::Other(cause, format!("name that chip with --mcu pic{named}, or include p{}.inc", bare(chip.name)))
+    let hint = format!("name that chip with --mcu pic{named}, or include p{}.inc", bare(chip.name));
+    Provided::Named(format!("pic{named}"), cause, hint)
 }

@@ -11,7 +11,7 @@ use crate::text::{behind_name, byte, trim};
 /// Bits of a program word.
 const WORD: u32 = 14;
 /// Where the EEPROM begins, in words.
-const EEPROM: i64 = 0x2100;
+pub(super) const EEPROM: i64 = 0x2100;
 /// `retlw 0`.
 const RETLW: u16 = 0x3400;
 

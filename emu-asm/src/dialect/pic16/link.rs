@@ -9,7 +9,8 @@ use std::ops::Range;
 
 use emu_core::chip::Chip;
 
-use super::chip::elsewhere;
+use super::chip::{ID, elsewhere};
+use super::data::EEPROM;
 use crate::dialect::{Directive, Holds};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
@@ -137,6 +138,25 @@ pub(super) fn give_initial(asm: &mut Asm<'_>, bytes: &[u8]) {
     asm.out.go(extent.end + bytes.len() as i64);
 }
 
+/// All addresses.
+const EVERYWHERE: Range<i64> = 0..i64::MAX;
+
+/// Sections whose name says where they lie, as gplink's scripts have it: PROG1, PROG2, .. are pages (PROG0 is the first on the
+/// PIC16F87 and 88 alone), IDLOCS the words for the identity, DEEPROM the EEPROM.
+fn limits_of(asm: &Asm<'_>, section: &ModuleSection) -> Range<i64> {
+    let name = asm.out.first.get(section.number).map_or("", |first| &first.name);
+    let first = i64::from(!matches!(asm.chip.name, "pic16f87" | "pic16f88"));
+    match name {
+        "IDLOCS" => ID..ID + 4,
+        "DEEPROM" => EEPROM..EEPROM + i64::from(asm.chip.eeprom),
+        "PROG" if asm.chip.flash / asm.chip.word_bytes.max(1) <= PAGE as u32 => 0..PAGE,
+        _ => match name.strip_prefix("PROG").and_then(|number| number.parse::<i64>().ok()) {
+            Some(number @ 0..=9) if number >= first => (number - first) * PAGE..(number - first + 1) * PAGE,
+            _ => 0..ID,
+        },
+    }
+}
+
 /// Free stretches of a memory.
 #[derive(Debug, Default)]
 struct FreeSpace(Vec<Range<i64>>);
@@ -154,9 +174,10 @@ impl FreeSpace {
         self.0 = pieces.filter(|piece| !piece.is_empty()).collect();
     }
 
-    /// The begin of the smallest stretch of this length or more, which is taken out.
-    fn take(&mut self, length: i64) -> Option<i64> {
-        let fits = self.0.iter().filter(|free| free.end - free.start >= length);
+    /// The begin of the smallest stretch of this length or more within `limits`, which is taken out.
+    fn take(&mut self, length: i64, limits: &Range<i64>) -> Option<i64> {
+        let inside = self.0.iter().filter(|free| limits.contains(&free.start));
+        let fits = inside.filter(|free| free.end - free.start >= length);
         let start = fits.min_by_key(|free| free.end - free.start)?.start;
         self.remove(&(start..start + length));
         Some(start)
@@ -250,7 +271,7 @@ fn place_variables(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> bool {
     let mut moved = false;
     for (length, section) in by_size(variables().filter(|s| !s.fixed).map(|s| (s.longest, s)).collect()) {
         let from = if section.kind == SectionKind::Shared { 2 } else { 0 };
-        let found = free.iter_mut().skip(from).find_map(|space| space.take(length));
+        let found = free.iter_mut().skip(from).find_map(|space| space.take(length, &EVERYWHERE));
         match found {
             Some(at) => moved |= asm.out.begin_at(section.number, at),
             None => no_room(asm, section, &format!("{length} bytes of RAM in one bank")),
@@ -262,7 +283,8 @@ fn place_variables(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> bool {
 fn place_code(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> (Vec<(ProgramPiece, i64)>, bool) {
     let words = i64::from(asm.chip.flash / asm.chip.word_bytes.max(1));
     let pages = (0..).map(|page| page * PAGE..((page + 1) * PAGE).min(words)).take_while(|page| !page.is_empty());
-    let mut free = FreeSpace(pages.collect());
+    let others = [ID..ID + 4, EEPROM..EEPROM + i64::from(asm.chip.eeprom)];
+    let mut free = FreeSpace(pages.chain(others).collect());
     let absolute = asm.out.runs.iter().filter(|run| run.section == ABSOLUTE);
     absolute.for_each(|run| free.remove(&(run.addr as i64 / 2..(run.addr as i64 + run.bytes.len() as i64 + 1) / 2)));
     let mut wanted = Vec::new();
@@ -288,7 +310,8 @@ fn place_code(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> (Vec<(ProgramPie
             ProgramPiece::List => sections.first(),
         };
         let Some(section) = section else { continue };
-        let Some(at) = free.take(length) else {
+        let limits = if let ProgramPiece::Code(_) = piece { limits_of(asm, section) } else { 0..ID };
+        let Some(at) = free.take(length, &limits) else {
             no_room(asm, section, &format!("{length} words of program memory in one page"));
             continue;
         };
