@@ -143,16 +143,16 @@ const EVERYWHERE: Range<i64> = 0..i64::MAX;
 
 /// Sections whose name says where they lie, as gplink's scripts have it: PROG1, PROG2, .. are pages (PROG0 is the first on the
 /// PIC16F87 and 88 alone), IDLOCS the words for the identity, DEEPROM the EEPROM.
-fn limits_of(asm: &Asm<'_>, section: &ModuleSection) -> Range<i64> {
+fn limits_of(asm: &Asm<'_>, section: &ModuleSection) -> Option<Range<i64>> {
     let name = asm.out.first.get(section.number).map_or("", |first| &first.name);
     let first = i64::from(!matches!(asm.chip.name, "pic16f87" | "pic16f88"));
     match name {
-        "IDLOCS" => ID..ID + 4,
-        "DEEPROM" => EEPROM..EEPROM + i64::from(asm.chip.eeprom),
-        "PROG" if asm.chip.flash / asm.chip.word_bytes.max(1) <= PAGE as u32 => 0..PAGE,
-        _ => match name.strip_prefix("PROG").and_then(|number| number.parse::<i64>().ok()) {
-            Some(number @ 0..=9) if number >= first => (number - first) * PAGE..(number - first + 1) * PAGE,
-            _ => 0..ID,
+        "IDLOCS" => Some(ID..ID + 4),
+        "DEEPROM" => Some(EEPROM..EEPROM + i64::from(asm.chip.eeprom)),
+        "PROG" if asm.chip.flash / asm.chip.word_bytes.max(1) <= PAGE as u32 => Some(0..PAGE),
+        _ => match name.strip_prefix("PROG")?.parse::<i64>() {
+            Ok(number @ 0..=9) if number >= first => Some((number - first) * PAGE..(number - first + 1) * PAGE),
+            _ => None,
         },
     }
 }
@@ -255,7 +255,7 @@ pub(super) fn place(asm: &mut Asm<'_>) -> bool {
 }
 
 /// Addresses of the sections in the list `wanted` of lengths and what they are for, the largest first.
-fn by_size<T: Copy>(mut wanted: Vec<(i64, T)>) -> impl Iterator<Item = (i64, T)> {
+fn by_size<T>(mut wanted: Vec<(i64, T)>) -> impl Iterator<Item = (i64, T)> {
     wanted.retain(|(length, _)| *length > 0);
     wanted.sort_by_key(|(length, _)| -length);
     wanted.into_iter()
@@ -303,14 +303,21 @@ fn place_code(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> (Vec<(ProgramPie
     if lists > 0 {
         wanted.push((2 + 6 * lists as i64, ProgramPiece::List));
     }
+    // Those whose name says where they lie come first.
+    let section_of = |piece: &ProgramPiece| match piece {
+        ProgramPiece::Code(i) | ProgramPiece::Values(i) => sections.get(*i),
+        ProgramPiece::List => sections.first(),
+    };
+    let limits = |piece: &ProgramPiece| match piece {
+        ProgramPiece::Code(i) => sections.get(*i).and_then(|section| limits_of(asm, section)),
+        _ => None,
+    };
+    let wanted = wanted.into_iter().map(|(length, piece)| (length, (piece, limits(&piece))));
+    let (named, others): (Vec<_>, Vec<_>) = wanted.partition(|(_, (_, limits))| limits.is_some());
     let (mut places, mut moved) = (Vec::new(), false);
-    for (length, piece) in by_size(wanted) {
-        let section = match piece {
-            ProgramPiece::Code(i) | ProgramPiece::Values(i) => sections.get(i),
-            ProgramPiece::List => sections.first(),
-        };
-        let Some(section) = section else { continue };
-        let limits = if let ProgramPiece::Code(_) = piece { limits_of(asm, section) } else { 0..ID };
+    for (length, (piece, limits)) in by_size(named).chain(by_size(others)) {
+        let Some(section) = section_of(&piece) else { continue };
+        let limits = limits.unwrap_or(0..ID);
         let Some(at) = free.take(length, &limits) else {
             no_room(asm, section, &format!("{length} words of program memory in one page"));
             continue;
