@@ -21,6 +21,8 @@ pub(super) const ABSOLUTE: usize = 0;
 /// Words of a page of program memory, and addresses of a bank of RAM.
 const PAGE: i64 = 0x800;
 const BANK: u16 = 0x80;
+/// Addresses that a section may have.
+const LIMIT: i64 = 0x1_0000;
 /// `retlw 0`, and an erased word.
 const RETLW: u16 = 0x3400;
 const ERASED: u16 = 0x3FFF;
@@ -79,6 +81,10 @@ fn begin(asm: &mut Asm<'_>, call: &Call<'_>) {
     let name = call.label.clone().map_or(format!(".{word}"), |label| call.get(label).to_owned());
     let rest = trim(call.text, call.rest.clone());
     let address = if rest.is_empty() { None } else { asm.place_of(call.text, rest.clone()) };
+    if let Some(at) = address.filter(|at| !(0..LIMIT).contains(at)) {
+        let cause = format!("the address 0x{at:X} is not in 0..=0x{:X}", LIMIT - 1);
+        return asm.tell(Fault::new("ASM003", rest, cause, "give an address of a memory, or none"));
+    }
     let (space, holds) = match kind {
         SectionKind::Code => ("", Holds::Image),
         _ => (asm.chip.ram, Holds::Addresses),
