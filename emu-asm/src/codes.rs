@@ -82,8 +82,9 @@ pub const CODES: &[Code] = &[
                   64 KB. Mend: rjmp and rcall reach all of a small chip." },
     Code { code: "ASM027", title: "a directive without effect",
         explain: "A note: the directive is for a linker or a listing of another assembler, and nothing follows from it here." },
-    Code { code: "ASM029", title: "more errors",
-        explain: "At most 100 errors are shown, and 100 warnings and notes; this note counts the others." },
+    Code { code: "ASM029", title: "more errors, or more warnings and notes",
+        explain: "At most 100 errors are shown, and 100 warnings and notes; this note counts the others. `errorlevel -302` in a source of PIC16 leaves out \
+                  the notes of registers in other banks." },
     Code { code: "ASM030", title: "a value is cut off",
         explain: "A warning: a value of db or dw has more bits than the place for it, and only the lower ones are kept. Mend: write the part \
                   that is meant with low() or &." },

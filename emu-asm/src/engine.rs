@@ -102,6 +102,8 @@ pub(crate) struct Asm<'a> {
     errors: usize,
     /// Errors beyond [`LIMIT`].
     more: usize,
+    /// Warnings and notes beyond it.
+    more_remarks: usize,
     /// Remarks about the instruction that is being matched.
     pub notes: Vec<Fault>,
     /// Names that the source says another module gives.
@@ -153,6 +155,7 @@ impl<'a> Asm<'a> {
             faults: Vec::new(),
             errors: 0,
             more: 0,
+            more_remarks: 0,
             notes: Vec::new(),
             externs: BTreeSet::new(),
             quiet: BTreeSet::new(),
@@ -235,7 +238,7 @@ impl<'a> Asm<'a> {
         self.chips.clear();
         self.late = false;
         (self.forward, self.ended, self.odd, self.astray) = Default::default();
-        (self.calls, self.stretch, self.radix, self.more) = (0, 0, self.d.radix, 0);
+        (self.calls, self.stretch, self.radix, self.more, self.more_remarks) = (0, 0, self.d.radix, 0, 0);
         self.line = None;
         self.frames.clear();
         self.conds.clear();
@@ -264,7 +267,7 @@ impl<'a> Asm<'a> {
         let stored = if is_error { self.errors } else { self.faults.len() - self.errors };
         // What stops everything is told in any case.
         if stored >= LIMIT && fault.code != "ASM017" {
-            self.more += usize::from(is_error);
+            *(if is_error { &mut self.more } else { &mut self.more_remarks }) += 1;
             return;
         }
         self.errors += usize::from(is_error);
@@ -300,16 +303,12 @@ impl<'a> Asm<'a> {
             }
             list.push(diagnostic);
         }
-        if self.more > 0 {
-            let cause = format!("{} more errors are not shown", self.more);
-            list.push(Diagnostic::new(
-                Severity::Note,
-                "ASM029",
-                self.texts.name(0),
-                Pos::default(),
-                cause,
-                "mend the first ones",
-            ));
+        for (count, what) in [(self.more, "errors"), (self.more_remarks, "warnings and notes")] {
+            if count > 0 {
+                let cause = format!("{count} more {what} are not shown");
+                let (file, hint) = (self.texts.name(0), "mend the first ones");
+                list.push(Diagnostic::new(Severity::Note, "ASM029", file, Pos::default(), cause, hint));
+            }
         }
         list
     }
