@@ -120,7 +120,7 @@ pub(super) fn external(asm: &mut Asm<'_>, call: &Call<'_>) {
 pub(super) fn reserve(asm: &mut Asm<'_>, call: &Call<'_>) {
     let before = asm.out.here();
     super::super::common::space(asm, call);
-    if asm.out.holds() == Holds::Image {
+    if asm.out.holds() == Holds::Image && before < ID {
         let count = asm.out.here() - before;
         asm.out.go(before);
         (0..count).for_each(|_| asm.emit_words(&[ERASED], call.rest.clone()));
@@ -151,40 +151,49 @@ const EVERYWHERE: Range<i64> = 0..i64::MAX;
 /// PIC16F87 and 88 alone), IDLOCS the words for the identity, DEEPROM the EEPROM.
 fn limits_of(asm: &Asm<'_>, section: &ModuleSection) -> Option<Range<i64>> {
     let name = asm.out.first.get(section.number).map_or("", |first| &first.name);
+    let pages = i64::from(asm.chip.flash / asm.chip.word_bytes.max(1)).div_euclid(PAGE).max(1);
     let first = i64::from(!matches!(asm.chip.name, "pic16f87" | "pic16f88"));
     match name {
         "IDLOCS" => Some(ID..ID + 4),
         "DEEPROM" => Some(EEPROM..EEPROM + i64::from(asm.chip.eeprom)),
-        "PROG" if asm.chip.flash / asm.chip.word_bytes.max(1) <= PAGE as u32 => Some(0..PAGE),
-        _ => match name.strip_prefix("PROG")?.parse::<i64>() {
-            Ok(number @ 0..=9) if number >= first => Some((number - first) * PAGE..(number - first + 1) * PAGE),
-            _ => None,
-        },
+        "PROG" if pages == 1 => Some(0..PAGE),
+        _ => {
+            let page = name.strip_prefix("PROG")?.parse::<i64>().ok()?.checked_sub(first)?;
+            (0..pages).contains(&page).then_some(page * PAGE..(page + 1) * PAGE)
+        }
     }
 }
 
 /// Free stretches of a memory.
 #[derive(Debug, Default)]
-struct FreeSpace(Vec<Range<i64>>);
+struct FreeSpace {
+    stretches: Vec<Range<i64>>,
+    /// Where pages and banks end.
+    ends: Vec<i64>,
+}
 
 impl FreeSpace {
+    /// Pages or banks, all free.
+    fn of(stretches: Vec<Range<i64>>) -> FreeSpace {
+        FreeSpace { ends: stretches.iter().map(|stretch| stretch.end).collect(), stretches }
+    }
+
     /// Takes a stretch out.
     fn remove(&mut self, taken: &Range<i64>) {
         if taken.is_empty() {
             return;
         }
-        let pieces = self
-            .0
-            .iter()
-            .flat_map(|free| [free.start..free.end.min(taken.start), free.start.max(taken.end)..free.end].into_iter());
-        self.0 = pieces.filter(|piece| !piece.is_empty()).collect();
+        let around = |free: &Range<i64>| [free.start..free.end.min(taken.start), free.start.max(taken.end)..free.end];
+        self.stretches = self.stretches.iter().flat_map(around).filter(|piece| !piece.is_empty()).collect();
     }
 
-    /// The begin of the smallest stretch of this length or more within `limits`, which is taken out.
+    /// The begin of the smallest stretch of this length or more within `limits`, which is taken out. The last address of a page or
+    /// bank alone, which gplink overlooks, is the last choice.
     fn take(&mut self, length: i64, limits: &Range<i64>) -> Option<i64> {
-        let inside = self.0.iter().filter(|free| limits.contains(&free.start));
+        let inside = self.stretches.iter().filter(|free| limits.contains(&free.start));
         let fits = inside.filter(|free| free.end - free.start >= length);
-        let start = fits.min_by_key(|free| free.end - free.start)?.start;
+        let is_last = |free: &Range<i64>| free.end - free.start == 1 && self.ends.contains(&free.end);
+        let start = fits.min_by_key(|free| (is_last(free), free.end - free.start))?.start;
         self.remove(&(start..start + length));
         Some(start)
     }
@@ -210,7 +219,7 @@ fn kept(chip: &Chip, addr: u16) -> Option<u16> {
 
 /// RAM of the chip: cells with one address, cells with several, those that all banks have.
 fn ram(chip: &Chip) -> [FreeSpace; 3] {
-    let mut spaces = [FreeSpace::default(), FreeSpace::default(), FreeSpace::default()];
+    let mut spaces = [const { Vec::<Range<i64>>::new() }; 3];
     let common = common_ram(chip).map_or(0..0, |(first, last)| first..last + 1);
     let mut before = (usize::MAX, 0);
     for addr in (0..4 * BANK).filter(|addr| kept(chip, *addr) == Some(*addr)) {
@@ -220,14 +229,14 @@ fn ram(chip: &Chip) -> [FreeSpace; 3] {
             true => 2,
             false => usize::from(mirrors > 1),
         };
-        let Some(FreeSpace(stretches)) = spaces.get_mut(space) else { continue };
+        let Some(stretches) = spaces.get_mut(space) else { continue };
         match stretches.last_mut() {
             Some(last) if before == (space, addr) && addr % BANK != 0 => last.end += 1,
             _ => stretches.push(addr.into()..i64::from(addr) + 1),
         }
         before = (space, addr + 1);
     }
-    spaces
+    spaces.map(FreeSpace::of)
 }
 
 /// What is placed in program memory.
@@ -290,7 +299,7 @@ fn place_code(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> (Vec<(ProgramPie
     let words = i64::from(asm.chip.flash / asm.chip.word_bytes.max(1));
     let pages = (0..).map(|page| page * PAGE..((page + 1) * PAGE).min(words)).take_while(|page| !page.is_empty());
     let others = [ID..ID + 4, EEPROM..EEPROM + i64::from(asm.chip.eeprom)];
-    let mut free = FreeSpace(pages.chain(others).collect());
+    let mut free = FreeSpace::of(pages.chain(others).collect());
     let absolute = asm.out.runs.iter().filter(|run| run.section == ABSOLUTE);
     absolute.for_each(|run| free.remove(&(run.addr as i64 / 2..(run.addr as i64 + run.bytes.len() as i64 + 1) / 2)));
     let mut wanted = Vec::new();
