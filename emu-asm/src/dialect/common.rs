@@ -270,6 +270,10 @@ pub(super) fn include(asm: &mut Asm<'_>, call: &Call<'_>) {
                 let hint = "its names and numbers are used; name one chip in both places";
                 asm.tell(Fault::new("ASM043", rest, cause, hint).warning());
             }
+            // A chip that is not known, whose file lies in the folders all the same.
+            None if asm.can_open(inner) => {
+                asm.include(inner, &Call { rest, label: None, word: call.word.clone(), ..*call })
+            }
             None => asm.tell(Fault::new("ASM015", rest, cause, hint)),
         },
         Provided::No => asm.include(inner, &Call { rest, label: None, word: call.word.clone(), ..*call }),

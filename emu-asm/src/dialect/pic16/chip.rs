@@ -145,7 +145,7 @@ pub(super) fn config(asm: &mut Asm<'_>, call: &Call<'_>) {
     let parts = cut(call.text, call.rest.clone());
     let (addr, value) = match parts.as_slice() {
         [value] => (Some(CONFIG), value),
-        [addr, value] => (asm.number(call.text, addr.clone()), value),
+        [addr, value] => (asm.place_of(call.text, addr.clone()), value),
         _ => {
             let hint = "write `__config value`, or `__config address, value`";
             return asm.tell(Fault::new("ASM023", call.word.clone(), "a value is wanted", hint));
