@@ -364,7 +364,7 @@ fn give_values(asm: &mut Asm<'_>, sections: &[ModuleSection], pieces: &[(Program
     }
 }
 
-/// Tells that a section finds no place; what lies wrong for that reason is not told.
+/// Reports that a section finds no place; what lies wrong for that reason is not reported.
 fn no_room(asm: &mut Asm<'_>, section: &ModuleSection, what: &str) {
     asm.astray = true;
     let before = std::mem::replace(&mut asm.line, section.line.clone());
