@@ -37,6 +37,9 @@ pub struct Cli {
     /// Colours in messages: auto, always or never; auto looks at the terminal, NO_COLOR and CLICOLOR_FORCE.
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto", hide_possible_values = true)]
     pub color: Color,
+    /// Draw warnings and notes with their source lines, as errors are, not one line each.
+    #[arg(long, global = true)]
+    pub verbose: bool,
     /// What to do.
     #[command(subcommand)]
     pub verb: Verb,

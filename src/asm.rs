@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use diag::{Diagnostic, Severity};
 use emu_asm::{Assembled, Files, Options, Source};
-use emu_core::chip::Chip;
-use emu_core::image::{Image, write_hex};
+use emu_core::chip::{Chip, Family};
+use emu_core::image::{Image, write_hex, write_hex_aligned};
 use serde_json::json;
 
 use crate::args::Mcu;
@@ -15,7 +15,7 @@ use crate::codes::{NOT_IN_HEX, about_file};
 use crate::compile::default_name;
 use crate::fail::{Failure, exit};
 use crate::report::{Terminal, Texts, report};
-use crate::{input, output};
+use crate::{family, input, output};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -90,7 +90,7 @@ pub fn asm(args: &AsmArgs, terminal: &Terminal) -> Result<u8, Failure> {
     for (included, _) in assembled.texts.all() {
         output::spares(included, &all)?;
     }
-    let mut texts = vec![(hex.as_str(), hex_of(&assembled.image, chip))];
+    let mut texts = vec![(hex.as_str(), hex_of(&assembled, chip))];
     texts.extend(args.listing.as_deref().map(|file| (file, assembled.listing.to_string())));
     texts.extend(args.eeprom.as_deref().map(|file| (file, eeprom_of(&assembled.image))));
     let files: Vec<(&str, &[u8])> = texts.iter().map(|(file, text)| (*file, text.as_bytes())).collect();
@@ -129,7 +129,8 @@ fn assemble(
     defines: &[(String, String)],
     folders: &[PathBuf],
 ) -> Result<Assembled, Failure> {
-    let options = Options { defines: defines.to_vec() };
+    let chip_named = Some((|name| family::chip(name).ok()) as fn(&str) -> Option<&'static Chip>);
+    let options = Options { defines: defines.to_vec(), chip_named };
     emu_asm::assemble(&Source { name: file, bytes }, chip, &options, &mut Disk { folders })
         .map_err(|refused| Failure::Refused(refused.faults, texts(&refused.texts)))
 }
@@ -162,12 +163,17 @@ impl Files for Disk<'_> {
 }
 
 /// The image as Intel HEX, every memory in its window.
-fn hex_of(image: &Image, chip: &Chip) -> String {
-    let placed = image.segments.iter().filter_map(|segment| {
+fn hex_of(assembled: &Assembled, chip: &Chip) -> String {
+    let placed = assembled.image.segments.iter().filter_map(|segment| {
         let window = chip.hex.iter().find(|window| window.name == segment.space)?;
         Some((window.start + segment.addr, segment.bytes.as_slice()))
     });
-    write_hex(&placed.collect::<Vec<_>>())
+    let placed: Vec<_> = placed.collect();
+    // Byte for byte the file that the family's usual assembler writes.
+    match chip.family {
+        Family::Pic16 => write_hex_aligned(&placed, !assembled.is_inhx8m),
+        _ => write_hex(&placed),
+    }
 }
 
 /// What it holds for the EEPROM, as Intel HEX of its own.

@@ -49,7 +49,7 @@ pub fn debugger(subject: &[&str], lines: &str) -> Option<String> {
         subject: Subject,
     }
     let arguments = Arguments::try_parse_from(subject).ok()?;
-    let opened = open(&arguments.subject, &Terminal::new(Color::Never)).ok()?;
+    let opened = open(&arguments.subject, &Terminal::new(Color::Never, false)).ok()?;
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut shell = Shell::new(opened, Arc::clone(&interrupt), false);
     let (begin, begun) = channel::<()>();

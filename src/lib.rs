@@ -108,13 +108,16 @@ fn start() -> u8 {
             return match error.print() {
                 _ if error.use_stderr() => exit::USAGE,
                 Ok(()) => exit::OK,
-                Err(why) => {
-                    fail::finish(Err(Failure::writing("-", &why)), "help", false, &Terminal::new(args::Color::Auto))
-                }
+                Err(why) => fail::finish(
+                    Err(Failure::writing("-", &why)),
+                    "help",
+                    false,
+                    &Terminal::new(args::Color::Auto, false),
+                ),
             };
         }
     };
-    let terminal = Terminal::new(cli.color);
+    let terminal = Terminal::new(cli.color, cli.verbose);
     let json = cli.verb.json();
     let name = cli.verb.name();
     fail::finish(verb(cli.verb, &terminal), name, json, &terminal)

@@ -1,5 +1,6 @@
 //! Complaints for people: the source line with a caret, the code, the cause and a hint.
 
+use std::collections::BTreeSet;
 use std::io::{IsTerminal, Write};
 
 use ariadne::{CharSet, Color, Config, Label, LabelAttach, Report, ReportKind, Source};
@@ -21,6 +22,8 @@ pub struct Terminal {
     pub color: bool,
     /// Standard error is a terminal.
     pub live: bool,
+    /// Warnings and notes are drawn as errors are.
+    pub verbose: bool,
     /// With colours on a full-screen view, which is on standard output.
     #[cfg(feature = "tui")]
     pub screen: bool,
@@ -28,7 +31,7 @@ pub struct Terminal {
 
 impl Terminal {
     /// As the user and the environment want it (<https://no-color.org>, <https://bixense.com/clicolors>).
-    pub fn new(color: args::Color) -> Terminal {
+    pub fn new(color: args::Color, verbose: bool) -> Terminal {
         let live = std::io::stderr().is_terminal();
         let set = |name| std::env::var_os(name).is_some_and(|v| !v.is_empty());
         let forced = set("CLICOLOR_FORCE") && std::env::var_os("CLICOLOR_FORCE").is_some_and(|v| v != "0");
@@ -40,6 +43,7 @@ impl Terminal {
         Terminal {
             color: wanted(forced || live),
             live,
+            verbose,
             #[cfg(feature = "tui")]
             screen: wanted(std::io::stdout().is_terminal()),
         }
@@ -65,15 +69,21 @@ impl Texts {
     }
 }
 
-/// Draws complaints on standard error, each with its line where that is there.
+/// Prints diagnostics on standard error: an error drawn with its source line where that is there, a warning or note as one line,
+/// and how many of these there were at the end.
 pub fn report(terminal: &Terminal, diagnostics: &[Diagnostic], texts: &Texts) {
     let mut drawn = Vec::new();
+    let mut hints = BTreeSet::new();
     // Those of one file side by side share its lines.
     for about in diagnostics.chunk_by(|a, b| a.file == b.file) {
         let text = about.first().map_or(&[][..], |first| texts.of(&first.file));
         let text = diag::text::readable(text);
         let lines: Vec<&str> = text.split('\n').take(MAX_NUMBER as usize).collect();
         for diagnostic in about {
+            if !diagnostic.is_error() && !terminal.verbose {
+                one_line(terminal, diagnostic, hints.insert(&diagnostic.hint), &mut drawn);
+                continue;
+            }
             let line = (diagnostic.pos.line as usize).checked_sub(1).and_then(|n| lines.get(n));
             match line.filter(|line| line.len() <= MAX_LENGTH) {
                 Some(line) => draw(terminal, diagnostic, line, &mut drawn),
@@ -81,7 +91,56 @@ pub fn report(terminal: &Terminal, diagnostics: &[Diagnostic], texts: &Texts) {
             }
         }
     }
+    if !terminal.verbose {
+        summary(diagnostics, &mut drawn);
+    }
     _ = std::io::stderr().write_all(&drawn);
+}
+
+/// `file:line:column: warning[CODE]: cause (hint: ..)`; a hint is printed once, however many complaints have it.
+fn one_line(terminal: &Terminal, diagnostic: &Diagnostic, with_hint: bool, out: &mut Vec<u8>) {
+    let (name, _) = kind(diagnostic.severity);
+    let (on, off) = ansi(terminal, diagnostic.severity);
+    let hint = match diagnostic.hint.as_str() {
+        hint if with_hint && !hint.is_empty() => format!(" (hint: {hint})"),
+        _ => String::new(),
+    };
+    _ = writeln!(out, "{}: {on}{name}[{}]{off}: {}{hint}", place(diagnostic), diagnostic.code, diagnostic.cause);
+}
+
+/// `2 warnings and 1 note`, and where to read more; one alone needs no summary.
+fn summary(diagnostics: &[Diagnostic], out: &mut Vec<u8>) {
+    if diagnostics.iter().filter(|diagnostic| !diagnostic.is_error()).count() < 2 {
+        return;
+    }
+    let counted = |severity| {
+        let n = diagnostics.iter().filter(|diagnostic| diagnostic.severity == severity).count();
+        (n > 0).then(|| format!("{n} {}{}", kind(severity).0, if n == 1 { "" } else { "s" }))
+    };
+    let counts: Vec<String> = [Severity::Warning, Severity::Note].into_iter().filter_map(counted).collect();
+    let code = diagnostics.iter().find(|diagnostic| !diagnostic.is_error()).map(|diagnostic| diagnostic.code);
+    if let Some(code) = code {
+        _ = writeln!(out, "{}; `emu explain {code}` says more about a code", counts.join(" and "));
+    }
+}
+
+/// `file:line:column`, without what is 0.
+fn place(diagnostic: &Diagnostic) -> String {
+    let mut place = printable(&diagnostic.file).into_owned();
+    for number in [diagnostic.pos.line, diagnostic.pos.column].into_iter().take_while(|n| *n > 0) {
+        place.push_str(&format!(":{number}"));
+    }
+    place
+}
+
+/// What begins and ends the colour of a severity.
+fn ansi(terminal: &Terminal, severity: Severity) -> (&'static str, &'static str) {
+    match (terminal.color, severity) {
+        (false, _) => ("", ""),
+        (true, Severity::Error) => ("\x1b[31m", "\x1b[0m"),
+        (true, Severity::Warning) => ("\x1b[33m", "\x1b[0m"),
+        (true, Severity::Note) => ("\x1b[34m", "\x1b[0m"),
+    }
 }
 
 fn kind(severity: Severity) -> (&'static str, Color) {
@@ -95,16 +154,8 @@ fn kind(severity: Severity) -> (&'static str, Color) {
 /// Without a source line.
 fn plain(terminal: &Terminal, diagnostic: &Diagnostic, out: &mut Vec<u8>) {
     let (name, _) = kind(diagnostic.severity);
-    let (on, off) = match (terminal.color, diagnostic.severity) {
-        (false, _) => ("", ""),
-        (true, Severity::Error) => ("\x1b[31m", "\x1b[0m"),
-        (true, Severity::Warning) => ("\x1b[33m", "\x1b[0m"),
-        (true, Severity::Note) => ("\x1b[34m", "\x1b[0m"),
-    };
-    let mut place = printable(&diagnostic.file).into_owned();
-    for number in [diagnostic.pos.line, diagnostic.pos.column].into_iter().take_while(|n| *n > 0) {
-        place.push_str(&format!(":{number}"));
-    }
+    let (on, off) = ansi(terminal, diagnostic.severity);
+    let place = place(diagnostic);
     _ = writeln!(out, "{on}[{}] {name}:{off} {place}: {}", diagnostic.code, diagnostic.cause);
     if !diagnostic.hint.is_empty() {
         _ = writeln!(out, "  hint: {}", diagnostic.hint);

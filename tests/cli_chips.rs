@@ -80,7 +80,7 @@ fn elf_files_for_another_chip_are_told() {
         (b"atmega64a\0\0", "atmega64", None),
         (b"atmega64a\0\0", "atmega328p", Some("hint: --mcu atmega64, or build it with -mmcu=atmega328p")),
         (b"attiny85\0\0\0", "atmega328p", Some("for attiny85, of which there is no model, not for atmega328p")),
-        (b"attiny85\0\0\0", "atmega32", Some("hint: build it with -mmcu=atmega32\n")),
+        (b"attiny85\0\0\0", "atmega32", Some("hint: build it with -mmcu=atmega32)")),
         // Names that are none leave the core.
         (b"atmega 328p", "atmega32", None),
         (b"\0\0\0\0\0\0\0\0\0\0\0", "atmega128", Some("this is a program for avr5 cores")),

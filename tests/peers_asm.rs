@@ -11,6 +11,8 @@ mod corpus;
 mod emitted;
 #[path = "peers/asm/faults.rs"]
 mod faults;
+#[path = "peers/asm/hex.rs"]
+mod hex;
 #[path = "peers/asm/judges.rs"]
 mod judges;
 #[path = "peers/asm/ours.rs"]

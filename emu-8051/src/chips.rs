@@ -164,6 +164,7 @@ pub(crate) const I8051: Part = Part {
         ram: "idata",
         ram_start: 0,
         ram_len: 128,
+        ram_map: &[],
         eeprom: 0,
         word_bytes: 1,
         max_hz: 12_000_000,

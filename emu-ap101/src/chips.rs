@@ -83,6 +83,7 @@ pub static AP101: Chip = Chip {
     ram: "m",
     ram_start: 0,
     ram_len: 512,
+    ram_map: &[],
     eeprom: 0,
     word_bytes: 2,
     max_hz: u32::MAX as u64,

@@ -82,8 +82,9 @@ pub const CODES: &[Code] = &[
                   64 KB. Mend: rjmp and rcall reach all of a small chip." },
     Code { code: "ASM027", title: "a directive without effect",
         explain: "A note: the directive is for a linker or a listing of another assembler, and nothing follows from it here." },
-    Code { code: "ASM029", title: "more errors",
-        explain: "At most 100 errors are shown, and 100 warnings and notes; this note counts the others." },
+    Code { code: "ASM029", title: "more errors, or more warnings and notes",
+        explain: "At most 100 errors are shown, and 100 warnings and notes; this note counts the others. `errorlevel -302` in a source of PIC16 leaves out \
+                  the notes of registers in other banks." },
     Code { code: "ASM030", title: "a value is cut off",
         explain: "A warning: a value of db or dw has more bits than the place for it, and only the lower ones are kept. Mend: write the part \
                   that is meant with low() or &." },
@@ -117,6 +118,26 @@ pub const CODES: &[Code] = &[
     Code { code: "ASM045", title: "word cut",
         explain: "A value or two characters have more bits than a program word; the upper ones are left out. Message 303 \
                   of gpasm and MPASM." },
+    Code { code: "ASM046", title: "a value is cut to its field",
+        explain: "A warning: a constant beyond -255 to 255, the number of a bit beyond 0 to 7, or a destination other than 0 and 1. The \
+                  instruction gets the bits that fit, as with gpasm and MPASM, whose warning 202 this is. `movlw .1000` loads E8h. \
+                  Fix: write the part that is meant, as `low(value)` or `value & 0xFF`." },
+    Code { code: "ASM047", title: "no register has this address",
+        explain: "A warning: file registers lie at 000h to 1FFh, and the operand lies elsewhere. The instruction gets its lower seven bits, as \
+                  with gpasm, whose warning 219 this is. Fix: look for a name that was given with a wrong number." },
+    Code { code: "ASM048", title: "a jump behind the program memory",
+        explain: "A warning: CALL and GOTO hold eleven bits of an address, and PCLATH gives the rest. The target lies where the chip has no \
+                  program word, so the processor goes to another one. gpasm does not report it." },
+    Code { code: "ASM049", title: "a name that another module gives",
+        explain: "The source says `extern` of the name, and uses it. gplink would take it from another object file or a library; one \
+                  module is assembled here. Fix: put the sources together with `include`, and take `extern` and `global` away." },
+    Code { code: "ASM050", title: "a section that cannot be placed",
+        explain: "No memory of the chip has a free stretch as long as the section, or no memory of its kind: `udata` lies in one bank, `code` in one page \
+                  of 800h words. `udata_acs`, `idata_acs` and `code_pack` are of chips with 16-bit cores (PIC18). Fix: divide the section \
+                  into several, or take a larger chip." },
+    Code { code: "ASM051", title: "operands of an instruction that takes none",
+        explain: "A warning: `nop`, `clrw`, `return` and their like take no operands, and what is written behind them is left out, as with gpasm \
+                  and MPASM, whose warning 211 this is. Fix: take it away, or put a `;` before it if it is a comment." },
     Code { code: "ASM060", title: "AP101's configuration cannot be read",
         explain: "One of the directives clock, inputs, mode, period, channels, program, module and TIM lacks a value or has one that the \
                   machine does not have. docs/formats/asm.md lists them; docs/chips/ap101.md says what they mean." },

@@ -55,6 +55,8 @@ pub(crate) struct Asm<'a> {
     pub d: &'static Dialect,
     pub table: Arc<Table>,
     pub known: Arc<Known>,
+    /// Other chips by name.
+    pub chip_named: Option<fn(&str) -> Option<&'static Chip>>,
     pub files: &'a mut dyn Files,
     pub texts: Texts,
     /// Number of a text by the name asked for and the file that asked.
@@ -100,8 +102,12 @@ pub(crate) struct Asm<'a> {
     errors: usize,
     /// Errors beyond [`LIMIT`].
     more: usize,
+    /// Warnings and notes beyond it.
+    more_remarks: usize,
     /// Remarks about the instruction that is being matched.
     pub notes: Vec<Fault>,
+    /// Names that the source says another module gives.
+    pub externs: BTreeSet<String>,
     /// Codes of warnings and notes that the source does not want to be told.
     pub quiet: BTreeSet<&'static str>,
     /// What else it does not want: 1 notes, 2 warnings too.
@@ -119,6 +125,7 @@ impl<'a> Asm<'a> {
             d,
             table: Table::of(chip.isa),
             known: Known::of(chip),
+            chip_named: None,
             files,
             texts: Texts::default(),
             opened: HashMap::new(),
@@ -148,7 +155,9 @@ impl<'a> Asm<'a> {
             faults: Vec::new(),
             errors: 0,
             more: 0,
+            more_remarks: 0,
             notes: Vec::new(),
+            externs: BTreeSet::new(),
             quiet: BTreeSet::new(),
             least: 0,
             own: crate::dialect::Own::default(),
@@ -163,9 +172,13 @@ impl<'a> Asm<'a> {
             self.begin_pass();
             self.read(0);
             (self.d.finish)(self);
+            let placed_anew = (self.d.hooks.place)(self);
             let moving = self.symbols.end(self.pass);
             // Names that were read before they were given have moved, or some had no value at all when they were read.
-            let again = self.out.stack() || self.late || if self.pass == 1 { self.forward } else { !moving.is_empty() };
+            let again = self.out.stack()
+                || placed_anew
+                || self.late
+                || if self.pass == 1 { self.forward } else { !moving.is_empty() };
             if !again || self.stopped() {
                 break;
             }
@@ -225,7 +238,7 @@ impl<'a> Asm<'a> {
         self.chips.clear();
         self.late = false;
         (self.forward, self.ended, self.odd, self.astray) = Default::default();
-        (self.calls, self.stretch, self.radix, self.more) = (0, 0, self.d.radix, 0);
+        (self.calls, self.stretch, self.radix, self.more, self.more_remarks) = (0, 0, self.d.radix, 0, 0);
         self.line = None;
         self.frames.clear();
         self.conds.clear();
@@ -233,8 +246,9 @@ impl<'a> Asm<'a> {
         self.numbered.clear();
         self.faults.clear();
         self.errors = 0;
-        (self.notes, self.quiet, self.least) = Default::default();
+        (self.notes, self.quiet, self.least, self.externs) = Default::default();
         self.own = crate::dialect::Own::default();
+        self.known = Known::of(self.chip);
         self.out.restart();
         self.define_given();
     }
@@ -253,7 +267,7 @@ impl<'a> Asm<'a> {
         let stored = if is_error { self.errors } else { self.faults.len() - self.errors };
         // What stops everything is told in any case.
         if stored >= LIMIT && fault.code != "ASM017" {
-            self.more += usize::from(is_error);
+            *(if is_error { &mut self.more } else { &mut self.more_remarks }) += 1;
             return;
         }
         self.errors += usize::from(is_error);
@@ -289,16 +303,12 @@ impl<'a> Asm<'a> {
             }
             list.push(diagnostic);
         }
-        if self.more > 0 {
-            let cause = format!("{} more errors are not shown", self.more);
-            list.push(Diagnostic::new(
-                Severity::Note,
-                "ASM029",
-                self.texts.name(0),
-                Pos::default(),
-                cause,
-                "mend the first ones",
-            ));
+        for (count, what) in [(self.more, "errors"), (self.more_remarks, "warnings and notes")] {
+            if count > 0 {
+                let cause = format!("{count} more {what} are not shown");
+                let (file, hint) = (self.texts.name(0), "mend the first ones");
+                list.push(Diagnostic::new(Severity::Note, "ASM029", file, Pos::default(), cause, hint));
+            }
         }
         list
     }
@@ -393,9 +403,19 @@ impl Names for Asm<'_> {
         self.forward = true;
         if self.pass > 1 {
             let shown = name.split('\u{1}').next().unwrap_or(name);
-            let hint = "give it with equ, or as a label; names of registers and bits are those of the chip";
-            let fault = Fault::new("ASM006", at, format!("`{shown}` is not defined"), hint);
-            self.undefined.push(fault.near(shown));
+            let fault = if self.externs.contains(shown) {
+                let cause = format!("`{shown}` is extern: another module gives it, and one module is assembled here");
+                Fault::new(
+                    "ASM049",
+                    at,
+                    cause,
+                    "include the source that gives it, or take the module out of the program",
+                )
+            } else {
+                let hint = "give it with equ, or as a label; names of registers and bits are those of the chip";
+                Fault::new("ASM006", at, format!("`{shown}` is not defined"), hint).near(shown)
+            };
+            self.undefined.push(fault);
         }
         Ok(Value { unknown: true, ..Value::default() })
     }

@@ -63,6 +63,9 @@ pub struct Source<'a> {
 pub struct Options {
     /// Names with their texts, as by `#define`.
     pub defines: Vec<(String, String)>,
+    /// Chips by name, as on a command line: the include of another chip of the family gives that chip's names, as its file would.
+    /// Without it such an include is refused.
+    pub chip_named: Option<fn(name: &str) -> Option<&'static Chip>>,
 }
 
 /// An assembled program.
@@ -72,6 +75,8 @@ pub struct Assembled {
     pub image: Image,
     /// The listing.
     pub listing: Listing,
+    /// The source asks for a HEX file without records of extended addresses (`list f=inhx8m` of PIC16).
+    pub is_inhx8m: bool,
     /// Warnings and notes, in the order of the source.
     pub warnings: Vec<Diagnostic>,
     /// The texts that were read.
@@ -98,6 +103,7 @@ pub fn assemble(
     files: &mut dyn Files,
 ) -> Result<Assembled, Box<Refused>> {
     let mut asm = Asm::new(chip, options.defines.clone(), files);
+    asm.chip_named = options.chip_named;
     asm.texts.add(source.name, source.bytes, asm.d.block_comments);
     asm.run();
     let faults = asm.faults();
@@ -116,7 +122,8 @@ pub fn assemble(
             .collect(),
         digits: if chip.flash > 0x1_0000 { 5 } else { 4 },
     };
-    Ok(Assembled { image: image_of(&mut asm), listing, warnings: faults, texts })
+    let is_inhx8m = asm.own.pic16.is_inhx8m;
+    Ok(Assembled { image: image_of(&mut asm), listing, is_inhx8m, warnings: faults, texts })
 }
 
 /// The image of what was assembled.

@@ -11,6 +11,12 @@ use crate::symbols::Kind;
 use crate::table::{Form, Means, Piece};
 use crate::text::{behind_name, byte, cut, skip_space, trim};
 
+/// The kind of a literal that a value may stand for, such as `W` and `F`.
+pub(crate) const DESTINATION: &str = "destination";
+
+/// The kind of a number of the syntax, such as the 5 of `tris 5`.
+pub(crate) const LITERAL: &str = "literal";
+
 /// How a form went.
 enum Tried {
     /// It fits; the values are known or not.
@@ -93,14 +99,21 @@ impl Asm<'_> {
     ) -> Result<Vec<u16>, Fault> {
         let table = self.table.clone();
         let forms = table.forms(mnemonic);
-        let operands = cut(text, rest.clone());
+        let mut operands = cut(text, rest.clone());
+        if self.d.hooks.drops_operands && forms.iter().all(|form| form.pieces.is_empty()) && !operands.is_empty() {
+            let cause = format!("{mnemonic} takes no operands: those here are left out");
+            let all = trim(text, rest.clone());
+            self.notes.push(Fault::new("ASM051", all, cause, "put a `;` before a comment").warning());
+            operands.clear();
+        }
         let mut worst: Option<(u8, Fault)> = None;
-        let told = self.undefined.len();
+        let (told, noted) = (self.undefined.len(), self.notes.len());
         for form in forms {
             if form.pieces.len() != operands.len() {
                 continue;
             }
             self.undefined.truncate(told);
+            self.notes.truncate(noted);
             let tried = match form.means {
                 Means::Row(row) => self.row(text, row, form, &operands, &word),
                 Means::Alias(to, written) => match self.rewrite(text, form, &operands, written) {
@@ -223,11 +236,15 @@ impl Asm<'_> {
             return false;
         };
         let told = self.undefined.len();
-        let d = self.d;
+        let (d, at) = (self.d, range.clone());
         let found = evaluate(d, text, range, self);
         let sure = self.undefined.len() == told;
         self.undefined.truncate(told);
-        found.is_ok_and(|value| (value.unknown && self.pass == 1) || (sure && !value.unknown && value.n == wanted))
+        let Ok(value) = found else { return false };
+        if value.unknown || !sure {
+            return value.unknown && self.pass == 1;
+        }
+        self.fitted(if number.is_some() { LITERAL } else { DESTINATION }, value.n, &at) == wanted
     }
 
     fn operand(&mut self, text: &str, range: Range<usize>, kind: &OperandKind, site: &Site) -> Operand {
@@ -258,7 +275,8 @@ impl Asm<'_> {
             Err(fault) if fault.code == "ASM008" => return Operand::Not,
             Err(fault) => return Operand::Wrong(2, fault),
         };
-        let Ok(n) = i32::try_from(value.n).or_else(|_| u32::try_from(value.n).map(|n| n as i32)) else {
+        let fitted = if value.unknown { value.n } else { self.fitted(kind.name, value.n, &range) };
+        let Ok(n) = i32::try_from(fitted).or_else(|_| u32::try_from(value.n).map(|n| n as i32)) else {
             let cause = format!("{} has more than 32 bits", value.n);
             return Operand::Wrong(3, Fault::new("ASM003", range, cause, "use a value in range"));
         };
@@ -267,6 +285,13 @@ impl Asm<'_> {
             Ok(value_here) => Operand::Value(value_here, !value.unknown),
             Err(cause) => Operand::Wrong(1, Fault::new("ASM003", range, cause, format!("wanted here: {}", kind.name))),
         }
+    }
+
+    /// The value that an operand of a kind has in its field; what is cut off is noted.
+    fn fitted(&mut self, kind: &str, n: i64, at: &Range<usize>) -> i64 {
+        let Some((fitted, said)) = (self.d.hooks.cut)(self.chip, kind, n) else { return n };
+        self.notes.extend(said.map(|(code, cause, hint)| Fault::new(code, at.clone(), cause, hint).warning()));
+        fitted
     }
 
     /// `M(256+n)`: the name that the letter and the value in brackets are together.

@@ -365,6 +365,12 @@ impl Asm<'_> {
         }
     }
 
+    /// There is a file of this name for the text that is being read.
+    pub fn can_open(&mut self, name: &str) -> bool {
+        let from = self.line.as_ref().map_or(0, |line| line.file);
+        self.files.open(name, self.texts.name(from)).is_ok()
+    }
+
     /// Reads a file at this place.
     pub fn include(&mut self, name: &str, call: &Call<'_>) {
         let from = self.line.as_ref().map_or(0, |line| line.file);

@@ -1,5 +1,7 @@
 //! Sections: which there are, and in which order they lie, as the linker's script has it.
 
+use std::ops::Range;
+
 use emu_core::chip::Chip;
 use emu_core::image::Space;
 
@@ -114,8 +116,39 @@ impl Output {
         first.is_some_and(|first| first.behind.is_some() && first.pos != 0)
     }
 
+    /// The number of the section of this name, which is made where there is none yet.
+    pub fn open(&mut self, name: &str, space: &'static str, holds: Holds) -> Option<usize> {
+        if let Some(number) = self.sections.iter().position(|section| section.name == name) {
+            return Some(number);
+        }
+        let number = self.sections.len();
+        if number >= MOST {
+            return None;
+        }
+        let unit = if holds == Holds::Image { self.first.first()?.unit } else { 1 };
+        let rank = (number, 0);
+        let made = Section { name: name.to_owned(), space, holds, behind: None, rank, align: 1, base: 0, unit, pos: 0 };
+        self.first.push(made.clone());
+        self.sections.push(made);
+        Some(number)
+    }
+
+    /// The section of this number begins at this address in all passes to come; true where it began elsewhere.
+    pub fn begin_at(&mut self, number: usize, at: i64) -> bool {
+        let Some(first) = self.first.get_mut(number) else { return false };
+        let pos = at.saturating_mul(first.unit.into());
+        std::mem::replace(&mut first.pos, pos) != pos
+    }
+
+    /// The addresses of a section in this pass, from its begin to what comes next.
+    pub fn extent(&self, number: usize) -> Range<i64> {
+        let (Some(first), Some(now)) = (self.first.get(number), self.sections.get(number)) else { return 0..0 };
+        let unit = i64::from(now.unit.max(1));
+        first.pos / unit..now.pos / unit
+    }
+
     /// Goes on in the section of this number.
-    fn turn_to(&mut self, number: usize) {
+    pub fn turn_to(&mut self, number: usize) {
         (self.previous, self.current) = (self.current, number);
     }
 

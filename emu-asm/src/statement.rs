@@ -23,6 +23,9 @@ pub(crate) struct Head {
     pub rest: Range<usize>,
 }
 
+/// A directive that does nothing.
+const NOTHING: Directive = Directive::run("", |_, _| ());
+
 /// Where the comment of a line begins.
 pub(crate) fn code_end(d: &Dialect, text: &str) -> usize {
     let start = skip_space(text, 0);
@@ -274,9 +277,16 @@ impl Asm<'_> {
             return None;
         }
         let lower = word.to_ascii_lowercase();
+        // A macro of the program may bear the name of a directive that only other assemblers have.
+        if self.macros.contains_key(&lower) {
+            return None;
+        }
         if let Some(control) = lower.strip_prefix('$').filter(|_| self.d.controls) {
             let include = matches!(control, "include" | "inc" | "ic");
             return self.d.directive(if include { "include" } else { "$" });
+        }
+        if lower.strip_prefix('.').is_some_and(|bare| self.d.hooks.dotted.contains(&bare)) {
+            return Some(&NOTHING);
         }
         let bare = match (lower.strip_prefix('.'), lower.strip_prefix('#')) {
             (Some(bare), _) => bare,
@@ -360,7 +370,10 @@ impl Asm<'_> {
         let column_one = start == 0 && from == 0;
         // In column 1 a directive of other dialects may be a label: `byte xorwf sum, f`.
         let mnemonic = |range: &Range<usize>| !self.table.forms(&get(range.clone()).to_ascii_lowercase()).is_empty();
-        let in_front = column_one && self.d.column_one && mnemonic(&second) && !mnemonic(&name);
+        let foreign = second.is_empty()
+            && after >= end
+            && self.d.hooks.foreign.iter().any(|word| word.eq_ignore_ascii_case(get(name.clone())));
+        let in_front = column_one && self.d.column_one && (foreign || mnemonic(&second) && !mnemonic(&name));
         let known = self.is_word(get(name.clone())) && !(in_front && self.directive_of(get(name.clone())).is_some());
         let first_names = self.directive_of(get(name.clone())).is_some_and(|d| d.label == Label::Name);
         if about && !first_names && (!known || column_one) {

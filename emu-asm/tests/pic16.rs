@@ -4,7 +4,9 @@
 //! A source stands behind `== CHIP: what it shows`. Then come lines `-- ADDR: WORDS` (hexadecimal, both word addresses and words;
 //! all that the source gives), `-- told LINE CODE` for each warning and note, `-- error LINE CODE` for each error.
 
-use emu_asm::{Options, Source, assemble, named_chip};
+use std::io;
+
+use emu_asm::{Files, Options, Source, assemble, named_chip};
 use emu_core::Chip;
 use emu_core::image::Image;
 use emu_pic16::chips;
@@ -30,7 +32,8 @@ fn sources_give_these_words_and_these_complaints() {
         let chip = chips::chip(name).unwrap_or_else(|| panic!("no chip {name}"));
         let (source, wanted): (Vec<&str>, Vec<&str>) = rest.lines().partition(|line| !line.starts_with("-- "));
         let text = source.join("\n");
-        let found = assemble(&Source { name: "", bytes: text.as_bytes() }, chip, &Options::default(), &mut ());
+        let options = Options { chip_named: Some(chips::chip), ..Options::default() };
+        let found = assemble(&Source { name: "", bytes: text.as_bytes() }, chip, &options, &mut ());
         let tell = |list: &[diag::Diagnostic]| {
             let line = |d: &diag::Diagnostic| {
                 format!("-- {} {} {}", if d.is_error() { "error" } else { "told" }, d.pos.line, d.code)
@@ -63,4 +66,25 @@ fn a_source_names_its_chip() {
     for (source, name) in cases {
         assert_eq!(named_chip(source.as_bytes()).as_deref(), name, "{source}");
     }
+}
+
+/// The include file of a chip that is not known, and no other file.
+struct Header;
+
+impl Files for Header {
+    fn open(&mut self, name: &str, _: &str) -> io::Result<(String, Vec<u8>)> {
+        match name {
+            "p16f887.inc" => Ok((name.to_owned(), b"ANSELH equ 189\n".to_vec())),
+            _ => Err(io::ErrorKind::NotFound.into()),
+        }
+    }
+}
+
+#[test]
+fn the_file_of_a_chip_that_is_not_known_is_read() {
+    let chip = chips::chip("pic16f877a").expect("a chip");
+    let options = Options { chip_named: Some(chips::chip), ..Options::default() };
+    let bytes = b" include <p16f887.inc>\n clrf ANSELH\n";
+    let done = assemble(&Source { name: "", bytes }, chip, &options, &mut Header).expect("a program");
+    assert_eq!(words(chip, &done.image), "0: 0189");
 }

@@ -63,6 +63,8 @@ pub struct Chip {
     pub ram_start: u16,
     /// Addresses of RAM: bytes, or bits on a controller that has only those.
     pub ram_len: u16,
+    /// RAM by ranges of addresses, mirrors included, on chips whose RAM lies in banks; empty where it lies in one piece.
+    pub ram_map: &'static [RamRange],
     /// EEPROM in bytes.
     pub eeprom: u16,
     /// Bytes per program word.
@@ -107,6 +109,17 @@ pub struct Chip {
     /// Places in those memories that instructions use without naming them: registers of the core, of which only the accesses by
     /// address are told.
     pub silent: &'static [(&'static str, u32)],
+}
+
+/// A range of data memory that holds RAM.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RamRange {
+    /// First address.
+    pub first: u16,
+    /// Last address.
+    pub last: u16,
+    /// The address under which the first byte is kept: `first` itself, or what it mirrors.
+    pub kept: u16,
 }
 
 /// A register of the chip, or a bit of one.

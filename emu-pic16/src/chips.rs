@@ -74,9 +74,7 @@ pub struct Part {
     /// What all families have. `regs` lists every register once, at its lowest address, by the name of this chip's data
     /// sheet.
     pub chip: Chip,
-    /// Data memory that holds RAM; every address of it, mirrors included.
-    pub ram: &'static [Ram],
-    /// Registers by address in data memory, every mirror included. What is neither here nor in `ram` is unimplemented.
+    /// Registers by address in data memory, every mirror included. What is neither here nor in `chip.ram_map` is unimplemented.
     pub sfr: &'static [(u16, Sfr)],
     /// Bits of registers by the names of the headers, in which strokes and bars are written out (GO_NOT_DONE, NOT_TO). Where
     /// a bit has several names the first is that of the data sheet.
@@ -117,17 +115,6 @@ pub struct Part {
     pub times: Times,
 }
 
-/// A range of data memory that holds RAM.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Ram {
-    /// First address, 0 to 1FFh.
-    pub first: u16,
-    /// Last address.
-    pub last: u16,
-    /// The address under which the first byte is kept: `first` itself, or what it mirrors.
-    pub kept: u16,
-}
-
 /// A named bit: register, name, number.
 pub type Bit = (Sfr, &'static str, u8);
 
@@ -150,7 +137,7 @@ impl Part {
         if let Some(&(_, sfr)) = self.sfr.iter().find(|s| s.0 == addr) {
             return Place::Sfr(sfr);
         }
-        match self.ram.iter().find(|r| r.first <= addr && addr <= r.last) {
+        match self.chip.ram_map.iter().find(|r| r.first <= addr && addr <= r.last) {
             Some(r) => Place::Ram(r.kept + (addr - r.first)),
             None => Place::None,
         }

@@ -360,7 +360,7 @@ fn rows_are_consistent() {
         assert_eq!(at.len(), part.sfr.len(), "{}: two registers at one address", c.name);
         let places = part.places();
         for addr in 0..0x200_u16 {
-            let holds = part.ram.iter().filter(|r| r.first <= addr && addr <= r.last).count();
+            let holds = part.chip.ram_map.iter().filter(|r| r.first <= addr && addr <= r.last).count();
             assert!(holds + usize::from(at.contains(&addr)) <= 1, "{} {addr:X}", c.name);
             assert_eq!(places[usize::from(addr)], part.place(addr), "{} {addr:X}", c.name);
             assert_eq!(part.place(addr + 0x200), part.place(addr), "{} {addr:X}", c.name);

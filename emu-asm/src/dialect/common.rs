@@ -6,6 +6,7 @@ use super::{Directive, Flow, Provided, Turns};
 use crate::dialect::Holds;
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
+use crate::known::Known;
 use crate::number::string;
 use crate::symbols::Kind;
 use crate::text::{behind_name, byte, cut, skip_space, trim};
@@ -263,6 +264,18 @@ pub(super) fn include(asm: &mut Asm<'_>, call: &Call<'_>) {
         Provided::Chip => {}
         Provided::Otherwise(cause, hint) => asm.tell(Fault::new("ASM032", rest, cause, hint).warning()),
         Provided::Other(cause, hint) => asm.tell(Fault::new("ASM015", rest, cause, hint)),
+        Provided::Named(name, cause, hint) => match asm.chip_named.and_then(|named| named(&name)) {
+            Some(other) => {
+                asm.known = Known::of(other);
+                let hint = "its names and numbers are used; name one chip in both places";
+                asm.tell(Fault::new("ASM043", rest, cause, hint).warning());
+            }
+            // A chip that is not known, whose file lies in the folders all the same.
+            None if asm.can_open(inner) => {
+                asm.include(inner, &Call { rest, label: None, word: call.word.clone(), ..*call })
+            }
+            None => asm.tell(Fault::new("ASM015", rest, cause, hint)),
+        },
         Provided::No => asm.include(inner, &Call { rest, label: None, word: call.word.clone(), ..*call }),
     }
 }

@@ -24,6 +24,10 @@ pub(crate) type Unary = (&'static str, u8, fn(i64) -> i64);
 /// What a dialect tells of an instruction with the values of its operands and where they stand.
 pub(crate) type Check = fn(&Row, &[(i32, Range<usize>)]) -> Option<Fault>;
 
+/// What a dialect makes of a value beyond the field of an operand of a kind: the value that fits, and code, cause and hint of a
+/// warning. `None` where the value is taken as it is, or refused as any other.
+pub(crate) type Cut = fn(&Chip, kind: &str, value: i64) -> Option<(i64, Option<Refusal>)>;
+
 /// A dialect.
 pub(crate) struct Dialect {
     /// Characters that begin a comment anywhere outside quotes.
@@ -99,6 +103,16 @@ pub(crate) struct Dialect {
 pub(crate) struct Hooks {
     /// Looks at an instruction that fits: its row, and the operands that stand in its pattern with their places.
     pub check: Check,
+    /// The value that an operand has where the one that is written does not fit its field, and the warning that says so.
+    pub cut: Cut,
+    /// Directives without effect that are known with a dot alone, here without it.
+    pub dotted: &'static [&'static str],
+    /// Directives that the family's usual assembler has not: alone in column 1 they are labels.
+    pub foreign: &'static [&'static str],
+    /// Operands of an instruction that takes none are left out, with a warning.
+    pub drops_operands: bool,
+    /// Puts sections in their places at the end of a pass; true where one has moved, so that another pass is wanted.
+    pub place: fn(&mut Asm<'_>) -> bool,
     /// `#v(expression)` within a name stands for its value.
     pub value_names: bool,
     /// Names whose values hang on what the program has said before.
@@ -110,7 +124,17 @@ pub(crate) struct Hooks {
 
 impl Hooks {
     /// None of it.
-    pub const NONE: Hooks = Hooks { check: |_, _| None, value_names: false, names: |_, _| None, general: &[] };
+    pub const NONE: Hooks = Hooks {
+        check: |_, _| None,
+        cut: |_, _, _| None,
+        dotted: &[],
+        foreign: &[],
+        drops_operands: false,
+        place: |_| false,
+        value_names: false,
+        names: |_, _| None,
+        general: &[],
+    };
 }
 
 /// Code, cause and hint.
@@ -141,6 +165,8 @@ pub(crate) enum Provided {
     Otherwise(String, String),
     /// It is one for another chip: its cause and hint.
     Other(String, String),
+    /// It is one for the chip of this name, whose names it gives: cause, and hint where that chip is not known.
+    Named(String, String, String),
     /// It is a file.
     No,
 }

@@ -2,11 +2,15 @@
 //!
 //! ```text
 //!   pic16.rs  the dialect as data, and the names that a program gives    chip.rs  the chip: list, banks, pages, configuration
+//!   fields.rs values beyond the field of an operand
+//!   link.rs   sections of relocatable sources, and where they lie
 //!   data.rs   words of all kinds: dw, db, da, de, dt, fill      special.rs  mnemonics that stand for other instructions
 //! ```
 
 mod chip;
 mod data;
+mod fields;
+mod link;
 mod special;
 
 use std::ops::Range;
@@ -32,7 +36,21 @@ pub(crate) struct State {
     block: i64,
     /// The configuration words by `config`.
     settings: Option<[u16; 2]>,
+    /// The sections of a relocatable source, in the order in which it begins them.
+    modules: Vec<link::ModuleSection>,
+    /// `list f=inhx8m`.
+    pub is_inhx8m: bool,
 }
+
+/// Directives of all dialects that gpasm has not.
+#[rustfmt::skip]
+const FOREIGN: &[&str] = &[
+    "ds", "byte", "word", "ascii", "asciz", "rept", "irp", "irpc", "endr", "warning", "undef", "undefine",
+    "ifeq", "ifne", "ifgt", "ifge", "iflt", "ifle", "ifb", "ifnb", "ifc", "ifnc", "ifnotdef",
+];
+
+/// Directives for debuggers, and the macros of gputils' `coff.inc` that tell gpsim something.
+const DOTTED: &[&str] = &["line", "eof", "file", "ident", "type", "def", "dim", "direct", "sim", "assert", "command"];
 
 /// The dialect.
 #[rustfmt::skip]
@@ -75,7 +93,7 @@ pub(super) const PIC16: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[("W", 0), ("F", 1)],
-    hooks: Hooks { check, value_names: true, ..Hooks::NONE },
+    hooks: Hooks { check, cut: fields::cut, drops_operands: true, dotted: DOTTED, foreign: FOREIGN, place: link::place, value_names: true, ..Hooks::NONE },
     directives: &[
         Directive::named("org", org),
         Directive::run("dw", data::words),
@@ -87,12 +105,17 @@ pub(super) const PIC16: Dialect = Dialect {
         Directive::run("de", data::cells),
         Directive::run("dt", data::table),
         Directive::run("fill", data::fill),
-        Directive::run("res", super::common::space),
+        Directive::run("res", link::reserve),
+        link::section("code"), link::section("udata"), link::section("udata_shr"), link::section("udata_ovr"), link::section("idata"),
+        link::section("udata_acs"), link::section("idata_acs"), link::section("code_pack"),
+        Directive::run("extern", link::external),
+        Directive::run("global", nothing),
         Directive::run("list", chip::list),
         Directive::run("processor", chip::processor),
         Directive::run("radix", chip::radix),
         Directive::run("errorlevel", chip::errorlevel),
         Directive::run("__config", chip::config),
+        Directive::run("__fuses", chip::config),
         Directive::run("config", chip::settings),
         Directive::run("__idlocs", chip::idlocs),
         Directive::run("banksel", chip::banksel),
@@ -140,7 +163,7 @@ pub(super) const PIC16: Dialect = Dialect {
         Directive::run("__badrom", nothing),
     ],
     provides: chip::provides,
-    defines: |_| Vec::new(),
+    defines: chip::defines,
     refuses: |_, _| None,
     finish: chip::give_settings,
     sections: &[SectionRow { name: "code", space: "", holds: Holds::Image, behind: None }],
@@ -157,6 +180,9 @@ fn check(row: &Row, values: &[(i32, Range<usize>)]) -> Option<Fault> {
 
 /// `org address`; a label in front of it has the new address.
 fn org(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if !asm.own.pic16.modules.is_empty() {
+        asm.out.turn_to(link::ABSOLUTE);
+    }
     super::common::org(asm, call);
     if let Some(label) = call.label.clone() {
         asm.label(call.get(label.clone()), label);

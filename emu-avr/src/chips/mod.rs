@@ -263,6 +263,7 @@ impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const 
         ram: "data",
         ram_start: RAM,
         ram_len: END - RAM,
+        ram_map: &[],
         eeprom: EEPROM,
         word_bytes: 2,
         max_hz: 16_000_000,

@@ -42,7 +42,7 @@ pub use note::{avr_device, avr_signature};
 pub use omf51::{OMF_CODES, load_omf51};
 pub use simavr::{Simavr, SimavrTrace, simavr};
 pub use symbols::{Message, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols};
-pub use write::write_hex;
+pub use write::{write_hex, write_hex_aligned};
 
 /// One memory that an image may fill: a window in the address space of the image file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

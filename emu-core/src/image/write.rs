@@ -10,6 +10,22 @@ const DATA_BYTES: u32 = 16;
 /// writes is what [`super::load_hex`] accepts.
 #[must_use]
 pub fn write_hex(segments: &[(u32, &[u8])]) -> String {
+    written(segments, false)
+}
+
+/// Writes Intel HEX as the tools of gputils do: as [`write_hex`], but no line crosses a multiple of 16 bytes, and with `extended`
+/// (their INHX32, otherwise INHX8M) a type 04 record comes before the first 64 KB too.
+#[must_use]
+pub fn write_hex_aligned(segments: &[(u32, &[u8])], extended: bool) -> String {
+    let mut text = String::new();
+    if extended {
+        record(&mut text, 0, 4, &[0, 0]);
+    }
+    text + &written(segments, true)
+}
+
+/// The text; with `aligned` no line crosses a multiple of its longest length.
+fn written(segments: &[(u32, &[u8])], aligned: bool) -> String {
     let mut sorted = segments.to_vec();
     sorted.sort_by_key(|&(addr, _)| addr);
     let mut text = String::new();
@@ -20,7 +36,8 @@ pub fn write_hex(segments: &[(u32, &[u8])]) -> String {
                 upper = addr >> 16;
                 record(&mut text, 0, 4, &(upper as u16).to_be_bytes());
             }
-            let room = DATA_BYTES.min(0x1_0000 - (addr & 0xFFFF)) as usize;
+            let longest = if aligned { DATA_BYTES - addr % DATA_BYTES } else { DATA_BYTES };
+            let room = longest.min(0x1_0000 - (addr & 0xFFFF)) as usize;
             let (line, rest) = bytes.split_at(room.min(bytes.len()));
             record(&mut text, addr as u16, 0, line);
             addr = addr.wrapping_add(line.len() as u32);

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use diag::{Diagnostic, Severity};
-use emu_core::image::{Bits, CODES, LIMIT, Loaded, Space, load, load_hex, write_hex};
+use emu_core::image::{Bits, CODES, LIMIT, Loaded, Space, load, load_hex, write_hex, write_hex_aligned};
 
 use crate::{AVR, DIR, table};
 
@@ -161,6 +161,20 @@ fn written_text() {
 :00000001FF
 ";
     assert_eq!(text, wanted);
+}
+
+#[test]
+fn aligned_text() {
+    let bytes: Vec<u8> = (0..14).collect();
+    let segments: &[(u32, &[u8])] = &[(0x400E, &[0xF1, 0x3F]), (6, &bytes)];
+    let wanted = "\
+:0A00060000010203040506070809C3
+:040010000A0B0C0DBE
+:02400E00F13F80
+:00000001FF
+";
+    assert_eq!(write_hex_aligned(segments, false), wanted);
+    assert_eq!(write_hex_aligned(segments, true), format!(":020000040000FA\n{wanted}"));
 }
 
 /// A record may begin before a memory, cross a gap and end behind a memory; only what lies in none is at fault.

@@ -1,32 +1,32 @@
 //! PIC16F628 (DS40300), 16F628A and 648A (DS40044).
 
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, RamRange};
 
 use super::bits as b;
 use super::data::{chip, join, regs};
 use super::f87x::PIC16F873;
 use super::pins::{self as p, pins18_shared, shared18};
 use super::regs as r;
-use super::{Adc, Bit, Comparators, Config, Internal, Memory, Oscillator, Part, Ram, Ssp};
+use super::{Adc, Bit, Comparators, Config, Internal, Memory, Oscillator, Part, Ssp};
 use crate::periph::map::Sfr;
 
 /// Figure 4-2.
-const RAM_224: &[Ram] = &[
-    Ram { first: 0x020, last: 0x07F, kept: 0x020 },
-    Ram { first: 0x0A0, last: 0x0EF, kept: 0x0A0 },
-    Ram { first: 0x0F0, last: 0x0FF, kept: 0x070 },
-    Ram { first: 0x120, last: 0x14F, kept: 0x120 },
-    Ram { first: 0x170, last: 0x17F, kept: 0x070 },
-    Ram { first: 0x1F0, last: 0x1FF, kept: 0x070 },
+const RAM_224: &[RamRange] = &[
+    RamRange { first: 0x020, last: 0x07F, kept: 0x020 },
+    RamRange { first: 0x0A0, last: 0x0EF, kept: 0x0A0 },
+    RamRange { first: 0x0F0, last: 0x0FF, kept: 0x070 },
+    RamRange { first: 0x120, last: 0x14F, kept: 0x120 },
+    RamRange { first: 0x170, last: 0x17F, kept: 0x070 },
+    RamRange { first: 0x1F0, last: 0x1FF, kept: 0x070 },
 ];
 /// 648A, figure 4-3.
-const RAM_256: &[Ram] = &[
-    Ram { first: 0x020, last: 0x07F, kept: 0x020 },
-    Ram { first: 0x0A0, last: 0x0EF, kept: 0x0A0 },
-    Ram { first: 0x0F0, last: 0x0FF, kept: 0x070 },
-    Ram { first: 0x120, last: 0x16F, kept: 0x120 },
-    Ram { first: 0x170, last: 0x17F, kept: 0x070 },
-    Ram { first: 0x1F0, last: 0x1FF, kept: 0x070 },
+const RAM_256: &[RamRange] = &[
+    RamRange { first: 0x020, last: 0x07F, kept: 0x020 },
+    RamRange { first: 0x0A0, last: 0x0EF, kept: 0x0A0 },
+    RamRange { first: 0x0F0, last: 0x0FF, kept: 0x070 },
+    RamRange { first: 0x120, last: 0x16F, kept: 0x120 },
+    RamRange { first: 0x170, last: 0x17F, kept: 0x070 },
+    RamRange { first: 0x1F0, last: 0x1FF, kept: 0x070 },
 ];
 
 const S_628: &[(u16, Sfr)] = join!(r::CORE, r::CORE_HIGH, r::TIMERS, r::USART, r::COMPARATORS_62X, r::EEPROM_62X);
@@ -65,6 +65,7 @@ const CONFIG_628A: Config = Config { erased: &[0x21FF], cp: 0x2000, ..CONFIG_628
 /// PIC16F628.
 pub(super) const PIC16F628: Part = Part {
     chip: Chip {
+        ram_map: RAM_224,
         regs: regs!(S_628, CVRCON => "VRCON"),
         pins: &pins18_shared(
             ["AN0", "AN1", "AN2, VREF", "AN3, CMP1", "open drain, T0CKI, CMP2"],
@@ -72,7 +73,6 @@ pub(super) const PIC16F628: Part = Part {
         ),
         ..chip!("pic16f628", "PIC16F628", "DS40300", 2 K, 224, 128, 18, PIC16F873.chip)
     },
-    ram: RAM_224,
     sfr: S_628,
     bits: B_628,
     ports: p::PORTS_62X,
@@ -102,8 +102,7 @@ pub(super) const PIC16F628A: Part = Part {
 
 /// PIC16F648A.
 pub(super) const PIC16F648A: Part = Part {
-    chip: chip!("pic16f648a", "PIC16F648A", "DS40044", 4 K, 256, 256, 18, PIC16F628.chip),
-    ram: RAM_256,
+    chip: Chip { ram_map: RAM_256, ..chip!("pic16f648a", "PIC16F648A", "DS40044", 4 K, 256, 256, 18, PIC16F628.chip) },
     device_id: Some(0x1100),
     ..PIC16F628A
 };

@@ -1,41 +1,41 @@
 //! PIC16F870 to 877 and their A versions (DS30569 870 and 871, DS30221 872, DS30292 87X, DS39582 87XA).
 
-use emu_core::chip::{Chip, Family};
+use emu_core::chip::{Chip, Family, RamRange};
 use emu_core::pins::PinId;
 
 use super::bits as b;
 use super::data::{chip, join, regs};
 use super::pins::{self as p, dip28, dip40, pins28, pins40};
 use super::regs as r;
-use super::{Adc, Bit, Comparators, Config, Internal, Memory, NO_PIN, Oscillator, Part, Ram, Ssp, Times};
+use super::{Adc, Bit, Comparators, Config, Internal, Memory, NO_PIN, Oscillator, Part, Ssp, Times};
 use crate::isa::ISA;
 use crate::periph::map::Sfr;
 
 /// 87X, figure 2-4: no byte can be reached in all banks.
-const RAM_192: &[Ram] = &[
-    Ram { first: 0x020, last: 0x07F, kept: 0x20 },
-    Ram { first: 0x0A0, last: 0x0FF, kept: 0xA0 },
-    Ram { first: 0x120, last: 0x17F, kept: 0x20 },
-    Ram { first: 0x1A0, last: 0x1FF, kept: 0xA0 },
+const RAM_192: &[RamRange] = &[
+    RamRange { first: 0x020, last: 0x07F, kept: 0x20 },
+    RamRange { first: 0x0A0, last: 0x0FF, kept: 0xA0 },
+    RamRange { first: 0x120, last: 0x17F, kept: 0x20 },
+    RamRange { first: 0x1A0, last: 0x1FF, kept: 0xA0 },
 ];
 /// 87X, figure 2-3; 87 and 88 too.
-pub(super) const RAM_368: &[Ram] = &[
-    Ram { first: 0x020, last: 0x07F, kept: 0x020 },
-    Ram { first: 0x0A0, last: 0x0EF, kept: 0x0A0 },
-    Ram { first: 0x0F0, last: 0x0FF, kept: 0x070 },
-    Ram { first: 0x110, last: 0x16F, kept: 0x110 },
-    Ram { first: 0x170, last: 0x17F, kept: 0x070 },
-    Ram { first: 0x190, last: 0x1EF, kept: 0x190 },
-    Ram { first: 0x1F0, last: 0x1FF, kept: 0x070 },
+pub(super) const RAM_368: &[RamRange] = &[
+    RamRange { first: 0x020, last: 0x07F, kept: 0x020 },
+    RamRange { first: 0x0A0, last: 0x0EF, kept: 0x0A0 },
+    RamRange { first: 0x0F0, last: 0x0FF, kept: 0x070 },
+    RamRange { first: 0x110, last: 0x16F, kept: 0x110 },
+    RamRange { first: 0x170, last: 0x17F, kept: 0x070 },
+    RamRange { first: 0x190, last: 0x1EF, kept: 0x190 },
+    RamRange { first: 0x1F0, last: 0x1FF, kept: 0x070 },
 ];
 /// 870 and 871, figure 2-2; 872, figure 2-2.
-const RAM_128: &[Ram] = &[
-    Ram { first: 0x020, last: 0x07F, kept: 0x20 },
-    Ram { first: 0x0A0, last: 0x0BF, kept: 0xA0 },
-    Ram { first: 0x0F0, last: 0x0FF, kept: 0x70 },
-    Ram { first: 0x120, last: 0x17F, kept: 0x20 },
-    Ram { first: 0x1A0, last: 0x1BF, kept: 0xA0 },
-    Ram { first: 0x1F0, last: 0x1FF, kept: 0x70 },
+const RAM_128: &[RamRange] = &[
+    RamRange { first: 0x020, last: 0x07F, kept: 0x20 },
+    RamRange { first: 0x0A0, last: 0x0BF, kept: 0xA0 },
+    RamRange { first: 0x0F0, last: 0x0FF, kept: 0x70 },
+    RamRange { first: 0x120, last: 0x17F, kept: 0x20 },
+    RamRange { first: 0x1A0, last: 0x1BF, kept: 0xA0 },
+    RamRange { first: 0x1F0, last: 0x1FF, kept: 0x70 },
 ];
 
 /// INDF, PCL, STATUS, FSR, PCLATH in each bank.
@@ -136,6 +136,7 @@ pub const PIC16F873: Part = Part {
             ram: "data",
             ram_start: 0x20,
             ram_len: 0,
+            ram_map: RAM_192,
             eeprom: 0,
             word_bytes: 2,
             max_hz: 20_000_000,
@@ -158,7 +159,6 @@ pub const PIC16F873: Part = Part {
             silent: &SILENT,
         }
     ),
-    ram: RAM_192,
     sfr: S_873,
     bits: B_873,
     ports: p::PORTS28,
@@ -207,8 +207,7 @@ pub(super) const PIC16F874: Part = Part {
 
 /// PIC16F876.
 pub(super) const PIC16F876: Part = Part {
-    chip: chip!("pic16f876", "PIC16F876", "DS30292", 8 K, 368, 256, 28, PIC16F873.chip),
-    ram: RAM_368,
+    chip: Chip { ram_map: RAM_368, ..chip!("pic16f876", "PIC16F876", "DS30292", 8 K, 368, 256, 28, PIC16F873.chip) },
     config: CONFIG_8K,
     device_id: Some(0x09E0),
     ..PIC16F873
@@ -216,8 +215,7 @@ pub(super) const PIC16F876: Part = Part {
 
 /// PIC16F877.
 pub(super) const PIC16F877: Part = Part {
-    chip: chip!("pic16f877", "PIC16F877", "DS30292", 8 K, 368, 256, 40, PIC16F874.chip),
-    ram: RAM_368,
+    chip: Chip { ram_map: RAM_368, ..chip!("pic16f877", "PIC16F877", "DS30292", 8 K, 368, 256, 40, PIC16F874.chip) },
     config: CONFIG_8K,
     device_id: Some(0x09A0),
     ..PIC16F874
@@ -265,8 +263,7 @@ pub(super) const PIC16F874A: Part = Part {
 
 /// PIC16F876A.
 pub(super) const PIC16F876A: Part = Part {
-    chip: chip!("pic16f876a", "PIC16F876A", "DS39582", 8 K, 368, 256, 28, PIC16F873A.chip),
-    ram: RAM_368,
+    chip: Chip { ram_map: RAM_368, ..chip!("pic16f876a", "PIC16F876A", "DS39582", 8 K, 368, 256, 28, PIC16F873A.chip) },
     config: CONFIG_A_8K,
     device_id: Some(0x0E00),
     ..PIC16F873A
@@ -274,8 +271,7 @@ pub(super) const PIC16F876A: Part = Part {
 
 /// PIC16F877A.
 pub(super) const PIC16F877A: Part = Part {
-    chip: chip!("pic16f877a", "PIC16F877A", "DS39582", 8 K, 368, 256, 40, PIC16F874A.chip),
-    ram: RAM_368,
+    chip: Chip { ram_map: RAM_368, ..chip!("pic16f877a", "PIC16F877A", "DS39582", 8 K, 368, 256, 40, PIC16F874A.chip) },
     config: CONFIG_A_8K,
     device_id: Some(0x0E20),
     ..PIC16F874A
@@ -284,11 +280,11 @@ pub(super) const PIC16F877A: Part = Part {
 /// PIC16F870.
 pub(super) const PIC16F870: Part = Part {
     chip: Chip {
+        ram_map: RAM_128,
         regs: regs!(S_870),
         pins: &pins28(A_870, C_870),
         ..chip!("pic16f870", "PIC16F870", "DS30569", 2 K, 128, 64, 28, PIC16F873.chip)
     },
-    ram: RAM_128,
     sfr: S_870,
     bits: B_870,
     lines: join!(p::L28, p::L28_USART),
@@ -322,11 +318,11 @@ pub(super) const PIC16F871: Part = Part {
 /// PIC16F872.
 pub(super) const PIC16F872: Part = Part {
     chip: Chip {
+        ram_map: RAM_128,
         regs: regs!(S_872),
         pins: &pins28(A_873, C_872),
         ..chip!("pic16f872", "PIC16F872", "DS30221", 2 K, 128, 64, 28, PIC16F873.chip)
     },
-    ram: RAM_128,
     sfr: S_872,
     bits: B_872,
     lines: join!(p::L28, p::L28_SSP),

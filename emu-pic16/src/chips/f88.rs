@@ -1,6 +1,6 @@
 //! PIC16F818 and 819 (DS39598), 16F87 and 88 (DS30487).
 
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, RamRange};
 
 use super::bits as b;
 use super::data::{chip, join, regs};
@@ -8,25 +8,25 @@ use super::f62x::PIC16F628;
 use super::f87x::{PIC16F873, RAM_368};
 use super::pins::{self as p, pins18_shared, shared18};
 use super::regs as r;
-use super::{Adc, Bit, Comparators, Config, Internal, Memory, Part, Ram, Ssp, Times};
+use super::{Adc, Bit, Comparators, Config, Internal, Memory, Part, Ssp, Times};
 use crate::periph::map::Sfr;
 
 /// 818, figure 2-3.
-const RAM_128: &[Ram] = &[
-    Ram { first: 0x020, last: 0x07F, kept: 0x20 },
-    Ram { first: 0x0A0, last: 0x0BF, kept: 0xA0 },
-    Ram { first: 0x0C0, last: 0x0FF, kept: 0x40 },
-    Ram { first: 0x120, last: 0x17F, kept: 0x20 },
-    Ram { first: 0x1A0, last: 0x1FF, kept: 0x20 },
+const RAM_128: &[RamRange] = &[
+    RamRange { first: 0x020, last: 0x07F, kept: 0x20 },
+    RamRange { first: 0x0A0, last: 0x0BF, kept: 0xA0 },
+    RamRange { first: 0x0C0, last: 0x0FF, kept: 0x40 },
+    RamRange { first: 0x120, last: 0x17F, kept: 0x20 },
+    RamRange { first: 0x1A0, last: 0x1FF, kept: 0x20 },
 ];
 /// 819, figure 2-4.
-const RAM_256: &[Ram] = &[
-    Ram { first: 0x020, last: 0x07F, kept: 0x020 },
-    Ram { first: 0x0A0, last: 0x0EF, kept: 0x0A0 },
-    Ram { first: 0x0F0, last: 0x0FF, kept: 0x070 },
-    Ram { first: 0x120, last: 0x16F, kept: 0x120 },
-    Ram { first: 0x170, last: 0x17F, kept: 0x070 },
-    Ram { first: 0x1A0, last: 0x1FF, kept: 0x020 },
+const RAM_256: &[RamRange] = &[
+    RamRange { first: 0x020, last: 0x07F, kept: 0x020 },
+    RamRange { first: 0x0A0, last: 0x0EF, kept: 0x0A0 },
+    RamRange { first: 0x0F0, last: 0x0FF, kept: 0x070 },
+    RamRange { first: 0x120, last: 0x16F, kept: 0x120 },
+    RamRange { first: 0x170, last: 0x17F, kept: 0x070 },
+    RamRange { first: 0x1A0, last: 0x1FF, kept: 0x020 },
 ];
 
 /// What all have.
@@ -69,6 +69,7 @@ const CONFIG_88: Config = Config {
 /// PIC16F819: the watchdog hangs on the oscillator on the chip (table 15-3), program memory takes 2 ms (D133).
 pub(super) const PIC16F819: Part = Part {
     chip: Chip {
+        ram_map: RAM_256,
         regs: regs!(S_819),
         pins: &pins18_shared(
             ["AN0", "AN1", "AN2, VREF-", "AN3, VREF+", "AN4, T0CKI"],
@@ -76,7 +77,6 @@ pub(super) const PIC16F819: Part = Part {
         ),
         ..chip!("pic16f819", "PIC16F819", "DS39598", 2 K, 256, 256, 18, PIC16F873.chip)
     },
-    ram: RAM_256,
     sfr: S_819,
     bits: B_819,
     ports: p::PORTS_88,
@@ -103,8 +103,7 @@ pub(super) const PIC16F819: Part = Part {
 
 /// PIC16F818.
 pub(super) const PIC16F818: Part = Part {
-    chip: chip!("pic16f818", "PIC16F818", "DS39598", 1 K, 128, 128, 18, PIC16F819.chip),
-    ram: RAM_128,
+    chip: Chip { ram_map: RAM_128, ..chip!("pic16f818", "PIC16F818", "DS39598", 1 K, 128, 128, 18, PIC16F819.chip) },
     config: CONFIG_818,
     device_id: Some(0x04C0),
     ..PIC16F819
@@ -113,6 +112,7 @@ pub(super) const PIC16F818: Part = Part {
 /// PIC16F87.
 pub(super) const PIC16F87: Part = Part {
     chip: Chip {
+        ram_map: RAM_368,
         regs: regs!(S_87),
         pins: &pins18_shared(
             ["AN0", "AN1", "AN2, CVREF", "AN3, C1OUT", "T0CKI, C2OUT"],
@@ -129,7 +129,6 @@ pub(super) const PIC16F87: Part = Part {
         ),
         ..chip!("pic16f87", "PIC16F87", "DS30487", 4 K, 368, 256, 18, PIC16F819.chip)
     },
-    ram: RAM_368,
     sfr: S_87,
     bits: B_87,
     lines: p::L_88,

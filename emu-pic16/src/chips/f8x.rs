@@ -1,6 +1,6 @@
 //! PIC16C71 (DS30272), 16C84 (DS30445), 16F84 (DS30430), 16F84A (DS35007).
 
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, RamRange};
 use emu_core::image::{Bits, Space};
 
 use super::bits as b;
@@ -8,22 +8,22 @@ use super::data::{chip, join, regs};
 use super::f87x::PIC16F873;
 use super::pins::{self as p, dip18, pins18};
 use super::regs as r;
-use super::{Adc, Bit, Config, Memory, NO_PIN, Part, Ram, Ssp, Times};
+use super::{Adc, Bit, Config, Memory, NO_PIN, Part, Ssp, Times};
 use crate::periph::map::Sfr;
 
 /// 16F84, figure 4-2: bank 1 shows bank 0; RP1 and IRP are not used (section 4.2.2.1), so banks 2 and 3 are banks 0 and 1.
-const RAM_68: &[Ram] = &[
-    Ram { first: 0x00C, last: 0x04F, kept: 0x0C },
-    Ram { first: 0x08C, last: 0x0CF, kept: 0x0C },
-    Ram { first: 0x10C, last: 0x14F, kept: 0x0C },
-    Ram { first: 0x18C, last: 0x1CF, kept: 0x0C },
+const RAM_68: &[RamRange] = &[
+    RamRange { first: 0x00C, last: 0x04F, kept: 0x0C },
+    RamRange { first: 0x08C, last: 0x0CF, kept: 0x0C },
+    RamRange { first: 0x10C, last: 0x14F, kept: 0x0C },
+    RamRange { first: 0x18C, last: 0x1CF, kept: 0x0C },
 ];
 /// 16C84, figure 4-2; 16C71, figure 4-5.
-const RAM_36: &[Ram] = &[
-    Ram { first: 0x00C, last: 0x02F, kept: 0x0C },
-    Ram { first: 0x08C, last: 0x0AF, kept: 0x0C },
-    Ram { first: 0x10C, last: 0x12F, kept: 0x0C },
-    Ram { first: 0x18C, last: 0x1AF, kept: 0x0C },
+const RAM_36: &[RamRange] = &[
+    RamRange { first: 0x00C, last: 0x02F, kept: 0x0C },
+    RamRange { first: 0x08C, last: 0x0AF, kept: 0x0C },
+    RamRange { first: 0x10C, last: 0x12F, kept: 0x0C },
+    RamRange { first: 0x18C, last: 0x1AF, kept: 0x0C },
 ];
 
 const BANKS_84: &[(u16, Sfr)] = join!(r::CORE, r::EEPROM_84);
@@ -45,13 +45,13 @@ const CONFIG_C84: Config = Config { pwrte: (1 << 3, true), cp: 0x10, ..CONFIG_84
 /// PIC16F84: a byte of EEPROM takes 10 ms, 20 ms at most (parameter D122).
 pub(super) const PIC16F84: Part = Part {
     chip: Chip {
+        ram_map: RAM_68,
         ram_start: 0x0C,
         max_hz: 10_000_000,
         regs: regs!(S_84),
         pins: &pins18(["", "", "", "", "open drain, T0CKI"]),
         ..chip!("pic16f84", "PIC16F84", "DS30430", 1 K, 68, 64, 18, PIC16F873.chip)
     },
-    ram: RAM_68,
     sfr: S_84,
     bits: B_84,
     ports: p::PORTS18,
@@ -81,8 +81,7 @@ pub(super) const PIC16F84A: Part = Part {
 
 /// PIC16C84.
 pub(super) const PIC16C84: Part = Part {
-    chip: chip!("pic16c84", "PIC16C84", "DS30445", 1 K, 36, 64, 18, PIC16F84.chip),
-    ram: RAM_36,
+    chip: Chip { ram_map: RAM_36, ..chip!("pic16c84", "PIC16C84", "DS30445", 1 K, 36, 64, 18, PIC16F84.chip) },
     bits: B_C84,
     config: CONFIG_C84,
     ..PIC16F84
@@ -91,6 +90,7 @@ pub(super) const PIC16C84: Part = Part {
 /// PIC16C71.
 pub(super) const PIC16C71: Part = Part {
     chip: Chip {
+        ram_map: RAM_36,
         name: "pic16c71",
         constants: || super::names::of("pic16c71"),
         title: "PIC16C71: 1K words EPROM, 36 bytes RAM, 18 pins",
@@ -107,7 +107,6 @@ pub(super) const PIC16C71: Part = Part {
         pins: &pins18(["AN0", "AN1", "AN2", "AN3, VREF", "open drain, T0CKI"]),
         ..PIC16F84.chip
     },
-    ram: RAM_36,
     sfr: S_71,
     bits: B_71,
     flags: join!(r::F_CORE, r::F_ADC_71),

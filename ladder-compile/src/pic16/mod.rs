@@ -148,7 +148,8 @@ fn scratch(ir: &Ir, chip: &Silicon) -> u16 {
     ir.begin.iter().chain(rungs).chain(&ir.end).for_each(|op| visit(ir, op, &mut needs));
     // Operands that no bank reaches together are copied.
     let bytes: u16 = ir.words.iter().map(|cell| u16::from(cell.bytes)).sum();
-    let first = chip.part.ram.iter().find(|ram| ram.first == ram.kept).map_or(0, |ram| ram.last - ram.first + 1);
+    let first =
+        chip.part.chip.ram_map.iter().find(|ram| ram.first == ram.kept).map_or(0, |ram| ram.last - ram.first + 1);
     if bytes + ir.bits.len() as u16 / 8 + 32 > first {
         needs = needs.max(runtime::scratch(ir.words.iter().map(|cell| cell.bytes).max().unwrap_or(0)));
     }

@@ -4,7 +4,10 @@
 //! ```text
 //! ; chip: pic16f873
 //! ; told: 203 302
+//! ; linked
 //! ```
+//!
+//! The last line is for sources of gplink.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;

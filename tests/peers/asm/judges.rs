@@ -1,7 +1,7 @@
 //! The assemblers of others: how each is called, what it says, and the memories that it fills.
 //!
 //! as31 says what is wrong with a source as warnings, and writes what it has. sdas8051 writes relocatable code, which sdld puts
-//! in place. gpasm knows chips, and names what it says by numbers. avr-as leaves addresses to avr-ld.
+//! in place. gpasm knows chips, and names what it says by numbers; gplink puts its relocatable code in place. avr-as leaves addresses to avr-ld.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -85,6 +85,11 @@ impl Judge {
                 call("sdas8051", &["-o", &at(&object), source]);
                 call("sdld", &["-i", &at(&product), &at(&object)]);
             }
+            Judge::Gpasm if is_relocatable(&home.join(source)) => {
+                let object = at(&out.join("product.o"));
+                call("gpasm", &["-c", "-o", &object, source]);
+                call("gplink", &["-o", &at(&product), &object]);
+            }
             Judge::Gpasm => call("gpasm", &["-o", &at(&product), source]),
             Judge::Avr => {
                 let core = match chip.flash {
@@ -128,9 +133,21 @@ fn say(program: &str, args: &[&str], home: &Path, said: &mut Vec<String>) {
     }
 }
 
+/// The head of a source of gpasm says that it is for gplink.
+fn is_relocatable(source: &Path) -> bool {
+    std::fs::read_to_string(source).is_ok_and(|text| text.lines().any(|line| line == "; linked"))
+}
+
+/// The HEX file that an assembler wrote last.
+pub fn product(out: &Path) -> String {
+    std::fs::read_to_string(out.join("product.hex")).unwrap_or_else(|e| panic!("{}: {e}", out.display()))
+}
+
 /// What is said whether a source is good or not.
 fn is_chatter(line: &str) -> bool {
-    ["Begin Pass", "including file:", "incLineCount=", "ASlink >>"].iter().any(|start| line.starts_with(start))
+    ["Begin Pass", "including file:", "incLineCount=", "ASlink >>", "message: Using default linker script"]
+        .iter()
+        .any(|start| line.starts_with(start))
 }
 
 /// The folder of an assembler's corpus.

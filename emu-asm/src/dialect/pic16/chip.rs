@@ -2,6 +2,7 @@
 
 use emu_core::chip::Chip;
 
+use super::link::ABSOLUTE;
 use crate::dialect::Provided;
 use crate::dialect::common::{value_of, wanted};
 use crate::engine::{Asm, Call};
@@ -16,7 +17,7 @@ const IRP: u16 = 7;
 /// Address of PCLATH; its bits 3 and 4 select a page of program memory.
 const PCLATH: u16 = 0x0A;
 /// Where the words for the identity lie, and the first configuration word.
-const ID: i64 = 0x2000;
+pub(super) const ID: i64 = 0x2000;
 const CONFIG: i64 = 0x2007;
 
 /// `bcf` or `bsf`.
@@ -29,6 +30,21 @@ pub fn bare(name: &str) -> String {
     let lower = name.trim().trim_matches('"').to_ascii_lowercase();
     let rest = lower.strip_prefix("pic").or_else(|| lower.strip_prefix('p'));
     rest.unwrap_or(&lower).to_owned()
+}
+
+/// Names that gpasm gives with the chip: the chip's own, where its memories begin and end, its vectors.
+pub(in crate::dialect) fn defines(chip: &Chip) -> Vec<(String, String)> {
+    let mut names = vec![(format!("__{}", bare(chip.name).to_ascii_uppercase()), 1)];
+    names.extend([("__CODE_START".to_owned(), 0), ("__CODE_END".to_owned(), chip.flash / chip.word_bytes.max(1) - 1)]);
+    names.extend([("__VECTOR_RESET".to_owned(), 0), ("__VECTOR_INT".to_owned(), 4)]);
+    if chip.eeprom > 0 {
+        let end = 0x2100 + u32::from(chip.eeprom) - 1;
+        names.extend([("__EEPROM_START".to_owned(), 0x2100), ("__EEPROM_END".to_owned(), end)]);
+    }
+    if let Some((first, last)) = super::link::common_ram(chip) {
+        names.extend([("__COMMON_RAM_START".to_owned(), first.into()), ("__COMMON_RAM_END".to_owned(), last.into())]);
+    }
+    names.into_iter().map(|(name, value)| (name, format!("0x{value:X}"))).collect()
 }
 
 /// The value of `p=`.
@@ -60,6 +76,9 @@ pub(super) fn list(asm: &mut Asm<'_>, call: &Call<'_>) {
         }
         match text.split_once('=') {
             Some((key, value)) if key.trim().eq_ignore_ascii_case("r") => set_radix(asm, value, part),
+            Some((key, value)) if key.trim().eq_ignore_ascii_case("f") => {
+                asm.own.pic16.is_inhx8m = value.trim().eq_ignore_ascii_case("inhx8m");
+            }
             _ => {}
         }
     }
@@ -86,7 +105,8 @@ fn set_radix(asm: &mut Asm<'_>, name: &str, at: std::ops::Range<usize>) {
 /// Messages of gpasm and MPASM by number, and ours that say the same.
 #[rustfmt::skip]
 const MESSAGES: &[(u32, &str)] = &[
-    (203, "ASM040"), (205, "ASM041"), (302, "ASM042"), (223, "ASM043"), (312, "ASM044"), (303, "ASM045"), (301, "ASM025"),
+    (203, "ASM040"), (205, "ASM041"), (302, "ASM042"), (223, "ASM043"), (312, "ASM044"), (303, "ASM045"), (301, "ASM025"), (202, "ASM046"),
+    (219, "ASM047"), (211, "ASM051"),
 ];
 
 /// `errorlevel -302`: a message is not told, `+302`: it is again; 0, 1 and 2 leave out nothing, notes, and warnings too.
@@ -110,12 +130,22 @@ pub(super) fn errorlevel(asm: &mut Asm<'_>, call: &Call<'_>) {
     }
 }
 
+/// Gives words at an address of the image, and goes back to where the program was.
+pub(super) fn elsewhere(asm: &mut Asm<'_>, addr: i64, give: impl FnOnce(&mut Asm<'_>)) {
+    let current = std::mem::replace(&mut asm.out.current, ABSOLUTE);
+    let here = asm.out.here();
+    asm.out.go(addr);
+    give(asm);
+    asm.out.go(here);
+    asm.out.current = current;
+}
+
 /// `__config value` for the first configuration word, `__config address, value` for any.
 pub(super) fn config(asm: &mut Asm<'_>, call: &Call<'_>) {
     let parts = cut(call.text, call.rest.clone());
     let (addr, value) = match parts.as_slice() {
         [value] => (Some(CONFIG), value),
-        [addr, value] => (asm.number(call.text, addr.clone()), value),
+        [addr, value] => (asm.place_of(call.text, addr.clone()), value),
         _ => {
             let hint = "write `__config value`, or `__config address, value`";
             return asm.tell(Fault::new("ASM023", call.word.clone(), "a value is wanted", hint));
@@ -123,10 +153,7 @@ pub(super) fn config(asm: &mut Asm<'_>, call: &Call<'_>) {
     };
     let Some(addr) = addr else { return };
     let word = value_of(asm, call.text, value.clone(), 16) as u16;
-    let here = asm.out.here();
-    asm.out.go(addr);
-    asm.emit_words(&[word & 0x3FFF], value.clone());
-    asm.out.go(here);
+    elsewhere(asm, addr, |asm| asm.emit_words(&[word & 0x3FFF], value.clone()));
 }
 
 /// Settings that lie in the second configuration word, where a chip has two.
@@ -161,22 +188,16 @@ pub(super) fn settings(asm: &mut Asm<'_>, call: &Call<'_>) {
 pub(super) fn give_settings(asm: &mut Asm<'_>) {
     let Some(words) = asm.own.pic16.settings.take() else { return };
     let count = if asm.known.get("_CONFIG2").is_some() { 2 } else { 1 };
-    let here = asm.out.here();
-    asm.out.go(CONFIG);
-    words.iter().take(count).for_each(|word| asm.emit_words(&[*word], 0..0));
-    asm.out.go(here);
+    elsewhere(asm, CONFIG, |asm| words.iter().take(count).for_each(|word| asm.emit_words(&[*word], 0..0)));
 }
 
 /// `__idlocs value`: its four hexadecimal digits, one in each word for the identity.
 pub(super) fn idlocs(asm: &mut Asm<'_>, call: &Call<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let value = value_of(asm, call.text, rest.clone(), 16) as u16;
-    let here = asm.out.here();
-    asm.out.go(ID);
-    for digit in (0..4).rev() {
-        asm.emit_words(&[value >> (4 * digit) & 0xF], rest.clone());
-    }
-    asm.out.go(here);
+    elsewhere(asm, ID, |asm| {
+        (0..4).rev().for_each(|digit| asm.emit_words(&[value >> (4 * digit) & 0xF], rest.clone()));
+    });
 }
 
 /// Two banks of registers, or four: where registers or RAM lie in the upper two.
@@ -231,8 +252,11 @@ pub(super) fn pageselw(asm: &mut Asm<'_>, call: &Call<'_>) {
     }
 }
 
-/// `p16f873.inc` gives the names that the chip has anyway.
+/// `p16f873.inc` gives the names that the chip has anyway; what `coff.inc` defines is for gpsim and debuggers.
 pub(super) fn provides(chip: &Chip, include: &str) -> Provided {
+    if include == "coff.inc" {
+        return Provided::Chip;
+    }
     let Some(named) = include.strip_prefix('p').and_then(|rest| rest.strip_suffix(".inc")) else { return Provided::No };
     if named == bare(chip.name) {
         return Provided::Chip;
@@ -241,5 +265,6 @@ pub(super) fn provides(chip: &Chip, include: &str) -> Provided {
         return Provided::No;
     }
     let cause = format!("`{include}` is for another chip than the {}", chip.name);
-    Provided::Other(cause, format!("name that chip with --mcu pic{named}, or include p{}.inc", bare(chip.name)))
+    let hint = format!("name that chip with --mcu pic{named}, or include p{}.inc", bare(chip.name));
+    Provided::Named(format!("pic{named}"), cause, hint)
 }

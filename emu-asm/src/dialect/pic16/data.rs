@@ -11,7 +11,7 @@ use crate::text::{behind_name, byte, trim};
 /// Bits of a program word.
 const WORD: u32 = 14;
 /// Where the EEPROM begins, in words.
-const EEPROM: i64 = 0x2100;
+pub(super) const EEPROM: i64 = 0x2100;
 /// `retlw 0`.
 const RETLW: u16 = 0x3400;
 
@@ -25,23 +25,30 @@ fn text_in(call: &Call<'_>, part: &Range<usize>) -> Option<Vec<u8>> {
 fn give(asm: &mut Asm<'_>, word: u16, part: Range<usize>) {
     if word >> WORD != 0 {
         let cause = format!("0x{word:04X} has more than {WORD} bits: its upper bits are left out");
-        asm.tell(
-            Fault::new("ASM045", part.clone(), cause, "two characters of 8 bits do not fit: `da` has 7 for each")
-                .note(),
-        );
+        let hint = "give the bits that are meant with &; for texts `da` has 7 bits for each character";
+        asm.tell(Fault::new("ASM045", part.clone(), cause, hint).note());
     }
     asm.emit_words(&[word & ((1 << WORD) - 1)], part);
 }
 
 /// Values one in a word, texts two characters in a word.
 pub(super) fn words(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if super::link::in_initial(asm) {
+        for part in wanted(asm, call) {
+            let bytes = match text_in(call, &part) {
+                Some(text) => text,
+                None => value_of(asm, call.text, part.clone(), 16).to_le_bytes().into_iter().take(2).collect(),
+            };
+            super::link::give_initial(asm, &bytes);
+        }
+        return;
+    }
     for part in wanted(asm, call) {
         match text_in(call, &part) {
             Some(text) => pairs(asm, &text, 8, part),
             None => {
-                // A value with more bits than a word is told where it is put.
                 let word = value_of(asm, call.text, part.clone(), 16) as u16;
-                asm.emit_words(&[word], part);
+                give(asm, word, part);
             }
         }
     }
@@ -69,6 +76,10 @@ fn all_bytes(asm: &mut Asm<'_>, call: &Call<'_>) -> Vec<(u8, Range<usize>)> {
 
 /// Bytes two in a word, the first above; in the EEPROM one in a word.
 pub(super) fn bytes(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if super::link::in_initial(asm) {
+        let bytes: Vec<u8> = all_bytes(asm, call).into_iter().map(|(byte, _)| byte).collect();
+        return super::link::give_initial(asm, &bytes);
+    }
     if asm.out.here() >= EEPROM {
         return cells(asm, call);
     }
@@ -85,9 +96,8 @@ pub(super) fn packed(asm: &mut Asm<'_>, call: &Call<'_>) {
         match text_in(call, &part) {
             Some(text) => pairs(asm, &text, 7, part),
             None => {
-                // A value with more bits than a word is told where it is put.
                 let word = value_of(asm, call.text, part.clone(), 16) as u16;
-                asm.emit_words(&[word], part);
+                give(asm, word, part);
             }
         }
     }
@@ -129,7 +139,11 @@ pub(super) fn fill(asm: &mut Asm<'_>, call: &Call<'_>) {
         }
         None => {
             let word = value_of(asm, call.text, what.clone(), 16) as u16;
-            (0..n).for_each(|_| asm.emit_words(&[word], what.clone()));
+            // What is cut off is noted once.
+            if n > 0 {
+                give(asm, word, what.clone());
+            }
+            (1..n).for_each(|_| asm.emit_words(&[word & ((1 << WORD) - 1)], what.clone()));
         }
     }
 }

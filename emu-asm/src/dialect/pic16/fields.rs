@@ -1,0 +1,40 @@
+//! Values beyond the field of an operand: they are cut to it, with a warning.
+//!
+//! gpasm counts with 32 bits, says warning 202 of a constant below -255 or above 255 and of a bit or destination with more than its
+//! field, 219 of a register behind the last of the chip, and nothing of a jump.
+
+use emu_core::chip::Chip;
+
+use crate::dialect::Refusal;
+use crate::matching::{DESTINATION, LITERAL};
+
+/// Addresses of file registers that the banks have.
+const FILES: i64 = 0x200;
+/// Words that CALL and GOTO reach with the page that PCLATH selects.
+const SPAN: i64 = 0x2000;
+
+/// See [`crate::dialect::Cut`].
+pub(super) fn cut(chip: &Chip, kind: &str, value: i64) -> Option<(i64, Option<Refusal>)> {
+    // 32 bits with a sign: 0xFFFFFFFF is -1.
+    let n = i64::from(value as i32);
+    let warned = |code, fits: i64, of: &str| {
+        let cause = format!("{n} (0x{:X}) does not fit into {of}: 0x{fits:X} is left of it", n as i32);
+        Some((fits, Some((code, cause, "write the part that is meant, with & or low()".to_owned()))))
+    };
+    match kind {
+        "constant" if (-0xFF..=0xFF).contains(&n) => Some((n & 0xFF, None)),
+        "constant" => warned("ASM046", n & 0xFF, "a constant of 8 bits"),
+        "bit" if !(0..8).contains(&n) => warned("ASM046", n & 7, "the number of a bit, 0 to 7"),
+        DESTINATION if n != n & 1 => warned("ASM046", n & 1, "a destination, W (0) or F (1)"),
+        // TRIS has five bits of the address of its register.
+        LITERAL => Some((n & 0x1F, None)),
+        "file register" if !(0..FILES).contains(&n) => warned("ASM047", n & (FILES - 1), "the address of a register"),
+        "target" if !(0..SPAN).contains(&n) || n >= i64::from(chip.flash / chip.word_bytes.max(1)) => {
+            let (words, fits) = (chip.flash / chip.word_bytes.max(1), n & (SPAN - 1));
+            let cause = format!("0x{:X} is behind the {words} program words of the {}", n as i32, chip.name);
+            let hint = "the instruction has the lower 11 bits of the address, and the chip goes there";
+            Some((fits, Some(("ASM048", cause, hint.to_owned()))))
+        }
+        _ => None,
+    }
+}

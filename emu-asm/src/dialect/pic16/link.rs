@@ -1,0 +1,376 @@
+//! Sections of relocatable sources, and where they lie: as gplink puts those of one module with its default script for the chip.
+//!
+//! gplink places sections that have no address by their size in bytes, the largest first and of equal ones the first, each in the
+//! smallest free stretch that holds it: `code` within a page of program memory, `udata` within a bank of RAM, `udata_shr` where all
+//! banks have the same cells. What `idata` begins with lies in program memory as RETLWs, and so does a list of it, `.cinit`.
+//! Its scripts say what the chip's map of RAM says, so nothing is read from them.
+
+use std::ops::Range;
+
+use emu_core::chip::Chip;
+
+use super::chip::{ID, elsewhere};
+use super::data::EEPROM;
+use crate::dialect::{Directive, Holds};
+use crate::engine::{Asm, Call};
+use crate::fault::Fault;
+use crate::text::{Line, trim};
+
+/// The section of what has an address by `org` or lies in front of all sections.
+pub(super) const ABSOLUTE: usize = 0;
+/// Words of a page of program memory, and addresses of a bank of RAM.
+const PAGE: i64 = 0x800;
+const BANK: u16 = 0x80;
+/// Addresses that a section may have.
+const LIMIT: i64 = 0x1_0000;
+/// `retlw 0`, and an erased word.
+const RETLW: u16 = 0x3400;
+const ERASED: u16 = 0x3FFF;
+
+/// What a section holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum SectionKind {
+    /// Program words.
+    Code,
+    /// Variables in one bank.
+    Banked,
+    /// Variables that all banks share.
+    Shared,
+    /// Variables that several stretches of the source share.
+    Overlay,
+    /// Variables that begin with values.
+    Initial,
+}
+
+/// A section of the source.
+#[derive(Debug)]
+pub(super) struct ModuleSection {
+    /// Its number among the sections.
+    number: usize,
+    kind: SectionKind,
+    /// It has an address.
+    fixed: bool,
+    /// Addresses of the longest stretch so far, where several lie over each other.
+    longest: i64,
+    /// What its variables begin with.
+    initial: Vec<u8>,
+    /// The line that begins it.
+    line: Option<Line>,
+}
+
+/// A directive that begins a section.
+pub(super) const fn section(name: &'static str) -> Directive {
+    Directive::named(name, begin)
+}
+
+/// `name code address`; name and address may be left out.
+fn begin(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let word = call.get(call.word.clone()).trim_start_matches('.').to_ascii_lowercase();
+    let kind = match word.as_str() {
+        "code" => SectionKind::Code,
+        "udata" => SectionKind::Banked,
+        "udata_shr" => SectionKind::Shared,
+        "udata_ovr" => SectionKind::Overlay,
+        "idata" => SectionKind::Initial,
+        _ => {
+            let cause = format!("the {} has no `{word}`: it is for chips with a 16-bit core", asm.chip.name);
+            let hint = "take `udata_shr` for variables of all banks, `code` for the program";
+            return asm.tell(Fault::new("ASM050", call.word.clone(), cause, hint));
+        }
+    };
+    let name = call.label.clone().map_or(format!(".{word}"), |label| call.get(label).to_owned());
+    let rest = trim(call.text, call.rest.clone());
+    let address = if rest.is_empty() { None } else { asm.place_of(call.text, rest.clone()) };
+    if let Some(at) = address.filter(|at| !(0..LIMIT).contains(at)) {
+        let cause = format!("the address 0x{at:X} is not in 0..=0x{:X}", LIMIT - 1);
+        return asm.tell(Fault::new("ASM003", rest, cause, "give an address of a memory, or none"));
+    }
+    let (space, holds) = match kind {
+        SectionKind::Code => ("", Holds::Image),
+        _ => (asm.chip.ram, Holds::Addresses),
+    };
+    let Some(number) = asm.out.open(&name, space, holds) else {
+        return asm.tell(Fault::new("ASM017", call.word.clone(), "there are too many sections", "put some together"));
+    };
+    asm.out.turn_to(number);
+    if let Some(known) = asm.own.pic16.modules.iter_mut().find(|known| known.number == number) {
+        let extent = asm.out.extent(number);
+        if kind == SectionKind::Overlay && known.kind == kind {
+            known.longest = known.longest.max(extent.end - extent.start);
+            asm.out.go(extent.start);
+        }
+        return;
+    }
+    if let Some(at) = address {
+        asm.out.begin_at(number, at);
+        asm.out.go(at);
+    }
+    let (fixed, line) = (!rest.is_empty(), asm.line.clone());
+    asm.own.pic16.modules.push(ModuleSection { number, kind, fixed, longest: 0, initial: Vec::new(), line });
+}
+
+/// `extern a, b`: names that another module gives.
+pub(super) fn external(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for part in super::cut(call.text, call.rest.clone()) {
+        asm.externs.insert(call.get(part).to_owned());
+    }
+}
+
+/// `res count`: room for so many addresses; in program memory it is filled with erased words, which gpasm writes too.
+pub(super) fn reserve(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let before = asm.out.here();
+    super::super::common::space(asm, call);
+    if asm.out.holds() == Holds::Image && before < ID {
+        let count = asm.out.here() - before;
+        asm.out.go(before);
+        (0..count).for_each(|_| asm.emit_words(&[ERASED], call.rest.clone()));
+    }
+}
+
+/// The current section is one whose variables begin with values.
+pub(super) fn in_initial(asm: &Asm<'_>) -> bool {
+    let current = asm.out.current;
+    asm.own.pic16.modules.iter().any(|known| known.number == current && known.kind == SectionKind::Initial)
+}
+
+/// Gives the next variables of the section values.
+pub(super) fn give_initial(asm: &mut Asm<'_>, bytes: &[u8]) {
+    let extent = asm.out.extent(asm.out.current);
+    let current = asm.out.current;
+    if let Some(section) = asm.own.pic16.modules.iter_mut().find(|known| known.number == current) {
+        section.initial.resize((extent.end - extent.start).clamp(0, 0x200) as usize, 0);
+        section.initial.extend_from_slice(bytes);
+    }
+    asm.out.go(extent.end + bytes.len() as i64);
+}
+
+/// All addresses.
+const EVERYWHERE: Range<i64> = 0..i64::MAX;
+
+/// Sections whose name says where they lie, as gplink's scripts have it: PROG1, PROG2, .. are pages (PROG0 is the first on the
+/// PIC16F87 and 88 alone), IDLOCS the words for the identity, DEEPROM the EEPROM.
+fn limits_of(asm: &Asm<'_>, section: &ModuleSection) -> Option<Range<i64>> {
+    let name = asm.out.first.get(section.number).map_or("", |first| &first.name);
+    let pages = i64::from(asm.chip.flash / asm.chip.word_bytes.max(1)).div_euclid(PAGE).max(1);
+    let first = i64::from(!matches!(asm.chip.name, "pic16f87" | "pic16f88"));
+    match name {
+        "IDLOCS" => Some(ID..ID + 4),
+        "DEEPROM" => Some(EEPROM..EEPROM + i64::from(asm.chip.eeprom)),
+        "PROG" if pages == 1 => Some(0..PAGE),
+        _ => {
+            let page = name.strip_prefix("PROG")?.parse::<i64>().ok()?.checked_sub(first)?;
+            (0..pages).contains(&page).then_some(page * PAGE..(page + 1) * PAGE)
+        }
+    }
+}
+
+/// Free stretches of a memory.
+#[derive(Debug, Default)]
+struct FreeSpace {
+    stretches: Vec<Range<i64>>,
+    /// Where pages and banks end.
+    ends: Vec<i64>,
+}
+
+impl FreeSpace {
+    /// Pages or banks, all free.
+    fn of(stretches: Vec<Range<i64>>) -> FreeSpace {
+        FreeSpace { ends: stretches.iter().map(|stretch| stretch.end).collect(), stretches }
+    }
+
+    /// Takes a stretch out.
+    fn remove(&mut self, taken: &Range<i64>) {
+        if taken.is_empty() {
+            return;
+        }
+        let around = |free: &Range<i64>| [free.start..free.end.min(taken.start), free.start.max(taken.end)..free.end];
+        self.stretches = self.stretches.iter().flat_map(around).filter(|piece| !piece.is_empty()).collect();
+    }
+
+    /// The begin of the smallest stretch of this length or more within `limits`, which is taken out. The last address of a page or
+    /// bank alone, which gplink overlooks, is the last choice.
+    fn take(&mut self, length: i64, limits: &Range<i64>) -> Option<i64> {
+        let inside = self.stretches.iter().filter(|free| limits.contains(&free.start));
+        let fits = inside.filter(|free| free.end - free.start >= length);
+        let is_last = |free: &Range<i64>| free.end - free.start == 1 && self.ends.contains(&free.end);
+        let start = fits.min_by_key(|free| (is_last(free), free.end - free.start))?.start;
+        self.remove(&(start..start + length));
+        Some(start)
+    }
+}
+
+/// RAM that all banks have at the same place of the bank, first and last address in bank 0. Where no cell is so, the last 16 of the
+/// bank are meant: gputils counts them as common on the PIC16F873 too.
+pub(super) fn common_ram(chip: &Chip) -> Option<(u16, u16)> {
+    let in_all = |addr: &u16| (0..4).all(|bank| kept(chip, bank * BANK + addr) == Some(*addr));
+    let mut all = (0..BANK).filter(in_all);
+    match all.next() {
+        Some(first) => Some((first, all.next_back().unwrap_or(first))),
+        None if chip.ram_map.is_empty() => None,
+        None => Some((BANK - 0x10, BANK - 1)),
+    }
+}
+
+/// The address under which a cell of RAM is kept.
+fn kept(chip: &Chip, addr: u16) -> Option<u16> {
+    let range = chip.ram_map.iter().find(|range| (range.first..=range.last).contains(&addr))?;
+    Some(range.kept + (addr - range.first))
+}
+
+/// RAM of the chip: cells with one address, cells with several, those that all banks have.
+fn ram(chip: &Chip) -> [FreeSpace; 3] {
+    let mut spaces = [const { Vec::<Range<i64>>::new() }; 3];
+    let common = common_ram(chip).map_or(0..0, |(first, last)| first..last + 1);
+    let mut before = (usize::MAX, 0);
+    for addr in (0..4 * BANK).filter(|addr| kept(chip, *addr) == Some(*addr)) {
+        let mirrors = (0..4 * BANK).filter(|other| kept(chip, *other) == Some(addr)).count();
+        let space = match common.contains(&(addr % BANK)) {
+            true if addr >= BANK => continue,
+            true => 2,
+            false => usize::from(mirrors > 1),
+        };
+        let Some(stretches) = spaces.get_mut(space) else { continue };
+        match stretches.last_mut() {
+            Some(last) if before == (space, addr) && addr % BANK != 0 => last.end += 1,
+            _ => stretches.push(addr.into()..i64::from(addr) + 1),
+        }
+        before = (space, addr + 1);
+    }
+    spaces.map(FreeSpace::of)
+}
+
+/// What is placed in program memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum ProgramPiece {
+    /// A section of code, by its place in the list.
+    Code(usize),
+    /// The values of a section.
+    Values(usize),
+    /// The list of sections with values.
+    List,
+}
+
+/// Puts all sections in their places; true where one has moved.
+pub(super) fn place(asm: &mut Asm<'_>) -> bool {
+    let mut sections = std::mem::take(&mut asm.own.pic16.modules);
+    if sections.is_empty() {
+        return false;
+    }
+    for section in &mut sections {
+        let extent = asm.out.extent(section.number);
+        section.longest = section.longest.max(extent.end - extent.start);
+        if section.kind == SectionKind::Initial {
+            section.initial.resize(section.longest.clamp(0, 0x200) as usize, 0);
+        }
+    }
+    let moved = place_variables(asm, &sections);
+    let (pieces, moved_code) = place_code(asm, &sections);
+    give_values(asm, &sections, &pieces);
+    moved | moved_code
+}
+
+/// Addresses of the sections in the list `wanted` of lengths and what they are for, the largest first.
+fn by_size<T>(mut wanted: Vec<(i64, T)>) -> impl Iterator<Item = (i64, T)> {
+    wanted.retain(|(length, _)| *length > 0);
+    wanted.sort_by_key(|(length, _)| -length);
+    wanted.into_iter()
+}
+
+fn place_variables(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> bool {
+    let mut free = ram(asm.chip);
+    let variables = || sections.iter().filter(|section| section.kind != SectionKind::Code);
+    for section in variables().filter(|section| section.fixed) {
+        let start = asm.out.extent(section.number).start;
+        free.iter_mut().for_each(|space| space.remove(&(start..start + section.longest)));
+    }
+    let mut moved = false;
+    for (length, section) in by_size(variables().filter(|s| !s.fixed).map(|s| (s.longest, s)).collect()) {
+        let from = if section.kind == SectionKind::Shared { 2 } else { 0 };
+        let found = free.iter_mut().skip(from).find_map(|space| space.take(length, &EVERYWHERE));
+        match found {
+            Some(at) => moved |= asm.out.begin_at(section.number, at),
+            None => no_room(asm, section, &format!("{length} bytes of RAM in one bank")),
+        }
+    }
+    moved
+}
+
+fn place_code(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> (Vec<(ProgramPiece, i64)>, bool) {
+    let words = i64::from(asm.chip.flash / asm.chip.word_bytes.max(1));
+    let pages = (0..).map(|page| page * PAGE..((page + 1) * PAGE).min(words)).take_while(|page| !page.is_empty());
+    let others = [ID..ID + 4, EEPROM..EEPROM + i64::from(asm.chip.eeprom)];
+    let mut free = FreeSpace::of(pages.chain(others).collect());
+    let absolute = asm.out.runs.iter().filter(|run| run.section == ABSOLUTE);
+    absolute.for_each(|run| free.remove(&(run.addr as i64 / 2..(run.addr as i64 + run.bytes.len() as i64 + 1) / 2)));
+    let mut wanted = Vec::new();
+    for (i, section) in sections.iter().enumerate() {
+        match section.kind {
+            SectionKind::Code if section.fixed => {
+                let start = asm.out.extent(section.number).start;
+                free.remove(&(start..start + section.longest));
+            }
+            SectionKind::Code => wanted.push((section.longest, ProgramPiece::Code(i))),
+            SectionKind::Initial => wanted.push((section.longest, ProgramPiece::Values(i))),
+            _ => {}
+        }
+    }
+    let lists = sections.iter().filter(|section| section.kind == SectionKind::Initial && section.longest > 0).count();
+    if lists > 0 {
+        wanted.push((2 + 6 * lists as i64, ProgramPiece::List));
+    }
+    // Those whose name says where they lie come first.
+    let section_of = |piece: &ProgramPiece| match piece {
+        ProgramPiece::Code(i) | ProgramPiece::Values(i) => sections.get(*i),
+        ProgramPiece::List => sections.first(),
+    };
+    let limits = |piece: &ProgramPiece| match piece {
+        ProgramPiece::Code(i) => sections.get(*i).and_then(|section| limits_of(asm, section)),
+        _ => None,
+    };
+    let wanted = wanted.into_iter().map(|(length, piece)| (length, (piece, limits(&piece))));
+    let (named, others): (Vec<_>, Vec<_>) = wanted.partition(|(_, (_, limits))| limits.is_some());
+    let (mut places, mut moved) = (Vec::new(), false);
+    for (length, (piece, limits)) in by_size(named).chain(by_size(others)) {
+        let Some(section) = section_of(&piece) else { continue };
+        let limits = limits.unwrap_or(0..ID);
+        let Some(at) = free.take(length, &limits) else {
+            no_room(asm, section, &format!("{length} words of program memory in one page"));
+            continue;
+        };
+        places.push((piece, at));
+        if let ProgramPiece::Code(_) = piece {
+            moved |= asm.out.begin_at(section.number, at);
+        }
+    }
+    (places, moved)
+}
+
+/// Gives the values that variables begin with, and the list of them: how many, then for each where the values lie, where the
+/// variables do, and how many bytes.
+fn give_values(asm: &mut Asm<'_>, sections: &[ModuleSection], pieces: &[(ProgramPiece, i64)]) {
+    let retlw = |byte: &u8| RETLW | u16::from(*byte);
+    let mut list: Vec<u8> = Vec::new();
+    let mut count = 0u16;
+    for (i, section) in sections.iter().enumerate() {
+        let Some(&(_, at)) = pieces.iter().find(|(piece, _)| *piece == ProgramPiece::Values(i)) else { continue };
+        let to = asm.out.first.get(section.number).map_or(0, |first| first.pos);
+        list.extend([at, to, section.longest].iter().flat_map(|n| (*n as u16).to_le_bytes()));
+        count += 1;
+        elsewhere(asm, at, |asm| section.initial.iter().for_each(|byte| asm.emit_words(&[retlw(byte)], 0..0)));
+    }
+    if let Some(&(_, at)) = pieces.iter().find(|(piece, _)| *piece == ProgramPiece::List) {
+        let all: Vec<u8> = count.to_le_bytes().into_iter().chain(list).collect();
+        elsewhere(asm, at, |asm| all.iter().for_each(|byte| asm.emit_words(&[retlw(byte)], 0..0)));
+    }
+}
+
+/// Reports that a section finds no place; what lies wrong for that reason is not reported.
+fn no_room(asm: &mut Asm<'_>, section: &ModuleSection, what: &str) {
+    asm.astray = true;
+    let before = std::mem::replace(&mut asm.line, section.line.clone());
+    let at = asm.line.as_ref().map_or(0..0, |line| trim(&line.text, 0..crate::statement::code_end(asm.d, &line.text)));
+    let name = asm.out.first.get(section.number).map_or("", |first| &first.name);
+    let cause = format!("the section `{name}` needs {what}, and the {} has none free", asm.chip.name);
+    asm.tell(Fault::new("ASM050", at, cause, "divide it into several sections, or make it smaller"));
+    asm.line = before;
+}
