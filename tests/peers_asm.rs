@@ -13,6 +13,8 @@ mod emitted;
 mod faults;
 #[path = "peers/asm/judges.rs"]
 mod judges;
+#[path = "peers/asm/modules.rs"]
+mod modules;
 #[path = "peers/asm/ours.rs"]
 mod ours;
 #[path = "peers/asm/random.rs"]

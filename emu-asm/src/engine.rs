@@ -1,7 +1,7 @@
 //! The engine: reads the source again and again until no name moves.
 
 use std::borrow::Cow;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -108,6 +108,8 @@ pub(crate) struct Asm<'a> {
     pub least: u32,
     /// What a family keeps during a pass.
     pub own: crate::dialect::Own,
+    /// Names of other modules, with the line and place that first read each.
+    pub externals: BTreeMap<String, (Option<Line>, Range<usize>)>,
 }
 
 impl<'a> Asm<'a> {
@@ -152,6 +154,7 @@ impl<'a> Asm<'a> {
             quiet: BTreeSet::new(),
             least: 0,
             own: crate::dialect::Own::default(),
+            externals: BTreeMap::new(),
         }
     }
 
@@ -163,6 +166,7 @@ impl<'a> Asm<'a> {
             self.begin_pass();
             self.read(0);
             (self.d.finish)(self);
+            self.tell_externals();
             let moving = self.symbols.end(self.pass);
             // Names that were read before they were given have moved, or some had no value at all when they were read.
             let again = self.out.stack() || self.late || if self.pass == 1 { self.forward } else { !moving.is_empty() };
@@ -234,7 +238,8 @@ impl<'a> Asm<'a> {
         self.faults.clear();
         self.errors = 0;
         (self.notes, self.quiet, self.least) = Default::default();
-        self.own = crate::dialect::Own::default();
+        self.own = std::mem::take(&mut self.own).next();
+        self.externals.clear();
         self.out.restart();
         self.define_given();
     }
@@ -361,8 +366,19 @@ impl<'a> Asm<'a> {
     /// Gives the label `name` the address that comes next.
     pub fn label(&mut self, name: &str, at: Range<usize>) {
         let (space, addr) = self.out.label_place();
-        let value = Value::of(self.out.here());
+        let value = Value { label: true, ..Value::of(self.out.here()) };
         self.define(name, value, Kind::Label { space, addr }, at);
+    }
+
+    /// Tells of names of other modules, which stand for 0 here.
+    fn tell_externals(&mut self) {
+        for (name, (line, at)) in std::mem::take(&mut self.externals) {
+            self.line = line;
+            let cause = format!("`{name}` is a name of another module: 0 stands for it");
+            let hint = "link the modules with sdld and load its HEX file, or give the name here";
+            self.tell(Fault::new("ASM036", at, cause, hint).warning());
+        }
+        self.line = None;
     }
 
     /// Byte address in the image file of what comes next.
@@ -391,6 +407,11 @@ impl Names for Asm<'_> {
             return Err(register(name, at));
         }
         self.forward = true;
+        if self.pass > 1 && (self.d.hooks.external)(&self.own, name) {
+            let line = self.line.clone();
+            self.externals.entry(name.to_owned()).or_insert((line, at));
+            return Ok(Value { label: true, ..Value::default() });
+        }
         if self.pass > 1 {
             let shown = name.split('\u{1}').next().unwrap_or(name);
             let hint = "give it with equ, or as a label; names of registers and bits are those of the chip";

@@ -174,7 +174,7 @@ pub(crate) fn character(text: &str, at: usize) -> (usize, u8) {
 }
 
 /// The byte of the file at `at`, and how long it is in the text: a character that stands for a byte takes several there.
-fn byte_at(text: &str, at: usize) -> (usize, u8) {
+pub(crate) fn byte_at(text: &str, at: usize) -> (usize, u8) {
     let c = text.get(at..).and_then(|rest| rest.chars().next());
     match c.and_then(|c| Some((c.len_utf8(), byte_of(c)?))) {
         Some(found) => found,

@@ -114,8 +114,23 @@ impl Output {
         first.is_some_and(|first| first.behind.is_some() && first.pos != 0)
     }
 
+    /// The section of this name behind the first `own` ones, which is added where there is none; nothing where there are too many.
+    pub fn add_section(&mut self, made: Section, own: usize) -> Option<usize> {
+        let known = self.sections.iter().skip(own).position(|section| section.name == made.name);
+        if let Some(number) = known {
+            return Some(own + number);
+        }
+        let number = self.sections.len();
+        if number >= MOST {
+            return None;
+        }
+        self.first.push(made.clone());
+        self.sections.push(made);
+        Some(number)
+    }
+
     /// Goes on in the section of this number.
-    fn turn_to(&mut self, number: usize) {
+    pub fn turn_to(&mut self, number: usize) {
         (self.previous, self.current) = (self.current, number);
     }
 

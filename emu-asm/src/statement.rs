@@ -34,7 +34,11 @@ pub(crate) fn code_end(d: &Dialect, text: &str) -> usize {
     while at < text.len() {
         let c = byte(text, at);
         if d.comments.iter().any(|mark| mark.as_bytes().first() == Some(&c) && text[at..].starts_with(mark)) {
-            return at;
+            match d.hooks.text_end.and_then(|text_end| text_end(text)).filter(|end| *end > at) {
+                Some(end) => at = end,
+                None => return at,
+            }
+            continue;
         }
         at = step(text, at);
     }

@@ -152,7 +152,8 @@ fn assign(asm: &mut Asm<'_>, call: &Call<'_>) {
 pub(super) fn value_of(asm: &mut Asm<'_>, text: &str, range: Range<usize>, bits: u32) -> i64 {
     let Some(value) = asm.value(text, range.clone()) else { return 0 };
     let limit = 1i64 << bits;
-    if !value.unknown && !(-limit / 2..limit).contains(&value.n) {
+    let low_byte = bits == 8 && value.label && (asm.d.hooks.is_sdas)(&asm.own);
+    if !value.unknown && !low_byte && !(-limit / 2..limit).contains(&value.n) {
         let cause = format!("{} does not fit into {bits} bits: its upper bits are left out", value.n);
         asm.tell(Fault::new("ASM030", range, cause, "give the bits that are meant with & or low()").warning());
     }
@@ -223,14 +224,6 @@ pub(super) fn room(asm: &mut Asm<'_>, call: &Call<'_>, each: i64) {
 }
 
 pub(super) fn text(asm: &mut Asm<'_>, call: &Call<'_>, zero: bool) {
-    let all = trim(call.text, call.rest.clone());
-    let mark = byte(call.text, all.start);
-    let delimited = matches!(mark, b'/' | b'|' | b'^') && all.len() >= 2 && byte(call.text, all.end - 1) == mark;
-    if delimited {
-        let mut bytes = diag::text::encode(call.get(all.start + 1..all.end - 1));
-        bytes.extend(zero.then_some(0));
-        return asm.emit(&bytes, all);
-    }
     for part in wanted(asm, call) {
         match string(call.text, part.start, part.end) {
             Some(mut bytes) => {

@@ -1,8 +1,20 @@
 //! The 8051 as as31, sdas8051 and the assemblers after Intel's ASM51 take it.
+//!
+//! ```text
+//!   mcs51.rs       the dialect as data, sections, names of its own
+//!   mcs51/area.rs  areas of sdas8051       mcs51/layout.rs  where sdld puts them
+//!   mcs51/text.rs  texts and characters in quotes as sdas8051 takes them, and where
+//! ```
+
+mod area;
+mod layout;
+mod text;
 
 use emu_core::chip::Chip;
 
 use super::common::{constant, include, no_effect, nothing};
+use text::{End, Size};
+
 use super::{Dialect, Directive, Form, Holds, Hooks, Op, Own, Provided, SectionRow};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
@@ -14,6 +26,14 @@ use crate::text::{cut, trim};
 pub(crate) struct State {
     /// The bank of R0 to R7 by `using`.
     bank: i64,
+    /// The source is one for sdas8051: it has a directive that as31 and ASM51 lack.
+    sdas: bool,
+    /// Its areas.
+    areas: area::Areas,
+    /// It is what SDCC writes, which assembles with undefined names as those of other modules.
+    compiled: bool,
+    /// Names that it says other modules have.
+    declared: std::collections::BTreeSet<String>,
 }
 
 /// The dialect.
@@ -63,12 +83,16 @@ pub(super) const MCS51: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[],
-    hooks: Hooks { names: own_name, general: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..Hooks::NONE },
+    hooks: Hooks { names: own_name, external, is_sdas: |own| own.mcs51.sdas, no_bytes: area::why_no_bytes, text_end: Some(text::end), general: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..Hooks::NONE },
     directives: &[
         Directive::run("defb", super::common::bytes),
-        Directive::run("fcb", super::common::bytes),
+        Directive::run("db", |asm, call| text::data(asm, call, Size::Byte, false)),
+        Directive::run("byte", |asm, call| text::data(asm, call, Size::Byte, false)),
+        Directive::run("fcb", |asm, call| text::data(asm, call, Size::Byte, true)),
+        Directive::run("dw", |asm, call| text::data(asm, call, Size::Word, true)),
+        Directive::run("word", |asm, call| text::data(asm, call, Size::Word, true)),
         Directive::run("defw", super::common::words),
-        Directive::run("fdb", super::common::words),
+        Directive::run("fdb", |asm, call| text::data(asm, call, Size::Word, true)),
         Directive::run("defs", super::common::space),
         Directive::run("skip", super::common::space),
         Directive::run("rmb", super::common::space),
@@ -79,8 +103,13 @@ pub(super) const MCS51: Dialect = Dialect {
         Directive::run("inc", include),
         Directive::run("blkw", |asm, call| super::common::room(asm, call, 2)),
         Directive::run("rs", super::common::space),
-        Directive::run("str", |asm, call| super::common::text(asm, call, false)),
-        Directive::run("strz", |asm, call| super::common::text(asm, call, true)),
+        Directive::run("ascii", |asm, call| text::text(asm, call, End::Open)),
+        Directive::run("str", |asm, call| text::text(asm, call, End::Open)),
+        Directive::run("fcc", |asm, call| text::text(asm, call, End::Open)),
+        Directive::run("asciz", |asm, call| text::text(asm, call, End::Zero)),
+        Directive::run("strz", |asm, call| text::text(asm, call, End::Zero)),
+        Directive::run("ascis", |asm, call| text::text(asm, call, End::HighBit)),
+        Directive::run("strs", |asm, call| text::text(asm, call, End::HighBit)),
         Directive::run("even", |asm, call| super::common::parity(asm, call, 0)),
         Directive::run("odd", |asm, call| super::common::parity(asm, call, 1)),
         Directive::run("radix", radix),
@@ -97,11 +126,12 @@ pub(super) const MCS51: Dialect = Dialect {
         Directive::run("iseg", |asm, call| segment(asm, call, "idata")),
         Directive::run("xseg", |asm, call| segment(asm, call, "xdata")),
         Directive::run("bseg", |asm, call| segment(asm, call, "bit")),
-        Directive::run("area", area),
-        Directive::run("globl", nothing),
-        Directive::run("global", nothing),
-        Directive::run("module", nothing),
-        Directive::run("optsdcc", nothing),
+        Directive::run("area", area::area),
+        Directive::run("org", area::org),
+        Directive::run("globl", declare),
+        Directive::run("global", declare),
+        Directive::run("module", of_sdas),
+        Directive::run("optsdcc", of_sdcc),
         Directive::run("title", nothing),
         Directive::run("sbttl", nothing),
         Directive::run("page", nothing),
@@ -117,7 +147,7 @@ pub(super) const MCS51: Dialect = Dialect {
     provides,
     defines: |_| Vec::new(),
     refuses: |_, _| None,
-    finish: |_| (),
+    finish: area::place,
     sections: &[
         SectionRow { name: "code", space: "", holds: Holds::Image, behind: None },
         SectionRow { name: "idata", space: "idata", holds: Holds::Addresses, behind: None },
@@ -156,12 +186,38 @@ fn using(asm: &mut Asm<'_>, call: &Call<'_>) {
     asm.own.mcs51.bank = bank;
 }
 
-/// `AR0` to `AR7`: the addresses of R0 to R7 in the bank by `using`.
+/// `AR0` to `AR7`: the addresses of R0 to R7 in the bank by `using`. `s_CSEG` and `l_CSEG`: first address and size of an area.
 fn own_name(own: &Own, name: &str) -> Option<i64> {
     match name.as_bytes() {
         [b'a' | b'A', b'r' | b'R', digit @ b'0'..=b'7'] => Some(own.mcs51.bank * 8 + i64::from(digit - b'0')),
+        [b's' | b'l', b'_', ..] => own.mcs51.areas.limits.get(name).copied(),
         _ => None,
     }
+}
+
+/// What only sources for sdas8051 have; the lines before it are read anew with that in mind.
+fn of_sdas(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if call.get(call.word.clone()).starts_with('.') {
+        asm.late |= !std::mem::replace(&mut asm.own.mcs51.sdas, true);
+    }
+}
+
+/// `.optsdcc -mmcs51`: the source is what SDCC has written.
+fn of_sdcc(asm: &mut Asm<'_>, call: &Call<'_>) {
+    of_sdas(asm, call);
+    asm.own.mcs51.compiled = true;
+}
+
+/// `.globl name`: a name of this module for others, or of others for this one.
+fn declare(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let names = cut(call.text, call.rest.clone()).into_iter().map(|part| call.get(part).to_owned());
+    asm.own.mcs51.declared.extend(names);
+}
+
+/// A name that no line gives is one of another module.
+fn external(own: &Own, name: &str) -> bool {
+    let state = &own.mcs51;
+    state.compiled || state.sdas && state.declared.contains(name)
 }
 
 /// `.radix x`: b, o, d or x; or a number.
@@ -177,27 +233,4 @@ fn radix(asm: &mut Asm<'_>, call: &Call<'_>) {
             return asm.tell(Fault::new("ASM023", call.rest.clone(), cause, "write b, o, d or x"));
         }
     };
-}
-
-/// `.area NAME (..)`: RAM by the names that SDCC gives its areas, everything else is program memory.
-fn area(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let Some(name) = cut(call.text, call.rest.clone()).first().map(|part| call.get(part.clone())) else {
-        return asm.tell(Fault::new(
-            "ASM023",
-            call.word.clone(),
-            "the name of the area is missing",
-            "write `.area CSEG (ABS,CODE)`",
-        ));
-    };
-    let name = name.split(|c: char| c.is_whitespace() || c == '(').next().unwrap_or(name).to_ascii_uppercase();
-    let kind = call.get(call.rest.clone()).to_ascii_uppercase();
-    let section = match name.as_str() {
-        _ if kind.contains("XDATA") => "xdata",
-        "DSEG" | "ISEG" | "OSEG" | "SSEG" | "REG_BANK_0" | "RSEG" | "DABS" => "idata",
-        "BSEG" | "BIT_BANK" => "bit",
-        "XSEG" | "PSEG" | "XISEG" | "XABS" | "IABS" => "xdata",
-        _ if kind.contains("DATA") && !kind.contains("CODE") => "idata",
-        _ => "code",
-    };
-    let _ = asm.out.switch(section);
 }

@@ -103,6 +103,14 @@ pub(crate) struct Hooks {
     pub value_names: bool,
     /// Names whose values hang on what the program has said before.
     pub names: fn(&Own, &str) -> Option<i64>,
+    /// A name that no line gives is one of another module.
+    pub external: fn(&Own, &str) -> bool,
+    /// The source is one for sdas8051, where the low byte of an address stands for it in constants and bytes.
+    pub is_sdas: fn(&Own) -> bool,
+    /// Why bytes have no place in the current section: cause and hint.
+    pub no_bytes: fn(&Asm<'_>) -> Option<(String, String)>,
+    /// Where the text of a directive in this line ends, which may have the mark of a comment in it.
+    pub text_end: Option<fn(&str) -> Option<usize>>,
     /// Instructions with one operand that stand for the first of others that reaches it; the last of them where the operand is not known
     /// by then.
     pub general: &'static [(&'static str, &'static [&'static str])],
@@ -110,7 +118,16 @@ pub(crate) struct Hooks {
 
 impl Hooks {
     /// None of it.
-    pub const NONE: Hooks = Hooks { check: |_, _| None, value_names: false, names: |_, _| None, general: &[] };
+    pub const NONE: Hooks = Hooks {
+        check: |_, _| None,
+        value_names: false,
+        names: |_, _| None,
+        external: |_, _| false,
+        is_sdas: |_| false,
+        no_bytes: |_| None,
+        text_end: None,
+        general: &[],
+    };
 }
 
 /// Code, cause and hint.
@@ -307,6 +324,13 @@ pub(crate) struct Own {
     pub mcs51: mcs51::State,
     /// AP101's.
     pub ap101: ap101::State,
+}
+
+impl Own {
+    /// What the next pass takes over from this one.
+    pub fn next(self) -> Own {
+        Own { mcs51: self.mcs51.next(), ..Own::default() }
+    }
 }
 
 impl Directive {
