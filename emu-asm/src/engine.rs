@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use diag::text::show;
+use diag::text::{byte_of, show};
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
 
@@ -254,6 +254,7 @@ impl<'a> Asm<'a> {
         if unwanted {
             return;
         }
+        let fault = self.with_spaces(fault);
         let is_error = fault.severity == Severity::Error;
         let stored = if is_error { self.errors } else { self.faults.len() - self.errors };
         // What stops everything is told in any case.
@@ -268,6 +269,18 @@ impl<'a> Asm<'a> {
         };
         let cause = fault.cause + &self.chain();
         self.faults.push((Diagnostic::new(fault.severity, fault.code, &file, pos, cause, fault.hint), fault.name));
+    }
+
+    /// What is wrong with a piece of the line that holds a no-break space, which looks like a blank and is none: that.
+    fn with_spaces(&self, fault: Fault) -> Fault {
+        let text = self.line.as_ref().and_then(|line| line.text.get(fault.at.clone())).unwrap_or_default();
+        let is_it = |c: char| matches!(c, '\u{A0}' | '\u{2007}' | '\u{202F}') || byte_of(c) == Some(0xA0);
+        if !matches!(fault.code, "ASM001" | "ASM002" | "ASM005" | "ASM006") || !text.contains(is_it) {
+            return fault;
+        }
+        let cause = format!("`{}` has a no-break space in it, which is no blank", text.replace(is_it, "\u{2423}"));
+        let hint = "put a plain space in its place; web pages and word processors give the other".to_owned();
+        Fault { cause, hint, name: None, ..fault }
     }
 
     /// Errors told so far in this pass.
@@ -401,6 +414,8 @@ impl Names for Asm<'_> {
             return Ok(value);
         }
         if let Some(n) = (self.d.hooks.names)(&self.own, name) {
+            let name = self.as_read(name).into_owned();
+            self.chips.insert(name);
             return Ok(Value::of(n));
         }
         if self.is_register(name) {

@@ -125,14 +125,34 @@ pub(crate) fn quoted(d: &Dialect, text: &str, at: usize) -> Result<Option<(usize
         let ends = byte(text, at_char) == b',' || !text.get(at_char..).unwrap_or_default().contains('\'');
         if count == 1 && mark == b'\'' && byte(text, at_char) != mark && ends {
             // 'c with nothing that closes it.
-            return Ok(Some((at_char - at, value)));
+            let next = text.get(at_char..).map(|rest| rest.chars().next().unwrap_or(' '));
+            let (cause, hint) = match next {
+                None => {
+                    let c: String = text.get(open + 1..).unwrap_or_default().chars().take(1).collect();
+                    let cause =
+                        format!("`{c}` has {} bytes in this file, and a character as a number has one", c.len());
+                    (cause, "write its code as a number, such as 0xE9, or save the file in an 8-bit code page")
+                }
+                Some(c) if c.is_alphanumeric() => {
+                    let cause = format!("the text `{}` is not closed", text.get(open..).unwrap_or_default().trim_end());
+                    (cause, "close it with a second quote")
+                }
+                _ => return Ok(Some((at_char - at, value))),
+            };
+            return Err(Fault::new("ASM011", at..text.len(), cause, hint));
         }
         if count > 4 {
             break;
         }
     }
     if byte(text, at_char) != mark || count == 0 {
-        let cause = if count == 0 { "there is no character between the quotes" } else { "the quote is not closed" };
+        let written = text.get(open..).unwrap_or_default().trim_end();
+        let closed = written.len() > 1 && written.ends_with(mark as char);
+        let cause = match count {
+            0 => "there is no character between the quotes".to_owned(),
+            _ if closed => "the quote is not closed".to_owned(),
+            _ => format!("the text `{written}` is not closed"),
+        };
         let hint = "a character as a number stands in single quotes: 'c'; texts are for db and ascii";
         return Err(Fault::new("ASM011", at..text.len(), cause, hint));
     }

@@ -6,6 +6,7 @@ use super::{Directive, Flow, Provided, Turns};
 use crate::dialect::Holds;
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
+use crate::macros::arguments;
 use crate::number::string;
 use crate::symbols::Kind;
 use crate::text::{behind_name, byte, cut, skip_space, trim};
@@ -242,11 +243,13 @@ pub(super) fn include(asm: &mut Asm<'_>, call: &Call<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone());
     let inner = written.trim_matches(|c| matches!(c, '"' | '\'' | '<' | '>' | '(' | ')')).trim();
+    // Paths as Windows writes them.
+    let inner = &inner.replace('\\', "/");
     if inner.is_empty() {
         let hint = "write `include \"file\"`";
         return asm.tell(Fault::new("ASM023", call.word.clone(), "the name of a file is missing", hint));
     }
-    let base = inner.rsplit(['/', '\\']).next().unwrap_or(inner).to_ascii_lowercase();
+    let base = inner.rsplit('/').next().unwrap_or(inner).to_ascii_lowercase();
     let with_folder = inner.to_ascii_lowercase();
     let provided = match (asm.d.provides)(asm.chip, &with_folder) {
         Provided::No => (asm.d.provides)(asm.chip, &base),
@@ -311,13 +314,24 @@ fn times(asm: &mut Asm<'_>, call: &Call<'_>) -> Turns {
 }
 
 fn each(asm: &mut Asm<'_>, call: &Call<'_>) -> Turns {
-    let mut parts = wanted(asm, call).into_iter();
+    wanted(asm, call);
+    let mut parts = arguments(asm.d, call.text, call.rest.clone()).into_iter();
     let name = parts.next().map_or("", |part| call.get(part)).to_owned();
+    let list: Vec<Range<usize>> = parts.collect();
+    // `irp x, <1, 2>`: the list in angles.
+    let list = match list.as_slice() {
+        [all] if asm.d.hooks.angles && byte(call.text, all.start.wrapping_sub(1)) == b'<' => {
+            cut(call.text, all.clone())
+        }
+        _ => list,
+    };
+    let parts = list.into_iter();
     Turns { name: Some(name), texts: parts.map(|part| call.get(part).to_owned()).collect(), count: 0 }
 }
 
 fn each_character(asm: &mut Asm<'_>, call: &Call<'_>) -> Turns {
-    let mut parts = wanted(asm, call).into_iter();
+    wanted(asm, call);
+    let mut parts = arguments(asm.d, call.text, call.rest.clone()).into_iter();
     let name = parts.next().map_or("", |part| call.get(part)).to_owned();
     let text = parts.next().map_or("", |part| call.get(part)).trim_matches('"');
     Turns { name: Some(name), texts: text.chars().map(String::from).collect(), count: 0 }

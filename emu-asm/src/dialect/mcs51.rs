@@ -17,6 +17,7 @@ use text::{End, Size};
 
 use super::{Dialect, Directive, Form, Holds, Hooks, Op, Own, Provided, SectionRow};
 use crate::engine::{Asm, Call};
+use crate::expr::Value;
 use crate::fault::Fault;
 use crate::symbols::Kind;
 use crate::text::{cut, trim};
@@ -39,10 +40,10 @@ pub(crate) struct State {
 /// The dialect.
 #[rustfmt::skip]
 pub(super) const MCS51: Dialect = Dialect {
-    comments: &[";"],
+    comments: &[";", "//"],
     line_comments: &[],
     separators: b"",
-    block_comments: false,
+    block_comments: true,
     column_one: false,
     column_one_warns: false,
     numbers: &[Form::DollarMark, Form::Hex0x, Form::HexDollars, Form::HexH, Form::ZeroLetter, Form::BinaryB, Form::OctalOQ, Form::DecimalD, Form::HexDollar, Form::Binary0b,
@@ -83,7 +84,7 @@ pub(super) const MCS51: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[],
-    hooks: Hooks { names: own_name, external, is_sdas: |own| own.mcs51.sdas, no_bytes: area::why_no_bytes, text_end: Some(text::end), general: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..Hooks::NONE },
+    hooks: Hooks { names: own_name, external, angles: true, is_sdas: |own| own.mcs51.sdas, no_bytes: area::why_no_bytes, text_end: Some(text::end), general: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..Hooks::NONE },
     directives: &[
         Directive::run("defb", super::common::bytes),
         Directive::run("db", |asm, call| text::data(asm, call, Size::Byte, false)),
@@ -120,6 +121,7 @@ pub(super) const MCS51: Dialect = Dialect {
         Directive::named("xdata", |asm, call| constant(asm, call, Kind::Equ)),
         Directive::named("code", |asm, call| constant(asm, call, Kind::Equ)),
         Directive::named("sfr", |asm, call| constant(asm, call, Kind::Equ)),
+        Directive::named("sfr16", |asm, call| constant(asm, call, Kind::Equ)),
         Directive::named("sbit", |asm, call| constant(asm, call, Kind::Equ)),
         Directive::run("cseg", |asm, call| segment(asm, call, "code")),
         Directive::run("dseg", |asm, call| segment(asm, call, "idata")),
@@ -137,11 +139,15 @@ pub(super) const MCS51: Dialect = Dialect {
         Directive::run("page", nothing),
         Directive::run("list", nothing),
         Directive::run("nlist", nothing),
+        Directive::run("nolist", nothing),
+        Directive::named("lit", literal),
         Directive::run("name", nothing),
         Directive::run("public", nothing),
         Directive::run("extrn", nothing),
         Directive::run("using", using),
-        // Controls, such as `$MOD52` and `$NOLIST`.
+        // Controls of AX51 that give names values, and then those without effect, such as `$MOD52` and `$NOLIST`.
+        Directive::run("$set", |asm, call| set_names(asm, call, None)),
+        Directive::run("$reset", |asm, call| set_names(asm, call, Some(0))),
         Directive::run("$", no_effect),
     ],
     provides,
@@ -156,16 +162,27 @@ pub(super) const MCS51: Dialect = Dialect {
     ],
 };
 
-/// Lists of registers, such as `reg52.inc` and `mod51`, stand for what the chip has.
+/// Lists of registers by their makers' names, such as `reg52.inc`, `regx52.h`, `at89x51.h` and `89c2051.mcu`, stand for what the chip
+/// has.
 fn provides(_: &Chip, include: &str) -> Provided {
     let stem = include.split('.').next().unwrap_or(include);
-    let known =
-        ["mod51", "mod52", "reg51", "reg52", "reg8051", "reg8052", "8051", "8052", "at89s52", "at89c51", "at89c52"];
-    if known.contains(&stem) { Provided::Chip } else { Provided::No }
+    let makers = ["at", "reg", "regx", "mod", "sfr", "i", "p"];
+    let number = stem.trim_start_matches(|c: char| !c.is_ascii_digit());
+    let maker = stem.strip_suffix(number).unwrap_or_default().trim_end_matches(['_', '-']);
+    let known = maker.is_empty() || makers.contains(&maker);
+    if known && LISTS.contains(&number) { Provided::Chip } else { Provided::No }
 }
+
+/// Chips by what the names of such files have behind the maker.
+#[rustfmt::skip]
+const LISTS: &[&str] = &[
+    "51", "52", "8031", "8032", "8051", "8052", "8751", "8752", "80c31", "80c32", "80c51", "80c52", "87c51", "87c52", "89c51", "89c52",
+    "89s51", "89s52", "89c1051", "89c2051", "89c4051", "89x51", "89x52", "89x051", "1051", "2051", "4051",
+];
 
 /// `dseg`, `dseg at 30h`.
 fn segment(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
+    area::leave(asm);
     let _ = asm.out.switch(name);
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone());
@@ -173,6 +190,40 @@ fn segment(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
         && let Some(n) = asm.place_of(call.text, rest.start + at.len()..rest.end)
     {
         asm.out.go(n);
+    }
+}
+
+/// `$SET (DEBUG, LEVEL=2)` and `$RESET (DEBUG)`: values for `$IF`.
+fn set_names(asm: &mut Asm<'_>, call: &Call<'_>, fixed: Option<i64>) {
+    let rest = trim(call.text, call.rest.clone());
+    let inner = match call.get(rest.clone()) {
+        all if all.starts_with('(') && all.ends_with(')') => rest.start + 1..rest.end - 1,
+        _ => rest,
+    };
+    for part in cut(call.text, inner) {
+        let equals = call.get(part.clone()).find('=').map_or(part.end, |at| part.start + at);
+        let name = trim(call.text, part.start..equals);
+        let value = match fixed {
+            Some(n) => n,
+            None if equals == part.end => 0xFFFF,
+            None => asm.number(call.text, equals + 1..part.end).unwrap_or(0),
+        };
+        asm.define(call.get(name.clone()), Value::of(value), Kind::Set, name);
+    }
+}
+
+/// `name LIT 'text'`: the text stands for the name, in any case of its letters.
+fn literal(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let rest = trim(call.text, call.rest.clone());
+    let written = call.get(rest.clone());
+    let inner = written.strip_prefix(['\'', '"']).and_then(|inner| inner.strip_suffix(['\'', '"']));
+    let (Some(label), Some(inner)) = (call.label.clone(), inner) else {
+        let at = if rest.is_empty() { call.word.clone() } else { rest };
+        return asm.tell(Fault::new("ASM023", at, "`lit` needs a name and a text", "write `name lit 'text'`"));
+    };
+    let name = call.get(label);
+    for name in [name.to_owned(), name.to_ascii_uppercase(), name.to_ascii_lowercase()] {
+        asm.define_name(name, inner);
     }
 }
 
@@ -186,12 +237,18 @@ fn using(asm: &mut Asm<'_>, call: &Call<'_>) {
     asm.own.mcs51.bank = bank;
 }
 
+/// Where the interrupts of the 8051 begin, by the names that ASEM-51 gives them (its manual, predefined symbols).
+#[rustfmt::skip]
+const VECTORS: &[(&str, i64)] = &[
+    ("RESET", 0), ("EXTI0", 0x03), ("TIMER0", 0x0B), ("EXTI1", 0x13), ("TIMER1", 0x1B), ("SINT", 0x23), ("TIMER2", 0x2B),
+];
+
 /// `AR0` to `AR7`: the addresses of R0 to R7 in the bank by `using`. `s_CSEG` and `l_CSEG`: first address and size of an area.
 fn own_name(own: &Own, name: &str) -> Option<i64> {
     match name.as_bytes() {
         [b'a' | b'A', b'r' | b'R', digit @ b'0'..=b'7'] => Some(own.mcs51.bank * 8 + i64::from(digit - b'0')),
         [b's' | b'l', b'_', ..] => own.mcs51.areas.limits.get(name).copied(),
-        _ => None,
+        _ => VECTORS.iter().find(|(vector, _)| vector.eq_ignore_ascii_case(name)).map(|(_, at)| *at),
     }
 }
 
@@ -214,10 +271,15 @@ fn declare(asm: &mut Asm<'_>, call: &Call<'_>) {
     asm.own.mcs51.declared.extend(names);
 }
 
-/// A name that no line gives is one of another module.
+/// A name that no line gives is one of another module; so are first address and size of an area that is not in this one.
 fn external(own: &Own, name: &str) -> bool {
     let state = &own.mcs51;
-    state.compiled || state.sdas && state.declared.contains(name)
+    let linkers = |name: &str| {
+        name.strip_prefix(['s', 'l'])
+            .and_then(|rest| rest.strip_prefix('_'))
+            .is_some_and(|area| area == area.to_ascii_uppercase())
+    };
+    state.compiled || state.sdas && (state.declared.contains(name) || linkers(name))
 }
 
 /// `.radix x`: b, o, d or x; or a number.

@@ -109,6 +109,8 @@ pub(crate) struct Hooks {
     pub is_sdas: fn(&Own) -> bool,
     /// Why bytes have no place in the current section: cause and hint.
     pub no_bytes: fn(&Asm<'_>) -> Option<(String, String)>,
+    /// Arguments of macros may stand in angles.
+    pub angles: bool,
     /// Where the text of a directive in this line ends, which may have the mark of a comment in it.
     pub text_end: Option<fn(&str) -> Option<usize>>,
     /// Instructions with one operand that stand for the first of others that reaches it; the last of them where the operand is not known
@@ -125,6 +127,7 @@ impl Hooks {
         external: |_, _| false,
         is_sdas: |_| false,
         no_bytes: |_| None,
+        angles: false,
         text_end: None,
         general: &[],
     };

@@ -135,7 +135,7 @@ fn enter(asm: &mut Asm<'_>, number: usize) {
 }
 
 /// Ends the part of an area that is open.
-fn leave(asm: &mut Asm<'_>) {
+pub(super) fn leave(asm: &mut Asm<'_>) {
     let Some((number, from)) = asm.own.mcs51.areas.open.take() else { return };
     let Some(area) = asm.own.mcs51.areas.all.get_mut(number) else { return };
     let base = asm.out.first.get(area.section).map_or(0, |first| first.pos);
