@@ -388,7 +388,8 @@ impl<'a> Asm<'a> {
         for (name, (line, at)) in std::mem::take(&mut self.externals) {
             self.line = line;
             let cause = format!("`{name}` is a name of another module: 0 stands for it");
-            let hint = "link the modules with sdld and load its HEX file, or give the name here";
+            let hint =
+                "link the modules with their own linker and load the HEX file that comes of it, or give the name here";
             self.tell(Fault::new("ASM036", at, cause, hint).warning());
         }
         self.line = None;

@@ -2,12 +2,14 @@
 //!
 //! ```text
 //!   mcs51.rs       the dialect as data, sections, names of its own
-//!   mcs51/area.rs  areas of sdas8051       mcs51/layout.rs  where sdld puts them
+//!   mcs51/area.rs  areas of sdas8051       mcs51/layout.rs  where sdld puts them, and BL51 segments
+//!   mcs51/segment.rs  sections and segments of ASM51 and AX51
 //!   mcs51/text.rs  texts and characters in quotes as sdas8051 takes them, and where
 //! ```
 
 mod area;
 mod layout;
+mod segment;
 mod text;
 
 use emu_core::chip::Chip;
@@ -27,6 +29,8 @@ use crate::text::{cut, trim};
 pub(crate) struct State {
     /// The bank of R0 to R7 by `using`.
     bank: i64,
+    /// A bit for each bank by `using`.
+    banks: u8,
     /// The source is one for sdas8051: it has a directive that as31 and ASM51 lack.
     sdas: bool,
     /// Its areas.
@@ -123,11 +127,13 @@ pub(super) const MCS51: Dialect = Dialect {
         Directive::named("sfr", |asm, call| constant(asm, call, Kind::Equ)),
         Directive::named("sfr16", |asm, call| constant(asm, call, Kind::Equ)),
         Directive::named("sbit", |asm, call| constant(asm, call, Kind::Equ)),
-        Directive::run("cseg", |asm, call| segment(asm, call, "code")),
-        Directive::run("dseg", |asm, call| segment(asm, call, "idata")),
-        Directive::run("iseg", |asm, call| segment(asm, call, "idata")),
-        Directive::run("xseg", |asm, call| segment(asm, call, "xdata")),
-        Directive::run("bseg", |asm, call| segment(asm, call, "bit")),
+        Directive::run("cseg", |asm, call| segment::absolute(asm, call, "code")),
+        Directive::run("dseg", |asm, call| segment::absolute(asm, call, "idata")),
+        Directive::run("iseg", |asm, call| segment::absolute(asm, call, "idata")),
+        Directive::run("xseg", |asm, call| segment::absolute(asm, call, "xdata")),
+        Directive::run("bseg", |asm, call| segment::absolute(asm, call, "bit")),
+        Directive::named("segment", segment::segment),
+        Directive::run("rseg", segment::rseg),
         Directive::run("area", area::area),
         Directive::run("org", area::org),
         Directive::run("globl", declare),
@@ -143,7 +149,8 @@ pub(super) const MCS51: Dialect = Dialect {
         Directive::named("lit", literal),
         Directive::run("name", nothing),
         Directive::run("public", nothing),
-        Directive::run("extrn", nothing),
+        Directive::run("extrn", segment::extrn),
+        Directive::run("extern", segment::extrn),
         Directive::run("using", using),
         // Controls of AX51 that give names values, and then those without effect, such as `$MOD52` and `$NOLIST`.
         Directive::run("$set", |asm, call| set_names(asm, call, None)),
@@ -179,19 +186,6 @@ const LISTS: &[&str] = &[
     "51", "52", "8031", "8032", "8051", "8052", "8751", "8752", "80c31", "80c32", "80c51", "80c52", "87c51", "87c52", "89c51", "89c52",
     "89s51", "89s52", "89c1051", "89c2051", "89c4051", "89x51", "89x52", "89x051", "1051", "2051", "4051",
 ];
-
-/// `dseg`, `dseg at 30h`.
-fn segment(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
-    area::leave(asm);
-    let _ = asm.out.switch(name);
-    let rest = trim(call.text, call.rest.clone());
-    let written = call.get(rest.clone());
-    if let Some(at) = written.get(..2).filter(|at| at.eq_ignore_ascii_case("at"))
-        && let Some(n) = asm.place_of(call.text, rest.start + at.len()..rest.end)
-    {
-        asm.out.go(n);
-    }
-}
 
 /// `$SET (DEBUG, LEVEL=2)` and `$RESET (DEBUG)`: values for `$IF`.
 fn set_names(asm: &mut Asm<'_>, call: &Call<'_>, fixed: Option<i64>) {
@@ -235,6 +229,7 @@ fn using(asm: &mut Asm<'_>, call: &Call<'_>) {
         return asm.tell(Fault::new("ASM003", trim(call.text, call.rest.clone()), cause, "give a number from 0 to 3"));
     }
     asm.own.mcs51.bank = bank;
+    asm.own.mcs51.banks |= 1 << bank;
 }
 
 /// Where the interrupts of the 8051 begin, by the names that ASEM-51 gives them (its manual, predefined symbols).
@@ -243,12 +238,15 @@ const VECTORS: &[(&str, i64)] = &[
     ("RESET", 0), ("EXTI0", 0x03), ("TIMER0", 0x0B), ("EXTI1", 0x13), ("TIMER1", 0x1B), ("SINT", 0x23), ("TIMER2", 0x2B),
 ];
 
-/// `AR0` to `AR7`: the addresses of R0 to R7 in the bank by `using`. `s_CSEG` and `l_CSEG`: first address and size of an area.
+/// `AR0` to `AR7`: the addresses of R0 to R7 in the bank by `using`. `s_CSEG` and `l_CSEG`: first address and size of an area;
+/// the name of a segment is its first address.
 fn own_name(own: &Own, name: &str) -> Option<i64> {
     match name.as_bytes() {
         [b'a' | b'A', b'r' | b'R', digit @ b'0'..=b'7'] => Some(own.mcs51.bank * 8 + i64::from(digit - b'0')),
-        [b's' | b'l', b'_', ..] => own.mcs51.areas.limits.get(name).copied(),
-        _ => VECTORS.iter().find(|(vector, _)| vector.eq_ignore_ascii_case(name)).map(|(_, at)| *at),
+        _ => {
+            let vector = || VECTORS.iter().find(|(vector, _)| vector.eq_ignore_ascii_case(name)).map(|(_, at)| *at);
+            own.mcs51.areas.limit(name).or_else(vector)
+        }
     }
 }
 
@@ -267,8 +265,8 @@ fn of_sdcc(asm: &mut Asm<'_>, call: &Call<'_>) {
 
 /// `.globl name`: a name of this module for others, or of others for this one.
 fn declare(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let names = cut(call.text, call.rest.clone()).into_iter().map(|part| call.get(part).to_owned());
-    asm.own.mcs51.declared.extend(names);
+    let names = cut(call.text, call.rest.clone()).into_iter().map(|part| call.get(part));
+    asm.own.mcs51.declared.extend(names.map(|name| name.to_ascii_lowercase()));
 }
 
 /// A name that no line gives is one of another module; so are first address and size of an area that is not in this one.
@@ -279,7 +277,7 @@ fn external(own: &Own, name: &str) -> bool {
             .and_then(|rest| rest.strip_prefix('_'))
             .is_some_and(|area| area == area.to_ascii_uppercase())
     };
-    state.compiled || state.sdas && (state.declared.contains(name) || linkers(name))
+    state.compiled || state.declared.contains(&name.to_ascii_lowercase()) || state.sdas && linkers(name)
 }
 
 /// `.radix x`: b, o, d or x; or a number.

@@ -30,8 +30,18 @@ pub(super) struct Areas {
     all: Vec<Area>,
     /// The area that is open, and where its part began.
     open: Option<(usize, i64)>,
-    /// `s_NAME` and `l_NAME`, first address and size of each area, as the pass before had them.
-    pub limits: BTreeMap<String, i64>,
+    /// Where the part of a section of ASM51 began that is open where no area is, and the parts that are closed.
+    from: i64,
+    fixed: Vec<(Memory, i64, i64)>,
+    /// `s_NAME` and `l_NAME`, first address and size of each area, and segments by their names, as the pass before had them.
+    limits: BTreeMap<String, i64>,
+}
+
+impl Areas {
+    /// First address or size of an area by the linker's name for it; that of a segment by its own, in any case of its letters.
+    pub fn limit(&self, name: &str) -> Option<i64> {
+        self.limits.get(name).or_else(|| self.limits.get(&name.to_ascii_lowercase())).copied()
+    }
 }
 
 /// An attribute in the brackets of `.area`.
@@ -78,21 +88,29 @@ pub(super) fn area(asm: &mut Asm<'_>, call: &Call<'_>) {
         let _ = asm.out.switch("code");
         return;
     }
+    shape.memory = memory.unwrap_or_else(|| unsaid(name, shape.absolute));
     let known = asm.own.mcs51.areas.all.iter().position(|area| area.shape.name == name);
-    let number = match known {
-        Some(number) => number,
-        None => {
-            shape.memory = memory.unwrap_or_else(|| unsaid(name, shape.absolute));
-            let Some(section) = section(asm, &shape) else {
-                let hint = "join areas under one name";
-                return asm.tell(Fault::new("ASM017", at, "the program has too many areas", hint));
-            };
-            let areas = &mut asm.own.mcs51.areas.all;
-            areas.push(Area { section, shape, line: asm.line.clone(), at });
-            areas.len() - 1
-        }
+    if let Some(number) = known.or_else(|| add(asm, shape, at)) {
+        enter(asm, number);
+    }
+}
+
+/// Adds an area; told where there are too many.
+pub(super) fn add(asm: &mut Asm<'_>, shape: Shape, at: std::ops::Range<usize>) -> Option<usize> {
+    let Some(section) = section(asm, &shape) else {
+        let hint = "join areas under one name";
+        asm.tell(Fault::new("ASM017", at, "the program has too many areas", hint));
+        return None;
     };
-    enter(asm, number);
+    let areas = &mut asm.own.mcs51.areas.all;
+    areas.push(Area { section, shape, line: asm.line.clone(), at });
+    Some(areas.len() - 1)
+}
+
+/// The number of the segment of AX51 with this name, in any case of its letters.
+pub(super) fn segment(asm: &Asm<'_>, name: &str) -> Option<usize> {
+    let is_it = |area: &Area| area.shape.class.is_some() && area.shape.name.eq_ignore_ascii_case(name);
+    asm.own.mcs51.areas.all.iter().position(is_it)
 }
 
 /// The memory of an area whose line names none: RAM, as SDCC has it for its own names and as sdld takes every other. With ABS the
@@ -122,7 +140,8 @@ fn section(asm: &mut Asm<'_>, shape: &Shape) -> Option<usize> {
     asm.out.add_section(made, asm.d.sections.len())
 }
 
-fn enter(asm: &mut Asm<'_>, number: usize) {
+/// Goes on in an area.
+pub(super) fn enter(asm: &mut Asm<'_>, number: usize) {
     let Some(area) = asm.own.mcs51.areas.all.get(number) else { return };
     asm.out.turn_to(area.section);
     let base = asm.out.first.get(area.section).map_or(0, |first| first.pos);
@@ -136,7 +155,7 @@ fn enter(asm: &mut Asm<'_>, number: usize) {
 
 /// Ends the part of an area that is open.
 pub(super) fn leave(asm: &mut Asm<'_>) {
-    let Some((number, from)) = asm.own.mcs51.areas.open.take() else { return };
+    let Some((number, from)) = asm.own.mcs51.areas.open.take() else { return leave_fixed(asm) };
     let Some(area) = asm.own.mcs51.areas.all.get_mut(number) else { return };
     let base = asm.out.first.get(area.section).map_or(0, |first| first.pos);
     let end = asm.out.sections.get(area.section).map_or(base, |section| section.pos);
@@ -147,13 +166,41 @@ pub(super) fn leave(asm: &mut Asm<'_>) {
     }
 }
 
+/// Ends the part of a section of ASM51 that is open.
+fn leave_fixed(asm: &mut Asm<'_>) {
+    let memory = match asm.out.section().map_or("", |section| section.space) {
+        "" => Memory::Code,
+        "xdata" => Memory::Xdata,
+        "bit" => Memory::Bit,
+        _ => Memory::Data,
+    };
+    let here = asm.out.here();
+    let areas = &mut asm.own.mcs51.areas;
+    if here > areas.from {
+        areas.fixed.push((memory, areas.from, here - areas.from));
+    }
+    areas.from = here;
+}
+
+/// A part of a section of ASM51 begins here.
+pub(super) fn begin_fixed(asm: &mut Asm<'_>) {
+    asm.own.mcs51.areas.from = asm.out.here();
+}
+
 /// `.org` in an area: its next part, which only one with ABS may have.
 pub(super) fn org(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let Some((number, _)) = asm.own.mcs51.areas.open else { return super::super::common::org(asm, call) };
+    let Some((number, _)) = asm.own.mcs51.areas.open else {
+        leave_fixed(asm);
+        super::super::common::org(asm, call);
+        return begin_fixed(asm);
+    };
     let relocatable = asm.own.mcs51.areas.all.get(number).filter(|area| !area.shape.absolute);
     if let Some(area) = relocatable {
         let cause = format!("`org` in the area {}, which the linker places", area.shape.name);
-        let hint = "give the area the attribute ABS, or reserve room with .ds";
+        let hint = match area.shape.class {
+            Some(_) => "write `cseg at ADDRESS`, or reserve room with ds",
+            None => "give the area the attribute ABS, or reserve room with .ds",
+        };
         return asm.tell(Fault::new("ASM031", call.word.clone(), cause, hint));
     }
     leave(asm);
@@ -164,7 +211,11 @@ pub(super) fn org(asm: &mut Asm<'_>, call: &Call<'_>) {
 /// Bytes for an area of RAM: why there is no place for them, and what to do.
 pub(super) fn why_no_bytes(asm: &Asm<'_>) -> Option<(String, String)> {
     let (number, _) = asm.own.mcs51.areas.open?;
-    let name = &asm.own.mcs51.areas.all.get(number)?.shape.name;
+    let Shape { name, class, .. } = &asm.own.mcs51.areas.all.get(number)?.shape;
+    if class.is_some() {
+        let cause = format!("the segment {name} is not one of program memory, and a program cannot fill it");
+        return Some((cause, format!("write `{name} segment code`, or reserve room with ds")));
+    }
     let cause = format!("the area {name} is one of RAM, and a program cannot fill it");
     Some((cause, format!("write `.area {name} (CODE)` where it first stands, or reserve room with .ds")))
 }
@@ -172,10 +223,14 @@ pub(super) fn why_no_bytes(asm: &Asm<'_>) -> Option<(String, String)> {
 /// Places the areas at the end of a pass.
 pub(super) fn place(asm: &mut Asm<'_>) {
     leave(asm);
+    if asm.own.mcs51.areas.all.is_empty() {
+        return;
+    }
     let mut areas = std::mem::take(&mut asm.own.mcs51.areas);
     let ram = asm.chip.spaces.iter().find(|(name, ..)| *name == "idata").map_or(256, |(_, size, _)| *size);
     let shapes: Vec<Shape> = areas.all.iter().map(|area| area.shape.clone()).collect();
-    let found = layout(&shapes, ram as usize);
+    let banks = asm.own.mcs51.banks | 1;
+    let found = layout(&shapes, &areas.fixed, banks, ram as usize);
     for (area, base) in areas.all.iter().zip(&found.bases) {
         if let Some(first) = asm.out.first.get_mut(area.section) {
             asm.late |= first.pos != *base;

@@ -16,6 +16,19 @@ pub(super) enum Memory {
     Bit,
 }
 
+/// A segment of AX51: what its line says of its place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Class {
+    /// RAM that only pointers reach is as good.
+    pub indirect: bool,
+    /// Its bytes have bits with addresses.
+    pub bits: bool,
+    /// It begins at a multiple of this; 0 for any address.
+    pub align: i64,
+    /// It crosses no multiple of this; 0 for none.
+    pub within: i64,
+}
+
 /// An area as the linker sees it.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Shape {
@@ -24,6 +37,8 @@ pub(super) struct Shape {
     pub absolute: bool,
     pub overlaid: bool,
     pub paged: bool,
+    /// It is a segment of AX51.
+    pub class: Option<Class>,
     /// Addresses that it takes where it is not absolute.
     pub size: i64,
     /// Parts of an absolute area: first address and size.
@@ -102,6 +117,22 @@ impl Map {
         }
     }
 
+    /// The first gap that a segment may have.
+    fn fitting(&self, mut within: std::ops::Range<usize>, size: i64, class: Class) -> Option<i64> {
+        loop {
+            let at = self.gap(within.clone(), size)?;
+            let up = |step: i64| (at + step - 1) / step * step;
+            let next = match class {
+                Class { align, .. } if align > 0 && at % align != 0 => up(align),
+                Class { within, .. } if within > 0 && at / within != (at + size - 1) / within && at % within != 0 => {
+                    up(within)
+                }
+                _ => return Some(at),
+            };
+            within.start = usize::try_from(next).ok()?;
+        }
+    }
+
     fn is_taken(&self, at: usize) -> bool {
         self.0.get(at).is_some_and(Option::is_some)
     }
@@ -133,8 +164,9 @@ struct Linker<'a> {
     out: Layout,
 }
 
-/// Places areas in a RAM of so many bytes.
-pub(super) fn layout(shapes: &[Shape], ram: usize) -> Layout {
+/// Places areas in a RAM of so many bytes. `fixed` are the parts of ASM51's absolute sections and `banks` the register banks in use, which
+/// segments of AX51 leave free.
+pub(super) fn layout(shapes: &[Shape], fixed: &[(Memory, i64, i64)], banks: u8, ram: usize) -> Layout {
     let mut linker = Linker {
         shapes,
         ram: Map(vec![None; ram.clamp(0x80, 0x100)]),
@@ -152,6 +184,12 @@ pub(super) fn layout(shapes: &[Shape], ram: usize) -> Layout {
                 Memory::Bit => {}
             }
         }
+    }
+    if shapes.iter().any(|shape| shape.class.is_some()) {
+        linker.segments(fixed, banks);
+        let Layout { bases, limits, .. } = &mut linker.out;
+        limits.extend(shapes.iter().zip(bases).map(|(shape, base)| (shape.name.to_ascii_lowercase(), *base)));
+        return linker.out;
     }
     linker.bit_bytes();
     for (rank, name) in KNOWN.iter().enumerate() {
@@ -293,6 +331,66 @@ impl Linker<'_> {
         self.limit(&shape.name, base, size);
         if let Some(next) = self.next.get_mut(index) {
             *next = if shape.overlaid { base } else { base + size };
+        }
+    }
+
+    /// Segments of AX51 in the order in which BL51 takes them (its manual, "Locating segments"): bits and what has bits from 20h on, DATA, IDATA,
+    /// the stack behind all others; each in the first gap.
+    fn segments(&mut self, fixed: &[(Memory, i64, i64)], banks: u8) {
+        // Nobody's: of no segment.
+        let nobody = self.shapes.len();
+        for bank in (0..4).filter(|bank| banks >> bank & 1 == 1) {
+            self.ram.take(bank * 8, 8, nobody);
+        }
+        for &(memory, at, size) in fixed {
+            match memory {
+                Memory::Code => self.code.take(at, size, nobody),
+                Memory::Data => self.ram.take(at, size, nobody),
+                Memory::Xdata => self.xdata.take(at, size, nobody),
+                Memory::Bit if at < 0x80 => self.ram.take(0x20 + at / 8, (at + size - 1) / 8 - at / 8 + 1, nobody),
+                Memory::Bit => {}
+            }
+        }
+        let shapes = self.shapes;
+        let bits = || shapes.iter().enumerate().filter(|(_, shape)| shape.memory == Memory::Bit);
+        let bytes = (bits().map(|(_, shape)| shape.size).sum::<i64>() + 7) / 8;
+        if let (Some((first, _)), true) = (bits().next(), bytes > 0) {
+            let at = self.ram.gap(0x20..0x30, bytes).unwrap_or_else(|| {
+                self.complain(first, Complaint::Full(bytes));
+                0x20
+            });
+            self.ram.take(at, bytes, first);
+            let mut next = (at - 0x20) * 8;
+            for (number, shape) in bits() {
+                self.put(number, next);
+                next += shape.size;
+            }
+        }
+        let rank = |shape: &Shape, class: Class| match shape.memory {
+            Memory::Data if class.bits => 0,
+            Memory::Data if !class.indirect => 1,
+            Memory::Data if !shape.name.to_ascii_uppercase().starts_with("?STACK") => 2,
+            _ => 3,
+        };
+        let mut order: Vec<(usize, &Shape, Class)> =
+            shapes.iter().enumerate().filter_map(|(n, shape)| Some((n, shape, shape.class?))).collect();
+        order.retain(|(_, shape, _)| shape.memory != Memory::Bit && shape.size > 0);
+        order.sort_by_key(|(_, shape, class)| rank(shape, *class));
+        for (number, shape, class) in order {
+            let ram = self.ram.0.len();
+            let (map, range) = match shape.memory {
+                Memory::Code => (&mut self.code, 0..LARGE),
+                Memory::Xdata => (&mut self.xdata, 0..LARGE),
+                _ if class.bits => (&mut self.ram, 0x20..0x30),
+                _ => (&mut self.ram, 0..if class.indirect { ram } else { ram.min(0x80) }),
+            };
+            match map.fitting(range, shape.size, class) {
+                Some(at) => {
+                    map.take(at, shape.size, number);
+                    self.put(number, at);
+                }
+                None => self.complain(number, Complaint::Full(shape.size)),
+            }
         }
     }
 
