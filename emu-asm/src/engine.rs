@@ -423,7 +423,7 @@ impl Names for Asm<'_> {
             return Err(register(name, at));
         }
         self.forward = true;
-        if self.pass > 1 && (self.d.hooks.external)(&self.own, name) {
+        if self.pass > 1 && (self.d.hooks.external)(self, name) {
             let line = self.line.clone();
             self.externals.entry(name.to_owned()).or_insert((line, at));
             return Ok(Value { label: true, ..Value::default() });

@@ -194,7 +194,7 @@ impl Parser<'_> {
         let rest = self.text.get(start..).unwrap_or_default();
         if let Some(token) = self.d.here.iter().find(|token| rest.starts_with(**token) && alone(rest, token)) {
             self.at += token.len();
-            return Ok(Value::of(self.names.here(token)));
+            return Ok(Value { label: true, ..Value::of(self.names.here(token)) });
         }
         if begins_name(c) {
             let end = behind_name(self.text, start, !self.d.dot_is_bit);

@@ -265,7 +265,7 @@ impl Asm<'_> {
             let cause = format!("{} has more than 32 bits", value.n);
             return Operand::Wrong(3, Fault::new("ASM003", range, cause, "use a value in range"));
         };
-        let low_byte = value.label && !kind.wide && kind.name == "constant" && (d.hooks.is_sdas)(&self.own);
+        let low_byte = value.label && !kind.wide && kind.name == "constant" && d.hooks.is_sdas;
         let n = if low_byte { n & 0xFF } else { n };
         let meant = if value.register { (kind.register)(n) } else { (kind.number)(n, site) };
         match meant {

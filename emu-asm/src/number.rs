@@ -109,6 +109,12 @@ pub(crate) fn quoted(d: &Dialect, text: &str, at: usize) -> Result<Option<(usize
     if byte(text, open) != b'\'' && quote != b'"' {
         return Ok(None);
     }
+    if let Some(quoted) = d.hooks.quoted {
+        let cause = "a character is missing behind the quote";
+        let hint = "'c is one character, \"cc are two; texts are for .ascii";
+        let found = quoted(text, open).ok_or_else(|| Fault::new("ASM011", open..text.len(), cause, hint))?;
+        return Ok(Some((found.0 - at, i64::from(found.1))));
+    }
     let mark = byte(text, open);
     let mut at_char = open + 1;
     let mut value = 0i64;

@@ -25,6 +25,9 @@ pub(crate) struct Head {
 
 /// Where the comment of a line begins.
 pub(crate) fn code_end(d: &Dialect, text: &str) -> usize {
+    if let Some(code_end) = d.hooks.code_end {
+        return code_end(text);
+    }
     let start = skip_space(text, 0);
     let rest = text.get(start..).unwrap_or_default();
     if d.line_comments.iter().any(|mark| rest.starts_with(mark)) && !is_hash_word(rest) {
@@ -34,11 +37,7 @@ pub(crate) fn code_end(d: &Dialect, text: &str) -> usize {
     while at < text.len() {
         let c = byte(text, at);
         if d.comments.iter().any(|mark| mark.as_bytes().first() == Some(&c) && text[at..].starts_with(mark)) {
-            match d.hooks.text_end.and_then(|text_end| text_end(text)).filter(|end| *end > at) {
-                Some(end) => at = end,
-                None => return at,
-            }
-            continue;
+            return at;
         }
         at = step(text, at);
     }

@@ -153,7 +153,7 @@ fn assign(asm: &mut Asm<'_>, call: &Call<'_>) {
 pub(super) fn value_of(asm: &mut Asm<'_>, text: &str, range: Range<usize>, bits: u32) -> i64 {
     let Some(value) = asm.value(text, range.clone()) else { return 0 };
     let limit = 1i64 << bits;
-    let low_byte = bits == 8 && value.label && (asm.d.hooks.is_sdas)(&asm.own);
+    let low_byte = bits == 8 && value.label && asm.d.hooks.is_sdas;
     if !value.unknown && !low_byte && !(-limit / 2..limit).contains(&value.n) {
         let cause = format!("{} does not fit into {bits} bits: its upper bits are left out", value.n);
         asm.tell(Fault::new("ASM030", range, cause, "give the bits that are meant with & or low()").warning());
@@ -194,10 +194,11 @@ pub(super) fn wanted(asm: &mut Asm<'_>, call: &Call<'_>) -> Vec<Range<usize>> {
     parts
 }
 
-/// Goes on at the next even or odd address.
+/// Goes on at the next even or odd address, as it counts from the begin of the section.
 pub(super) fn parity(asm: &mut Asm<'_>, _: &Call<'_>, odd: i64) {
     let here = asm.out.here();
-    asm.out.go(here + (here & 1 ^ odd));
+    let base = asm.out.first.get(asm.out.current).map_or(0, |first| first.pos);
+    asm.out.go(here + ((here - base) & 1 ^ odd));
 }
 
 /// Room of so many addresses; filled with a value where one is given.

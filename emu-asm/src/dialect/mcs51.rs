@@ -31,8 +31,6 @@ pub(crate) struct State {
     bank: i64,
     /// A bit for each bank by `using`.
     banks: u8,
-    /// The source is one for sdas8051: it has a directive that as31 and ASM51 lack.
-    sdas: bool,
     /// Its areas.
     areas: area::Areas,
     /// It is what SDCC writes, which assembles with undefined names as those of other modules.
@@ -88,7 +86,7 @@ pub(super) const MCS51: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[],
-    hooks: Hooks { names: own_name, external, angles: true, is_sdas: |own| own.mcs51.sdas, no_bytes: area::why_no_bytes, text_end: Some(text::end), general: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..Hooks::NONE },
+    hooks: Hooks { names: own_name, external, angles: true, code_end: Some(text::any_code_end), no_bytes: area::why_no_bytes, general: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..Hooks::NONE },
     directives: &[
         Directive::run("defb", super::common::bytes),
         Directive::run("db", |asm, call| text::data(asm, call, Size::Byte, false)),
@@ -167,6 +165,13 @@ pub(super) const MCS51: Dialect = Dialect {
         SectionRow { name: "xdata", space: "xdata", holds: Holds::Addresses, behind: None },
         SectionRow { name: "bit", space: "bit", holds: Holds::Addresses, behind: None },
     ],
+};
+
+/// The same for sdas8051: a source with directives that as31 and ASM51 lack.
+const SDAS: Dialect = Dialect {
+    comments: &[";"],
+    hooks: Hooks { is_sdas: true, quoted: Some(text::quoted_at), code_end: Some(text::code_end), ..MCS51.hooks },
+    ..MCS51
 };
 
 /// Lists of registers by their makers' names, such as `reg52.inc`, `regx52.h`, `at89x51.h` and `89c2051.mcu`, stand for what the chip
@@ -253,7 +258,8 @@ fn own_name(own: &Own, name: &str) -> Option<i64> {
 /// What only sources for sdas8051 have; the lines before it are read anew with that in mind.
 fn of_sdas(asm: &mut Asm<'_>, call: &Call<'_>) {
     if call.get(call.word.clone()).starts_with('.') {
-        asm.late |= !std::mem::replace(&mut asm.own.mcs51.sdas, true);
+        asm.late |= !asm.d.hooks.is_sdas;
+        asm.d = &SDAS;
     }
 }
 
@@ -270,14 +276,14 @@ fn declare(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// A name that no line gives is one of another module; so are first address and size of an area that is not in this one.
-fn external(own: &Own, name: &str) -> bool {
-    let state = &own.mcs51;
+fn external(asm: &Asm<'_>, name: &str) -> bool {
+    let state = &asm.own.mcs51;
     let linkers = |name: &str| {
         name.strip_prefix(['s', 'l'])
             .and_then(|rest| rest.strip_prefix('_'))
             .is_some_and(|area| area == area.to_ascii_uppercase())
     };
-    state.compiled || state.declared.contains(&name.to_ascii_lowercase()) || state.sdas && linkers(name)
+    state.compiled || state.declared.contains(&name.to_ascii_lowercase()) || asm.d.hooks.is_sdas && linkers(name)
 }
 
 /// `.radix x`: b, o, d or x; or a number.

@@ -104,15 +104,17 @@ pub(crate) struct Hooks {
     /// Names whose values hang on what the program has said before.
     pub names: fn(&Own, &str) -> Option<i64>,
     /// A name that no line gives is one of another module.
-    pub external: fn(&Own, &str) -> bool,
+    pub external: fn(&Asm<'_>, &str) -> bool,
     /// The source is one for sdas8051, where the low byte of an address stands for it in constants and bytes.
-    pub is_sdas: fn(&Own) -> bool,
+    pub is_sdas: bool,
+    /// The value in quotes that begins at a byte of the text, and where it ends.
+    pub quoted: Option<fn(&str, usize) -> Option<(usize, u16)>>,
+    /// Where the comment of a line begins.
+    pub code_end: Option<fn(&str) -> usize>,
     /// Why bytes have no place in the current section: cause and hint.
     pub no_bytes: fn(&Asm<'_>) -> Option<(String, String)>,
     /// Arguments of macros may stand in angles.
     pub angles: bool,
-    /// Where the text of a directive in this line ends, which may have the mark of a comment in it.
-    pub text_end: Option<fn(&str) -> Option<usize>>,
     /// Instructions with one operand that stand for the first of others that reaches it; the last of them where the operand is not known
     /// by then.
     pub general: &'static [(&'static str, &'static [&'static str])],
@@ -125,10 +127,11 @@ impl Hooks {
         value_names: false,
         names: |_, _| None,
         external: |_, _| false,
-        is_sdas: |_| false,
+        is_sdas: false,
+        quoted: None,
+        code_end: None,
         no_bytes: |_| None,
         angles: false,
-        text_end: None,
         general: &[],
     };
 }

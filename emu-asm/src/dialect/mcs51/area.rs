@@ -90,6 +90,11 @@ pub(super) fn area(asm: &mut Asm<'_>, call: &Call<'_>) {
     }
     shape.memory = memory.unwrap_or_else(|| unsaid(name, shape.absolute));
     let known = asm.own.mcs51.areas.all.iter().position(|area| area.shape.name == name);
+    let first = known.and_then(|number| asm.own.mcs51.areas.all.get(number)).filter(|_| !behind.trim().is_empty());
+    if first.is_some_and(|first| !first.shape.is_like(&shape)) {
+        let cause = format!("the area {name} has other attributes where it first stands");
+        return asm.tell(Fault::new("ASM007", at, cause, "give it the same in both places, or none here"));
+    }
     if let Some(number) = known.or_else(|| add(asm, shape, at)) {
         enter(asm, number);
     }
@@ -269,6 +274,6 @@ impl super::State {
     /// What the next pass takes over from this one.
     pub fn next(self) -> super::State {
         let areas = Areas { limits: self.areas.limits, ..Areas::default() };
-        super::State { areas, sdas: self.sdas, ..super::State::default() }
+        super::State { areas, ..super::State::default() }
     }
 }

@@ -45,6 +45,14 @@ pub(super) struct Shape {
     pub parts: Vec<(i64, i64)>,
 }
 
+impl Shape {
+    /// It has the same attributes.
+    pub fn is_like(&self, other: &Shape) -> bool {
+        let of = |shape: &Shape| (shape.memory, shape.absolute, shape.overlaid, shape.paged);
+        of(self) == of(other)
+    }
+}
+
 /// What is wrong with the place of an area.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Complaint {

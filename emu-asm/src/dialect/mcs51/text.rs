@@ -14,7 +14,7 @@ use super::super::common::{bytes, value_of, wanted, words};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::number::byte_at;
-use crate::text::{byte, cut, skip_space, trim};
+use crate::text::{byte, cut, skip_space, step, trim};
 
 /// What stands at the end of a text in memory.
 #[derive(Clone, Copy)]
@@ -38,7 +38,7 @@ pub(super) enum Size {
 const TEXTS: &[&str] = &["ascii", "asciz", "ascis", "str", "strz", "strs", "fcc"];
 
 /// Where the text ends that such a directive gives in this line, its delimiter included.
-pub(super) fn end(line: &str) -> Option<usize> {
+fn end(line: &str) -> Option<usize> {
     let mut at = skip_space(line, 0);
     loop {
         let rest = line.get(at..)?;
@@ -55,6 +55,36 @@ pub(super) fn end(line: &str) -> Option<usize> {
         }
         at = skip_space(line, line.len() - behind.len());
     }
+}
+
+/// Where the comment of a line begins in a source for any assembler.
+pub(super) fn any_code_end(line: &str) -> usize {
+    let mut at = end(line).unwrap_or(0);
+    while at < line.len() {
+        if line.get(at..).is_some_and(|rest| rest.starts_with(';') || rest.starts_with("//")) {
+            return at;
+        }
+        at = step(line, at);
+    }
+    line.len()
+}
+
+/// Where the comment of a line begins in a source for sdas8051.
+pub(super) fn code_end(line: &str) -> usize {
+    let mut at = end(line).unwrap_or(0);
+    while at < line.len() {
+        at = match byte(line, at) {
+            b';' => return at,
+            b'\'' | b'"' => quoted_at(line, at).map_or(at + 1, |(end, _)| end),
+            _ => at + 1,
+        };
+    }
+    line.len()
+}
+
+/// The value in quotes that begins at a byte of the text, and where it ends.
+pub(super) fn quoted_at(text: &str, at: usize) -> Option<(usize, u16)> {
+    quoted(text, at..text.len())
 }
 
 /// Where the delimiter stands that ends the text that begins at the front of `range`. Within single quotes a doubled one is one.
@@ -147,7 +177,7 @@ pub(super) fn data(asm: &mut Asm<'_>, call: &Call<'_>, size: Size, own: bool) {
     let dotted = call.get(call.word.clone()).starts_with('.');
     let marked = || cut(call.text, call.rest.clone()).iter().any(|part| byte(call.text, part.start) == b'#');
     match size {
-        _ if dotted && (own || asm.own.mcs51.sdas || marked()) => values(asm, call, size),
+        _ if dotted && (own || asm.d.hooks.is_sdas || marked()) => values(asm, call, size),
         Size::Byte => bytes(asm, call),
         Size::Word => words(asm, call),
     }
