@@ -72,10 +72,11 @@ impl Asm<'_> {
         let word = line.text.get(first.word.clone()).unwrap_or_default();
         let directive = self.directive_of(word);
         let keeps = directive.is_some_and(|d| {
-            matches!(d.name, "define" | "undef" | "undefine" | "ifdef" | "ifndef" | "ifnotdef" | "lit")
+            matches!(d.name, "define" | "undef" | "undefine" | "lit")
+                || d.name.ends_with("def") && d.name.contains("if")
         });
         // The condition of a part that may be read now, after one that was not.
-        let asks = directive.is_some_and(|d| matches!(d.does, Do::Flow(Flow::Elif)));
+        let asks = directive.is_some_and(|d| matches!(d.does, Do::Flow(Flow::Elif(_))));
         let decided = self.decide_defined(line, end);
         let (line, end) = decided.as_ref().map_or((line, end), |line| (line, line.text.len()));
         let expanded = if keeps || !(self.reading() || asks) { None } else { self.expand(line, end) };
@@ -164,7 +165,7 @@ impl Asm<'_> {
             };
             if !self.reading() {
                 if let (Some(flow), true) =
-                    (flow, matches!(flow, Some(Flow::If(_) | Flow::Elif | Flow::Else | Flow::Endif)))
+                    (flow, matches!(flow, Some(Flow::If(_) | Flow::Elif(_) | Flow::Else | Flow::Endif)))
                 {
                     self.flow(flow, &Call { text, label: None, word: head.word, rest: head.rest });
                 }
@@ -291,7 +292,7 @@ impl Asm<'_> {
                 "include" | "inc" | "ic" => "include",
                 "set" => "$set",
                 "reset" => "$reset",
-                "if" | "elseif" | "else" | "endif" => control,
+                "if" | "elseif" | "else" | "endif" | "error" | "warning" => control,
                 _ => "$",
             });
         }

@@ -50,8 +50,8 @@ pub(super) const DIRECTIVES: &[Directive] = &[
     Directive::flow("ifnb", Flow::If(|_, call| !is_blank(call))),
     Directive::flow("ifc", Flow::If(|_, call| are_alike(call))),
     Directive::flow("ifnc", Flow::If(|_, call| !are_alike(call))),
-    Directive::flow("elif", Flow::Elif),
-    Directive::flow("elseif", Flow::Elif),
+    Directive::flow("elif", Flow::Elif(if_true)),
+    Directive::flow("elseif", Flow::Elif(if_true)),
     Directive::flow("else", Flow::Else),
     Directive::flow("endif", Flow::Endif),
     Directive::flow("macro", Flow::Macro),
@@ -280,7 +280,7 @@ fn message(asm: &mut Asm<'_>, call: &Call<'_>, error: bool) {
     asm.tell(if error { fault } else { fault.warning() });
 }
 
-fn if_true(asm: &mut Asm<'_>, call: &Call<'_>) -> bool {
+pub(super) fn if_true(asm: &mut Asm<'_>, call: &Call<'_>) -> bool {
     asm.number(call.text, call.rest.clone()).is_some_and(|n| n != 0)
 }
 
@@ -292,7 +292,7 @@ fn compare(asm: &mut Asm<'_>, call: &Call<'_>, holds: fn(i64) -> bool) -> bool {
     holds(first.wrapping_sub(second))
 }
 
-fn is_blank(call: &Call<'_>) -> bool {
+pub(super) fn is_blank(call: &Call<'_>) -> bool {
     matches!(call.get(trim(call.text, call.rest.clone())), "" | "<>")
 }
 
@@ -302,7 +302,7 @@ fn are_alike(call: &Call<'_>) -> bool {
     text(0) == text(1)
 }
 
-fn is_defined(asm: &mut Asm<'_>, call: &Call<'_>, wanted: bool) -> bool {
+pub(super) fn is_defined(asm: &mut Asm<'_>, call: &Call<'_>, wanted: bool) -> bool {
     let name = call.get(trim(call.text, call.rest.clone()));
     let symbol = asm.symbols.get(name, asm.d.any_case).is_some_and(|symbol| symbol.pass == asm.pass);
     let found = symbol || asm.defines.contains_key(name) || asm.known.get(name).is_some();

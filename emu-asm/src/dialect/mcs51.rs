@@ -14,10 +14,10 @@ mod text;
 
 use emu_core::chip::Chip;
 
-use super::common::{constant, include, no_effect, nothing};
+use super::common::{constant, if_true, include, is_blank, is_defined, no_effect, nothing};
 use text::{End, Size};
 
-use super::{Dialect, Directive, Form, Holds, Hooks, Op, Own, Provided, SectionRow};
+use super::{Dialect, Directive, Flow, Form, Holds, Hooks, Op, Own, Provided, SectionRow};
 use crate::engine::{Asm, Call};
 use crate::expr::Value;
 use crate::fault::Fault;
@@ -116,6 +116,13 @@ pub(super) const MCS51: Dialect = Dialect {
         Directive::run("even", |asm, call| super::common::parity(asm, call, 0)),
         Directive::run("odd", |asm, call| super::common::parity(asm, call, 1)),
         Directive::run("radix", radix),
+        // The conditions of ASEM-51 (its manual, "Conditional assembly").
+        Directive::flow("ifn", Flow::If(|asm, call| !if_true(asm, call))),
+        Directive::flow("elseifn", Flow::Elif(|asm, call| !if_true(asm, call))),
+        Directive::flow("elseifdef", Flow::Elif(|asm, call| is_defined(asm, call, true))),
+        Directive::flow("elseifndef", Flow::Elif(|asm, call| is_defined(asm, call, false))),
+        Directive::flow("elseifb", Flow::Elif(|_, call| is_blank(call))),
+        Directive::flow("elseifnb", Flow::Elif(|_, call| !is_blank(call))),
         Directive::run("mexit", |asm, call| asm.leave_macro(call)),
         Directive::named("bit", |asm, call| constant(asm, call, Kind::Equ)),
         Directive::named("data", |asm, call| constant(asm, call, Kind::Equ)),

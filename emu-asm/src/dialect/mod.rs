@@ -288,7 +288,7 @@ pub(crate) enum Flow {
     /// Begins a condition.
     If(fn(&mut Asm<'_>, &Call<'_>) -> bool),
     /// Another condition where those before did not hold.
-    Elif,
+    Elif(fn(&mut Asm<'_>, &Call<'_>) -> bool),
     /// The lines where none held.
     Else,
     /// Ends a condition.
