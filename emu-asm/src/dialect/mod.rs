@@ -94,6 +94,9 @@ pub(crate) struct Dialect {
     pub sections: &'static [SectionRow],
 }
 
+/// Where a value in quotes ends, and the value; none where nothing stands behind the quote.
+pub(crate) type Quoted = fn(text: &str, at: usize) -> Option<(usize, u16)>;
+
 /// What few dialects have.
 #[derive(Clone, Copy)]
 pub(crate) struct Hooks {
@@ -108,7 +111,7 @@ pub(crate) struct Hooks {
     /// The source is one for sdas8051, where the low byte of an address stands for it in constants and bytes.
     pub is_sdas: bool,
     /// The value in quotes that begins at a byte of the text, and where it ends.
-    pub quoted: Option<fn(&str, usize) -> Option<(usize, u16)>>,
+    pub quoted: Option<Quoted>,
     /// Where the comment of a line begins.
     pub code_end: Option<fn(&str) -> usize>,
     /// Why bytes have no place in the current section: cause and hint.
