@@ -154,7 +154,8 @@ pub(super) fn value_of(asm: &mut Asm<'_>, text: &str, range: Range<usize>, bits:
     let Some(value) = asm.value(text, range.clone()) else { return 0 };
     let limit = 1i64 << bits;
     let low_byte = bits == 8 && value.label && asm.d.hooks.is_sdas;
-    if !value.unknown && !low_byte && !(-limit / 2..limit).contains(&value.n) {
+    let least = if asm.d.hooks.complements { -limit } else { -limit / 2 };
+    if !value.unknown && !low_byte && !(least..limit).contains(&value.n) {
         let cause = format!("{} does not fit into {bits} bits: its upper bits are left out", value.n);
         asm.tell(Fault::new("ASM030", range, cause, "give the bits that are meant with & or low()").warning());
     }

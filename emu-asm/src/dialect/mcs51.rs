@@ -86,7 +86,7 @@ pub(super) const MCS51: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[],
-    hooks: Hooks { names: own_name, external, angles: true, code_end: Some(text::any_code_end), no_bytes: area::why_no_bytes, general: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..Hooks::NONE },
+    hooks: Hooks { names: own_name, external, angles: true, complements: true, code_end: Some(text::any_code_end), no_bytes: area::why_no_bytes, general: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..Hooks::NONE },
     directives: &[
         Directive::run("defb", super::common::bytes),
         Directive::run("db", |asm, call| text::data(asm, call, Size::Byte, false)),

@@ -116,6 +116,8 @@ pub(crate) struct Hooks {
     pub code_end: Option<fn(&str) -> usize>,
     /// Why bytes have no place in the current section: cause and hint.
     pub no_bytes: fn(&Asm<'_>) -> Option<(String, String)>,
+    /// Values may be complements of any value that fits: `not 0F0h` is a byte.
+    pub complements: bool,
     /// Arguments of macros may stand in angles.
     pub angles: bool,
     /// Instructions with one operand that stand for the first of others that reaches it; the last of them where the operand is not known
@@ -134,6 +136,7 @@ impl Hooks {
         quoted: None,
         code_end: None,
         no_bytes: |_| None,
+        complements: false,
         angles: false,
         general: &[],
     };
