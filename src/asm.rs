@@ -148,9 +148,11 @@ struct Disk<'a> {
 impl Files for Disk<'_> {
     fn open(&mut self, name: &str, from: &str) -> io::Result<(String, Vec<u8>)> {
         let beside = Path::new(from).parent().unwrap_or(Path::new(""));
-        let places = std::iter::once(beside).chain(self.folders.iter().map(PathBuf::as_path));
+        let folders = || std::iter::once(beside).chain(self.folders.iter().map(PathBuf::as_path));
         let mut first = None;
-        for place in places.map(|folder| folder.join(name)) {
+        let exact = folders().map(|folder| folder.join(name));
+        // Sources from Windows name files in any case of letters.
+        for place in exact.chain(folders().filter_map(|folder| in_any_case(folder, name))) {
             match input::read(&place.to_string_lossy()) {
                 Ok(bytes) => return Ok((place.to_string_lossy().into_owned(), bytes)),
                 // That it is nowhere is told as of the first place; that it cannot be read where it is goes before.
@@ -160,6 +162,19 @@ impl Files for Disk<'_> {
         }
         Err(first.unwrap_or_else(|| io::ErrorKind::NotFound.into()))
     }
+}
+
+/// The file `name` in a folder, with the letters of its path in any case; of several the first.
+fn in_any_case(folder: &Path, name: &str) -> Option<PathBuf> {
+    name.split('/').try_fold(folder.to_owned(), |at, part| {
+        if matches!(part, "" | "." | "..") || at.join(part).exists() {
+            return Some(at.join(part));
+        }
+        let here = if at.as_os_str().is_empty() { Path::new(".") } else { &at };
+        let names = std::fs::read_dir(here).ok()?.filter_map(|entry| Some(entry.ok()?.file_name()));
+        let found = names.filter(|found| found.to_string_lossy().eq_ignore_ascii_case(part)).min()?;
+        Some(at.join(found))
+    })
 }
 
 /// The image as Intel HEX, every memory in its window.

@@ -15,6 +15,8 @@ mod faults;
 mod hex;
 #[path = "peers/asm/judges.rs"]
 mod judges;
+#[path = "peers/asm/modules.rs"]
+mod modules;
 #[path = "peers/asm/ours.rs"]
 mod ours;
 #[path = "peers/asm/random.rs"]

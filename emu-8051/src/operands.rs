@@ -47,13 +47,14 @@ operands! {
     /// A bit address: the bytes 20h to 2Fh of RAM below 80h, special function registers divisible by 8 from there on.
     BitAddr(u8) false "bit address"
         value same, raw |v, b, _| fits(v, b, "bit address"), text bit_text, named bit, number OperandKind::itself;
-    /// A constant byte; negative ones stand for their two's complement.
+    /// A constant byte. Negative ones stand for the low byte of their two's complement in 16 bits, of which the high byte is all ones
+    /// (Intel, MCS-51 Macro Assembler User's Guide, range of 8-bit values): `NOT 0F0H` is 0Fh.
     Imm(u8) false "constant"
-        value same, raw |v, b, _| if (-128..0).contains(&v) { Ok(v as u32 & 0xFF) } else { fits(v, b, "constant") },
+        value same, raw |v, b, _| if (-0x100..0).contains(&v) { Ok(v as u32 & 0xFF) } else { fits(v, b, "constant") },
         text hex2_text, named OperandKind::no_name, number OperandKind::itself;
     /// The constant of MOV DPTR.
     Imm16(u16) true "constant"
-        value same, raw |v, b, _| if (-32768..0).contains(&v) { Ok(v as u32 & 0xFFFF) } else { fits(v, b, "constant") },
+        value same, raw |v, b, _| if (-0x1_0000..0).contains(&v) { Ok(v as u32 & 0xFFFF) } else { fits(v, b, "constant") },
         text hex4_text, named OperandKind::no_name, number OperandKind::itself;
     /// The target of LJMP and LCALL.
     Abs(u16) true "target"

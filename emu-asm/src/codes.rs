@@ -101,6 +101,19 @@ pub const CODES: &[Code] = &[
     Code { code: "ASM035", title: "a file in an encoding that is not read",
         explain: "Sources are UTF-8, of which ASCII is a part. The first bytes of this file say that it is UTF-16, as some editors \
                   save texts. Mend: save it as UTF-8." },
+    Code { code: "ASM036", title: "a name of another module",
+        explain: "A warning: the source is one module of a program for sdas8051, and no line of it gives this name. sdld puts 0 in its \
+                  place, and so does emu: the program runs up to the first use of it. Other modules are not read. Mend: link all \
+                  modules with sdcc or sdld, and load the HEX file that comes of it." },
+    Code { code: "ASM037", title: "no room for an area",
+        explain: "The areas of a source for sdas8051 are placed as the linker sdld does it: DSEG, OSEG and ISEG each in the first gap of \
+                  RAM that holds the whole area, SSEG in the largest one, bits in the bytes 20h to 2Fh. No gap is large enough for \
+                  this one. Mend: reserve less, or move it to XDATA." },
+    Code { code: "ASM038", title: "areas share memory",
+        explain: "A warning: the linker sdld puts an area where another one lies, without a word. It knows the areas of RAM by the names \
+                  that SDCC gives them (DSEG, OSEG, ISEG, SSEG, BSEG, BIT_BANK, REG_BANK_0 to 3); one of another name begins behind \
+                  the register banks whatever lies there. Mend: put its bytes into DSEG, or give it the attribute ABS and an \
+                  address by .org. Also told of an area with PAG on two pages of 256 bytes." },
     Code { code: "ASM040", title: "instruction in column 1",
         explain: "Words in column 1 are labels, unless an instruction has that name; then it is taken as one, and told. \
                   gpasm and MPASM call this warning 203." },

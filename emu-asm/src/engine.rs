@@ -1,12 +1,12 @@
 //! The engine: reads the source again and again until no name moves.
 
 use std::borrow::Cow;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use diag::text::show;
+use diag::text::{byte_of, show};
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
 
@@ -114,6 +114,8 @@ pub(crate) struct Asm<'a> {
     pub least: u32,
     /// What a family keeps during a pass.
     pub own: crate::dialect::Own,
+    /// Names of other modules, with the line and place that first read each.
+    pub externals: BTreeMap<String, (Option<Line>, Range<usize>)>,
 }
 
 impl<'a> Asm<'a> {
@@ -161,6 +163,7 @@ impl<'a> Asm<'a> {
             quiet: BTreeSet::new(),
             least: 0,
             own: crate::dialect::Own::default(),
+            externals: BTreeMap::new(),
         }
     }
 
@@ -173,6 +176,7 @@ impl<'a> Asm<'a> {
             self.read(0);
             (self.d.finish)(self);
             let placed_anew = (self.d.hooks.place)(self);
+            self.tell_externals();
             let moving = self.symbols.end(self.pass);
             // Names that were read before they were given have moved, or some had no value at all when they were read.
             let again = self.out.stack()
@@ -247,8 +251,9 @@ impl<'a> Asm<'a> {
         self.faults.clear();
         self.errors = 0;
         (self.notes, self.quiet, self.least, self.externs) = Default::default();
-        self.own = crate::dialect::Own::default();
+        self.own = std::mem::take(&mut self.own).next();
         self.known = Known::of(self.chip);
+        self.externals.clear();
         self.out.restart();
         self.define_given();
     }
@@ -263,6 +268,7 @@ impl<'a> Asm<'a> {
         if unwanted {
             return;
         }
+        let fault = self.with_spaces(fault);
         let is_error = fault.severity == Severity::Error;
         let stored = if is_error { self.errors } else { self.faults.len() - self.errors };
         // What stops everything is told in any case.
@@ -277,6 +283,18 @@ impl<'a> Asm<'a> {
         };
         let cause = fault.cause + &self.chain();
         self.faults.push((Diagnostic::new(fault.severity, fault.code, &file, pos, cause, fault.hint), fault.name));
+    }
+
+    /// What is wrong with a piece of the line that holds a no-break space, which looks like a blank and is none: that.
+    fn with_spaces(&self, fault: Fault) -> Fault {
+        let text = self.line.as_ref().and_then(|line| line.text.get(fault.at.clone())).unwrap_or_default();
+        let is_it = |c: char| matches!(c, '\u{A0}' | '\u{2007}' | '\u{202F}') || byte_of(c) == Some(0xA0);
+        if !matches!(fault.code, "ASM001" | "ASM002" | "ASM005" | "ASM006") || !text.contains(is_it) {
+            return fault;
+        }
+        let cause = format!("`{}` has a no-break space in it, which is no blank", text.replace(is_it, "\u{2423}"));
+        let hint = "put a plain space in its place; web pages and word processors give the other".to_owned();
+        Fault { cause, hint, name: None, ..fault }
     }
 
     /// Errors told so far in this pass.
@@ -371,8 +389,20 @@ impl<'a> Asm<'a> {
     /// Gives the label `name` the address that comes next.
     pub fn label(&mut self, name: &str, at: Range<usize>) {
         let (space, addr) = self.out.label_place();
-        let value = Value::of(self.out.here());
+        let value = Value { label: true, ..Value::of(self.out.here()) };
         self.define(name, value, Kind::Label { space, addr }, at);
+    }
+
+    /// Tells of names of other modules, which stand for 0 here.
+    fn tell_externals(&mut self) {
+        for (name, (line, at)) in std::mem::take(&mut self.externals) {
+            self.line = line;
+            let cause = format!("`{name}` is a name of another module: 0 stands for it");
+            let hint =
+                "link the modules with their own linker and load the HEX file that comes of it, or give the name here";
+            self.tell(Fault::new("ASM036", at, cause, hint).warning());
+        }
+        self.line = None;
     }
 
     /// Byte address in the image file of what comes next.
@@ -395,12 +425,19 @@ impl Names for Asm<'_> {
             return Ok(value);
         }
         if let Some(n) = (self.d.hooks.names)(&self.own, name) {
+            let name = self.as_read(name).into_owned();
+            self.chips.insert(name);
             return Ok(Value::of(n));
         }
         if self.is_register(name) {
             return Err(register(name, at));
         }
         self.forward = true;
+        if self.pass > 1 && (self.d.hooks.external)(self, name) {
+            let line = self.line.clone();
+            self.externals.entry(name.to_owned()).or_insert((line, at));
+            return Ok(Value { label: true, ..Value::default() });
+        }
         if self.pass > 1 {
             let shown = name.split('\u{1}').next().unwrap_or(name);
             let fault = if self.externs.contains(shown) {

@@ -16,6 +16,8 @@ pub(crate) struct Value {
     pub unknown: bool,
     /// It is a register of the chip by its name alone, and the number is its address.
     pub register: bool,
+    /// It is an address that a label stands for, or is made of one.
+    pub label: bool,
 }
 
 impl Value {
@@ -142,7 +144,9 @@ impl Parser<'_> {
                 });
             }
         };
-        Ok(Value { n, unknown, register: false })
+        // The difference of two addresses is a number.
+        let label = if op == Op::Sub { left.label != right.label } else { left.label || right.label };
+        Ok(Value { n, unknown, register: false, label })
     }
 
     fn unary(&mut self) -> Result<Value, Fault> {
@@ -190,18 +194,39 @@ impl Parser<'_> {
         let rest = self.text.get(start..).unwrap_or_default();
         if let Some(token) = self.d.here.iter().find(|token| rest.starts_with(**token) && alone(rest, token)) {
             self.at += token.len();
-            return Ok(Value::of(self.names.here(token)));
+            return Ok(Value { label: true, ..Value::of(self.names.here(token)) });
         }
         if begins_name(c) {
             let end = behind_name(self.text, start, !self.d.dot_is_bit);
             self.at = end;
             let name = self.text.get(start..end).unwrap_or_default();
-            return self.names.name(name, start..end);
+            // `a.6` is a bit of the accumulator, which has an address by another name.
+            let accumulator = self.d.dot_is_bit && name.eq_ignore_ascii_case("a") && byte(self.text, end) == b'.';
+            let value = self.names.name(if accumulator { "acc" } else { name }, start..end)?;
+            return if self.d.dot_is_bit && byte(self.text, end) == b'[' {
+                self.indexed(value, start)
+            } else {
+                Ok(value)
+            };
         }
         let what: String = rest.chars().take(12).collect();
         let cause =
             if rest.is_empty() { "a value is missing at the end".into() } else { format!("`{what}` is no value") };
         Err(Fault::new("ASM005", start..self.text.len().max(start), cause, "write a number, a name or an expression"))
+    }
+
+    /// `bits[3]`: a bit of a byte, as sdas8051 writes it.
+    fn indexed(&mut self, of: Value, start: usize) -> Result<Value, Fault> {
+        let open = self.at;
+        self.at += 1;
+        let bit = self.binary(0)?;
+        self.space();
+        if byte(self.text, self.at) != b']' {
+            let hint = "write the number of a bit between the brackets: `bits[3]`";
+            return Err(Fault::new("ASM005", open..open + 1, "the bracket is not closed", hint));
+        }
+        self.at += 1;
+        self.apply(Op::BitOf, of, bit, start..self.at)
     }
 
     fn brackets(&mut self) -> Result<Value, Fault> {

@@ -126,14 +126,25 @@ fn without_blocks(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(start) = open_block(rest) {
-        let end =
-            rest.get(start + 2..).and_then(|inside| inside.find("*/")).map_or(rest.len(), |end| start + 2 + end + 2);
+        // What is not closed stays, and is told as what it is.
+        let Some(end) = rest.get(start + 2..).and_then(|inside| inside.find("*/")) else { break };
+        let end = start + 2 + end + 2;
         out.push_str(rest.get(..start).unwrap_or_default());
         let block = rest.get(start..end).unwrap_or_default();
         out.extend(block.chars().map(|c| if c == '\n' { '\n' } else { ' ' }));
         rest = rest.get(end..).unwrap_or_default();
     }
     out + rest
+}
+
+/// Bytes between the single quote at the front and the one that closes it on the same line; 0 where none does.
+fn in_quotes(text: &str) -> usize {
+    let line = text.split('\n').next().unwrap_or_default();
+    let close = if line.starts_with("'\\") { 3 } else { 2 };
+    match line.as_bytes().get(close) {
+        Some(b'\'') => close,
+        _ => line.get(1..).and_then(|rest| rest.find('\'')).map_or(0, |at| at + 1),
+    }
 }
 
 /// Where a block comment begins: outside quotes and other comments.
@@ -147,6 +158,7 @@ fn open_block(text: &str) -> Option<usize> {
             b'\n' => quote = 0,
             b'\\' if quote != 0 => i += 1,
             b'"' if quote == 0 || quote == b'"' => quote ^= b'"',
+            b'\'' if quote == 0 => i += in_quotes(text.get(i..).unwrap_or_default()),
             b'/' if quote == 0 && next == b'*' => return Some(i),
             b';' if quote == 0 => quote = b';',
             b'/' if quote == 0 && next == b'/' => quote = b';',

@@ -88,7 +88,7 @@ impl Asm<'_> {
         let number = self.calls;
         let mut values: Vec<(String, Option<String>)> = found.params.iter().map(|p| (p.name.clone(), None)).collect();
         let mut next = 0;
-        for range in parts(self.d, call.text, call.rest.clone()) {
+        for range in arguments(self.d, call.text, call.rest.clone()) {
             let text = call.get(range.clone());
             let named = text.split_once('=').and_then(|(name, value)| {
                 let at = found.params.iter().position(|p| p.name == name.trim())?;
@@ -145,6 +145,11 @@ impl Asm<'_> {
         for (name, text) in all {
             self.defines.insert(name, Rc::new(Define { params: None, text }));
         }
+    }
+
+    /// A text stands for a name.
+    pub fn define_name(&mut self, name: String, text: &str) {
+        self.defines.insert(name, Rc::new(Define { params: None, text: text.to_owned() }));
     }
 
     /// `#define name text` and `#define name(a, b) text`.
@@ -286,6 +291,56 @@ fn copy(out: &mut Changed, code: &str, range: std::ops::Range<usize>, old: Optio
         Some(old) => out.put(code.get(range).unwrap_or_default(), old),
         None => out.copy(code, range),
     }
+}
+
+/// Arguments between commas, each without the angles that may be around it in the dialects that have them: `<1, 2>, <>`.
+pub(crate) fn arguments(d: &Dialect, text: &str, range: std::ops::Range<usize>) -> Vec<std::ops::Range<usize>> {
+    if !d.hooks.angles || !text.get(range.clone()).is_some_and(|all| all.contains('<')) {
+        return parts(d, text, range);
+    }
+    let mut all = Vec::new();
+    let mut at = range.start;
+    loop {
+        let start = skip_space(text, at).min(range.end);
+        let next = match in_angles(text, start..range.end) {
+            Some(inside) => {
+                let behind = skip_space(text, inside.end + 1);
+                all.push(inside);
+                behind
+            }
+            None => {
+                let first = cut(text, start..range.end).first().map_or(start..range.end, |first| {
+                    let comma = skip_space(text, first.end);
+                    start..comma
+                });
+                all.push(trim(text, first.clone()));
+                first.end
+            }
+        };
+        if next >= range.end {
+            return all;
+        }
+        at = next + 1;
+    }
+}
+
+/// What stands in the angles at the front of `range`, which a comma or its end follows.
+fn in_angles(text: &str, range: std::ops::Range<usize>) -> Option<std::ops::Range<usize>> {
+    let (mut depth, mut at) = (0u32, range.start);
+    while at < range.end {
+        match byte(text, at) {
+            b'<' => depth += 1,
+            b'>' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth == 0 {
+            let behind = skip_space(text, at + 1);
+            let ends = behind >= range.end || byte(text, behind) == b',';
+            return (at > range.start && ends).then_some(range.start + 1..at);
+        }
+        at = step(text, at);
+    }
+    None
 }
 
 /// Pieces between commas, and in dialects that have it so between spaces, where no operator stands on either side.

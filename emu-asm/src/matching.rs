@@ -134,7 +134,10 @@ impl Asm<'_> {
                     missing.into_iter().for_each(|fault| self.tell(fault));
                     return Ok(words);
                 }
-                Tried::Wrong(rank, fault) if worst.as_ref().is_none_or(|(best, _)| rank > *best) => {
+                // Of forms that fail alike the one is told that fits furthest.
+                Tried::Wrong(rank, fault)
+                    if worst.as_ref().is_none_or(|(best, told)| (rank, fault.at.start) > (*best, told.at.start)) =>
+                {
                     worst = Some((rank, fault));
                 }
                 _ => {}
@@ -280,6 +283,8 @@ impl Asm<'_> {
             let cause = format!("{} has more than 32 bits", value.n);
             return Operand::Wrong(3, Fault::new("ASM003", range, cause, "use a value in range"));
         };
+        let low_byte = value.label && !kind.wide && kind.name == "constant" && d.hooks.is_sdas;
+        let n = if low_byte { n & 0xFF } else { n };
         let meant = if value.register { (kind.register)(n) } else { (kind.number)(n, site) };
         match meant {
             Ok(value_here) => Operand::Value(value_here, !value.unknown),

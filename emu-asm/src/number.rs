@@ -109,6 +109,12 @@ pub(crate) fn quoted(d: &Dialect, text: &str, at: usize) -> Result<Option<(usize
     if byte(text, open) != b'\'' && quote != b'"' {
         return Ok(None);
     }
+    if let Some(quoted) = d.hooks.quoted {
+        let cause = "a character is missing behind the quote";
+        let hint = "'c is one character, \"cc are two; texts are for .ascii";
+        let found = quoted(text, open).ok_or_else(|| Fault::new("ASM011", open..text.len(), cause, hint))?;
+        return Ok(Some((found.0 - at, i64::from(found.1))));
+    }
     let mark = byte(text, open);
     let mut at_char = open + 1;
     let mut value = 0i64;
@@ -125,14 +131,34 @@ pub(crate) fn quoted(d: &Dialect, text: &str, at: usize) -> Result<Option<(usize
         let ends = byte(text, at_char) == b',' || !text.get(at_char..).unwrap_or_default().contains('\'');
         if count == 1 && mark == b'\'' && byte(text, at_char) != mark && ends {
             // 'c with nothing that closes it.
-            return Ok(Some((at_char - at, value)));
+            let next = text.get(at_char..).map(|rest| rest.chars().next().unwrap_or(' '));
+            let (cause, hint) = match next {
+                None => {
+                    let c: String = text.get(open + 1..).unwrap_or_default().chars().take(1).collect();
+                    let cause =
+                        format!("`{c}` has {} bytes in this file, and a character as a number has one", c.len());
+                    (cause, "write its code as a number, such as 0xE9, or save the file in an 8-bit code page")
+                }
+                Some(c) if c.is_alphanumeric() => {
+                    let cause = format!("the text `{}` is not closed", text.get(open..).unwrap_or_default().trim_end());
+                    (cause, "close it with a second quote")
+                }
+                _ => return Ok(Some((at_char - at, value))),
+            };
+            return Err(Fault::new("ASM011", at..text.len(), cause, hint));
         }
         if count > 4 {
             break;
         }
     }
     if byte(text, at_char) != mark || count == 0 {
-        let cause = if count == 0 { "there is no character between the quotes" } else { "the quote is not closed" };
+        let written = text.get(open..).unwrap_or_default().trim_end();
+        let closed = written.len() > 1 && written.ends_with(mark as char);
+        let cause = match count {
+            0 => "there is no character between the quotes".to_owned(),
+            _ if closed => "the quote is not closed".to_owned(),
+            _ => format!("the text `{written}` is not closed"),
+        };
         let hint = "a character as a number stands in single quotes: 'c'; texts are for db and ascii";
         return Err(Fault::new("ASM011", at..text.len(), cause, hint));
     }
@@ -174,7 +200,7 @@ pub(crate) fn character(text: &str, at: usize) -> (usize, u8) {
 }
 
 /// The byte of the file at `at`, and how long it is in the text: a character that stands for a byte takes several there.
-fn byte_at(text: &str, at: usize) -> (usize, u8) {
+pub(crate) fn byte_at(text: &str, at: usize) -> (usize, u8) {
     let c = text.get(at..).and_then(|rest| rest.chars().next());
     match c.and_then(|c| Some((c.len_utf8(), byte_of(c)?))) {
         Some(found) => found,

@@ -208,8 +208,11 @@ impl Asm<'_> {
             if bytes.iter().all(|&byte| byte == 0) {
                 return;
             }
-            let cause = "there is no memory here that a program can fill";
-            return self.tell(Fault::new("ASM020", at, cause, "reserve room with ds, and let the program write it"));
+            let (cause, hint) = (self.d.hooks.no_bytes)(self).unwrap_or_else(|| {
+                let cause = "there is no memory here that a program can fill";
+                (cause.to_owned(), "reserve room with ds, and let the program write it".to_owned())
+            });
+            return self.tell(Fault::new("ASM020", at, cause, hint));
         }
         let line = (self.out.list.len() as u32).saturating_sub(1);
         if bytes.len() as u64 > MOST as u64 || !self.out.add(bytes, line) {

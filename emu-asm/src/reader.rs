@@ -9,6 +9,9 @@ use crate::fault::Fault;
 use crate::macros::Param;
 use crate::text::{Line, trim};
 
+/// Whether the lines behind a directive are read.
+type Condition = fn(&mut Asm<'_>, &Call<'_>) -> bool;
+
 /// Includes within each other.
 const INCLUDES: usize = 32;
 /// Macros and repetitions within each other.
@@ -211,7 +214,8 @@ impl Asm<'_> {
                 let holds = reading && holds(self, call);
                 self.conds.push(Cond { holds, done: holds || !reading, last: false, line: self.line.clone() });
             }
-            Flow::Elif | Flow::Else => self.otherwise(matches!(flow, Flow::Else), call),
+            Flow::Elif(holds) => self.otherwise(Some(holds), call),
+            Flow::Else => self.otherwise(None, call),
             Flow::Endif => {
                 if self.own_conds() == 0 {
                     return self.alone(call, "if");
@@ -254,16 +258,17 @@ impl Asm<'_> {
         self.tell(Fault::new(code, call.word.clone(), cause, "remove it, or look for the line that it was to end"));
     }
 
-    fn otherwise(&mut self, last: bool, call: &Call<'_>) {
+    /// The next part of a condition; the last where none is asked.
+    fn otherwise(&mut self, asked: Option<Condition>, call: &Call<'_>) {
         if self.own_conds() == 0 || self.conds.last().is_some_and(|cond| cond.last) {
             return self.alone(call, "if");
         }
         let open = self.conds.last().is_some_and(|cond| !cond.done);
-        let holds = open && (last || self.number(call.text, call.rest.clone()).is_some_and(|n| n != 0));
+        let holds = open && asked.is_none_or(|asked| asked(self, call));
         if let Some(cond) = self.conds.last_mut() {
             cond.holds = holds;
             cond.done |= holds;
-            cond.last = last;
+            cond.last = asked.is_none();
         }
     }
 

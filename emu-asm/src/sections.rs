@@ -118,16 +118,22 @@ impl Output {
 
     /// The number of the section of this name, which is made where there is none yet.
     pub fn open(&mut self, name: &str, space: &'static str, holds: Holds) -> Option<usize> {
-        if let Some(number) = self.sections.iter().position(|section| section.name == name) {
-            return Some(number);
+        let unit = if holds == Holds::Image { self.first.first()?.unit } else { 1 };
+        let rank = (self.sections.len(), 0);
+        let made = Section { name: name.to_owned(), space, holds, behind: None, rank, align: 1, base: 0, unit, pos: 0 };
+        self.add_section(made, 0)
+    }
+
+    /// The section of this name behind the first `own` ones, which is added where there is none; nothing where there are too many.
+    pub fn add_section(&mut self, made: Section, own: usize) -> Option<usize> {
+        let known = self.sections.iter().skip(own).position(|section| section.name == made.name);
+        if let Some(number) = known {
+            return Some(own + number);
         }
         let number = self.sections.len();
         if number >= MOST {
             return None;
         }
-        let unit = if holds == Holds::Image { self.first.first()?.unit } else { 1 };
-        let rank = (number, 0);
-        let made = Section { name: name.to_owned(), space, holds, behind: None, rank, align: 1, base: 0, unit, pos: 0 };
         self.first.push(made.clone());
         self.sections.push(made);
         Some(number)

@@ -28,6 +28,9 @@ const NOTHING: Directive = Directive::run("", |_, _| ());
 
 /// Where the comment of a line begins.
 pub(crate) fn code_end(d: &Dialect, text: &str) -> usize {
+    if let Some(code_end) = d.hooks.code_end {
+        return code_end(text);
+    }
     let start = skip_space(text, 0);
     let rest = text.get(start..).unwrap_or_default();
     if d.line_comments.iter().any(|mark| rest.starts_with(mark)) && !is_hash_word(rest) {
@@ -70,12 +73,16 @@ impl Asm<'_> {
         }
         let first = self.head(&line.text, 0, end);
         let word = line.text.get(first.word.clone()).unwrap_or_default();
-        let keeps = self
-            .directive_of(word)
-            .is_some_and(|d| matches!(d.name, "define" | "undef" | "undefine" | "ifdef" | "ifndef"));
+        let directive = self.directive_of(word);
+        let keeps = directive.is_some_and(|d| {
+            matches!(d.name, "define" | "undef" | "undefine" | "lit")
+                || d.name.ends_with("def") && d.name.contains("if")
+        });
+        // The condition of a part that may be read now, after one that was not.
+        let asks = directive.is_some_and(|d| matches!(d.does, Do::Flow(Flow::Elif(_))));
         let decided = self.decide_defined(line, end);
         let (line, end) = decided.as_ref().map_or((line, end), |line| (line, line.text.len()));
-        let expanded = if keeps || !self.reading() { None } else { self.expand(line, end) };
+        let expanded = if keeps || !(self.reading() || asks) { None } else { self.expand(line, end) };
         match expanded {
             Some(line) => {
                 let text = line.text.clone();
@@ -161,7 +168,7 @@ impl Asm<'_> {
             };
             if !self.reading() {
                 if let (Some(flow), true) =
-                    (flow, matches!(flow, Some(Flow::If(_) | Flow::Elif | Flow::Else | Flow::Endif)))
+                    (flow, matches!(flow, Some(Flow::If(_) | Flow::Elif(_) | Flow::Else | Flow::Endif)))
                 {
                     self.flow(flow, &Call { text, label: None, word: head.word, rest: head.rest });
                 }
@@ -179,8 +186,14 @@ impl Asm<'_> {
                 let rest = trim(text, head.rest);
                 if !rest.is_empty() {
                     let what = text.get(rest.clone()).unwrap_or_default();
-                    let cause = format!("`{what}` is no instruction, directive or label");
-                    self.tell(Fault::new("ASM005", rest, cause, "a line is `label: word operands ; comment`"));
+                    let (cause, hint) = match what.starts_with("/*") && self.d.block_comments {
+                        true => ("the comment is not closed".to_owned(), "close it with `*/`"),
+                        false => {
+                            let cause = format!("`{what}` is no instruction, directive or label");
+                            (cause, "a line is `label: word operands ; comment`")
+                        }
+                    };
+                    self.tell(Fault::new("ASM005", rest, cause, hint));
                 }
                 return;
             }
@@ -282,8 +295,13 @@ impl Asm<'_> {
             return None;
         }
         if let Some(control) = lower.strip_prefix('$').filter(|_| self.d.controls) {
-            let include = matches!(control, "include" | "inc" | "ic");
-            return self.d.directive(if include { "include" } else { "$" });
+            return self.d.directive(match control {
+                "include" | "inc" | "ic" => "include",
+                "set" => "$set",
+                "reset" => "$reset",
+                "if" | "elseif" | "else" | "endif" | "error" | "warning" => control,
+                _ => "$",
+            });
         }
         if lower.strip_prefix('.').is_some_and(|bare| self.d.hooks.dotted.contains(&bare)) {
             return Some(&NOTHING);
@@ -375,8 +393,11 @@ impl Asm<'_> {
             && self.d.hooks.foreign.iter().any(|word| word.eq_ignore_ascii_case(get(name.clone())));
         let in_front = column_one && self.d.column_one && (foreign || mnemonic(&second) && !mnemonic(&name));
         let known = self.is_word(get(name.clone())) && !(in_front && self.directive_of(get(name.clone())).is_some());
-        let first_names = self.directive_of(get(name.clone())).is_some_and(|d| d.label == Label::Name);
-        if about && !first_names && (!known || column_one) {
+        let first = self.directive_of(get(name.clone()));
+        let first_names = first.is_some_and(|d| d.label == Label::Name);
+        // `RS equ P1.0`: a name of the program that is a directive elsewhere.
+        let own = about && self.is_given(first, get(name.clone()), get(second.end..end));
+        if own || about && !first_names && (!known || column_one) {
             return Head { label: Some(name), address: false, rest: second.end..end, word: second };
         }
         let label = column_one && !known && (self.d.column_one || self.is_word(get(second.clone())));
@@ -384,6 +405,14 @@ impl Asm<'_> {
             return Head { label: Some(name), address: true, rest: second.end..end, word: second };
         }
         Head { word: name, rest: name_end..end, ..none }
+    }
+
+    /// The word of a directive is a name here, which the directive behind it gives the value `rest`.
+    fn is_given(&self, first: Option<&Directive>, word: &str, rest: &str) -> bool {
+        let Some(Directive { name, does: Do::Run(_), .. }) = first else { return false };
+        let value = !matches!(rest.trim_start().bytes().next(), None | Some(b',' | b'='));
+        let lists = ["extrn", "extern", "public", "globl", "global"];
+        value && !word.starts_with(['.', '#', '$']) && !lists.contains(name) && !self.macros.contains_key(*name)
     }
 
     /// A label with a colon, or two, and what stands behind it.

@@ -97,6 +97,11 @@ fn data_and_places() {
 }
 
 #[test]
+fn areas_of_a_module() {
+    check("areas.txt");
+}
+
+#[test]
 fn macros_repetitions_and_conditions() {
     check("macros.txt");
 }

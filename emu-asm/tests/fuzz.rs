@@ -84,6 +84,21 @@ const PIECES: &[&str] = &[
     "\\()",
     "{",
     "[",
+    " .area CSEG (CODE)\n",
+    " .area DSEG (DATA)\n",
+    " .area BSEG (BIT)\n",
+    " .area SSEG\n",
+    " .area GSINIT0 (ABS,PAG,OVR,XDATA)\n",
+    "p segment code inblock\n rseg p\n",
+    "?stack segment idata\n rseg ?stack\n",
+    " cseg at 0\n",
+    " .ascii /",
+    " lit 'x'\n",
+    "$SET (x=1)\n",
+    "$IF x\n",
+    " elseifdef x\n",
+    "<",
+    ">",
 ];
 
 fn damaged(text: &str, rng: &mut Rng) -> Vec<u8> {

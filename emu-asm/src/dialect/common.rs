@@ -7,6 +7,7 @@ use crate::dialect::Holds;
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::known::Known;
+use crate::macros::arguments;
 use crate::number::string;
 use crate::symbols::Kind;
 use crate::text::{behind_name, byte, cut, skip_space, trim};
@@ -50,8 +51,8 @@ pub(super) const DIRECTIVES: &[Directive] = &[
     Directive::flow("ifnb", Flow::If(|_, call| !is_blank(call))),
     Directive::flow("ifc", Flow::If(|_, call| are_alike(call))),
     Directive::flow("ifnc", Flow::If(|_, call| !are_alike(call))),
-    Directive::flow("elif", Flow::Elif),
-    Directive::flow("elseif", Flow::Elif),
+    Directive::flow("elif", Flow::Elif(if_true)),
+    Directive::flow("elseif", Flow::Elif(if_true)),
     Directive::flow("else", Flow::Else),
     Directive::flow("endif", Flow::Endif),
     Directive::flow("macro", Flow::Macro),
@@ -153,7 +154,9 @@ fn assign(asm: &mut Asm<'_>, call: &Call<'_>) {
 pub(super) fn value_of(asm: &mut Asm<'_>, text: &str, range: Range<usize>, bits: u32) -> i64 {
     let Some(value) = asm.value(text, range.clone()) else { return 0 };
     let limit = 1i64 << bits;
-    if !value.unknown && !(-limit / 2..limit).contains(&value.n) {
+    let low_byte = bits == 8 && value.label && asm.d.hooks.is_sdas;
+    let least = if asm.d.hooks.complements { -limit } else { -limit / 2 };
+    if !value.unknown && !low_byte && !(least..limit).contains(&value.n) {
         let cause = format!("{} does not fit into {bits} bits: its upper bits are left out", value.n);
         asm.tell(Fault::new("ASM030", range, cause, "give the bits that are meant with & or low()").warning());
     }
@@ -193,10 +196,11 @@ pub(super) fn wanted(asm: &mut Asm<'_>, call: &Call<'_>) -> Vec<Range<usize>> {
     parts
 }
 
-/// Goes on at the next even or odd address.
+/// Goes on at the next even or odd address, as it counts from the begin of the section.
 pub(super) fn parity(asm: &mut Asm<'_>, _: &Call<'_>, odd: i64) {
     let here = asm.out.here();
-    asm.out.go(here + (here & 1 ^ odd));
+    let base = asm.out.first.get(asm.out.current).map_or(0, |first| first.pos);
+    asm.out.go(here + ((here - base) & 1 ^ odd));
 }
 
 /// Room of so many addresses; filled with a value where one is given.
@@ -224,14 +228,6 @@ pub(super) fn room(asm: &mut Asm<'_>, call: &Call<'_>, each: i64) {
 }
 
 pub(super) fn text(asm: &mut Asm<'_>, call: &Call<'_>, zero: bool) {
-    let all = trim(call.text, call.rest.clone());
-    let mark = byte(call.text, all.start);
-    let delimited = matches!(mark, b'/' | b'|' | b'^') && all.len() >= 2 && byte(call.text, all.end - 1) == mark;
-    if delimited {
-        let mut bytes = diag::text::encode(call.get(all.start + 1..all.end - 1));
-        bytes.extend(zero.then_some(0));
-        return asm.emit(&bytes, all);
-    }
     for part in wanted(asm, call) {
         match string(call.text, part.start, part.end) {
             Some(mut bytes) => {
@@ -250,11 +246,13 @@ pub(super) fn include(asm: &mut Asm<'_>, call: &Call<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone());
     let inner = written.trim_matches(|c| matches!(c, '"' | '\'' | '<' | '>' | '(' | ')')).trim();
+    // Paths as Windows writes them.
+    let inner = &inner.replace('\\', "/");
     if inner.is_empty() {
         let hint = "write `include \"file\"`";
         return asm.tell(Fault::new("ASM023", call.word.clone(), "the name of a file is missing", hint));
     }
-    let base = inner.rsplit(['/', '\\']).next().unwrap_or(inner).to_ascii_lowercase();
+    let base = inner.rsplit('/').next().unwrap_or(inner).to_ascii_lowercase();
     let with_folder = inner.to_ascii_lowercase();
     let provided = match (asm.d.provides)(asm.chip, &with_folder) {
         Provided::No => (asm.d.provides)(asm.chip, &base),
@@ -296,7 +294,7 @@ fn message(asm: &mut Asm<'_>, call: &Call<'_>, error: bool) {
     asm.tell(if error { fault } else { fault.warning() });
 }
 
-fn if_true(asm: &mut Asm<'_>, call: &Call<'_>) -> bool {
+pub(super) fn if_true(asm: &mut Asm<'_>, call: &Call<'_>) -> bool {
     asm.number(call.text, call.rest.clone()).is_some_and(|n| n != 0)
 }
 
@@ -308,7 +306,7 @@ fn compare(asm: &mut Asm<'_>, call: &Call<'_>, holds: fn(i64) -> bool) -> bool {
     holds(first.wrapping_sub(second))
 }
 
-fn is_blank(call: &Call<'_>) -> bool {
+pub(super) fn is_blank(call: &Call<'_>) -> bool {
     matches!(call.get(trim(call.text, call.rest.clone())), "" | "<>")
 }
 
@@ -318,7 +316,7 @@ fn are_alike(call: &Call<'_>) -> bool {
     text(0) == text(1)
 }
 
-fn is_defined(asm: &mut Asm<'_>, call: &Call<'_>, wanted: bool) -> bool {
+pub(super) fn is_defined(asm: &mut Asm<'_>, call: &Call<'_>, wanted: bool) -> bool {
     let name = call.get(trim(call.text, call.rest.clone()));
     let symbol = asm.symbols.get(name, asm.d.any_case).is_some_and(|symbol| symbol.pass == asm.pass);
     let found = symbol || asm.defines.contains_key(name) || asm.known.get(name).is_some();
@@ -331,13 +329,24 @@ fn times(asm: &mut Asm<'_>, call: &Call<'_>) -> Turns {
 }
 
 fn each(asm: &mut Asm<'_>, call: &Call<'_>) -> Turns {
-    let mut parts = wanted(asm, call).into_iter();
+    wanted(asm, call);
+    let mut parts = arguments(asm.d, call.text, call.rest.clone()).into_iter();
     let name = parts.next().map_or("", |part| call.get(part)).to_owned();
+    let list: Vec<Range<usize>> = parts.collect();
+    // `irp x, <1, 2>`: the list in angles.
+    let list = match list.as_slice() {
+        [all] if asm.d.hooks.angles && byte(call.text, all.start.wrapping_sub(1)) == b'<' => {
+            cut(call.text, all.clone())
+        }
+        _ => list,
+    };
+    let parts = list.into_iter();
     Turns { name: Some(name), texts: parts.map(|part| call.get(part).to_owned()).collect(), count: 0 }
 }
 
 fn each_character(asm: &mut Asm<'_>, call: &Call<'_>) -> Turns {
-    let mut parts = wanted(asm, call).into_iter();
+    wanted(asm, call);
+    let mut parts = arguments(asm.d, call.text, call.rest.clone()).into_iter();
     let name = parts.next().map_or("", |part| call.get(part)).to_owned();
     let text = parts.next().map_or("", |part| call.get(part)).trim_matches('"');
     Turns { name: Some(name), texts: text.chars().map(String::from).collect(), count: 0 }

@@ -98,6 +98,9 @@ pub(crate) struct Dialect {
     pub sections: &'static [SectionRow],
 }
 
+/// Where a value in quotes ends, and the value; none where nothing stands behind the quote.
+pub(crate) type Quoted = fn(text: &str, at: usize) -> Option<(usize, u16)>;
+
 /// What few dialects have.
 #[derive(Clone, Copy)]
 pub(crate) struct Hooks {
@@ -117,6 +120,20 @@ pub(crate) struct Hooks {
     pub value_names: bool,
     /// Names whose values hang on what the program has said before.
     pub names: fn(&Own, &str) -> Option<i64>,
+    /// A name that no line gives is one of another module.
+    pub external: fn(&Asm<'_>, &str) -> bool,
+    /// The source is one for sdas8051, where the low byte of an address stands for it in constants and bytes.
+    pub is_sdas: bool,
+    /// The value in quotes that begins at a byte of the text, and where it ends.
+    pub quoted: Option<Quoted>,
+    /// Where the comment of a line begins.
+    pub code_end: Option<fn(&str) -> usize>,
+    /// Why bytes have no place in the current section: cause and hint.
+    pub no_bytes: fn(&Asm<'_>) -> Option<(String, String)>,
+    /// Values may be complements of any value that fits: `not 0F0h` is a byte.
+    pub complements: bool,
+    /// Arguments of macros may stand in angles.
+    pub angles: bool,
     /// Instructions with one operand that stand for the first of others that reaches it; the last of them where the operand is not known
     /// by then.
     pub general: &'static [(&'static str, &'static [&'static str])],
@@ -133,6 +150,13 @@ impl Hooks {
         place: |_| false,
         value_names: false,
         names: |_, _| None,
+        external: |_, _| false,
+        is_sdas: false,
+        quoted: None,
+        code_end: None,
+        no_bytes: |_| None,
+        complements: false,
+        angles: false,
         general: &[],
     };
 }
@@ -291,7 +315,7 @@ pub(crate) enum Flow {
     /// Begins a condition.
     If(fn(&mut Asm<'_>, &Call<'_>) -> bool),
     /// Another condition where those before did not hold.
-    Elif,
+    Elif(fn(&mut Asm<'_>, &Call<'_>) -> bool),
     /// The lines where none held.
     Else,
     /// Ends a condition.
@@ -333,6 +357,13 @@ pub(crate) struct Own {
     pub mcs51: mcs51::State,
     /// AP101's.
     pub ap101: ap101::State,
+}
+
+impl Own {
+    /// What the next pass takes over from this one.
+    pub fn next(self) -> Own {
+        Own { mcs51: self.mcs51.next(), ..Own::default() }
+    }
 }
 
 impl Directive {

@@ -261,7 +261,7 @@ fn step(asm: &mut Asm<'_>, call: &Call<'_>, new: fn(i64, i64) -> i64) {
         let cause = format!("values of 64 bits cannot be shifted by {}", by.n);
         return asm.tell(Fault::new("ASM003", call.rest.clone(), cause, "shift by 0 to 63"));
     }
-    let value = Value { n: new(old.n, by.n), unknown: old.unknown || by.unknown, register: false };
+    let value = Value { n: new(old.n, by.n), unknown: old.unknown || by.unknown, register: false, label: false };
     asm.list_value(value);
     asm.define(name, value, Kind::Set, label);
 }

@@ -1,0 +1,282 @@
+//! Texts and characters in quotes as sdas8051 takes them (`asmain.c` and `aslex.c` of SDCC 4.2: directives of text, `getmap`).
+//!
+//! A text begins and ends with the same character, whichever that is: `.ascii /it's/`. A backslash makes an escape of `b f n r t` and
+//! of up to three octal digits; in front of all else it stands for itself, and takes nothing along. As a value `'c` is one
+//! character and `"cc` two, the first being the high byte; the quote behind them may be left out.
+//!
+//! as31 and the assemblers after ASM51 take `.db "ab"` as a text. Which of the two a line is for is known by what only one has.
+
+use std::ops::Range;
+
+use diag::text::encode;
+
+use super::super::common::{bytes, value_of, wanted, words};
+use crate::engine::{Asm, Call};
+use crate::fault::Fault;
+use crate::number::byte_at;
+use crate::text::{byte, cut, skip_space, step, trim};
+
+/// What stands at the end of a text in memory.
+#[derive(Clone, Copy)]
+pub(super) enum End {
+    /// Nothing.
+    Open,
+    /// A byte of 0.
+    Zero,
+    /// The last character, with its bit 7 set.
+    HighBit,
+}
+
+/// What a value fills.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Size {
+    Byte,
+    Word,
+}
+
+/// Directives whose text may have any delimiter.
+const TEXTS: &[&str] = &["ascii", "asciz", "ascis", "str", "strz", "strs", "fcc"];
+
+/// Where the text ends that such a directive gives in this line, its delimiter included.
+fn end(line: &str) -> Option<usize> {
+    let mut at = skip_space(line, 0);
+    loop {
+        let rest = line.get(at..)?;
+        let len = rest.find(|c: char| c.is_whitespace() || c == ':').unwrap_or(rest.len());
+        let word = rest.get(..len)?;
+        if TEXTS.iter().any(|known| word.trim_start_matches('.').eq_ignore_ascii_case(known)) {
+            let from = skip_space(line, at + len);
+            return close(line, from..line.len()).map(|close| close + 1);
+        }
+        // A label stands in front.
+        let behind = rest.get(len..)?.trim_start_matches(':');
+        if word.is_empty() || behind.len() == rest.len() - len {
+            return None;
+        }
+        at = skip_space(line, line.len() - behind.len());
+    }
+}
+
+/// Where the comment of a line begins in a source for any assembler.
+pub(super) fn any_code_end(line: &str) -> usize {
+    let mut at = end(line).unwrap_or(0);
+    while at < line.len() {
+        if line.get(at..).is_some_and(|rest| rest.starts_with(';') || rest.starts_with("//")) {
+            return at;
+        }
+        at = step(line, at);
+    }
+    line.len()
+}
+
+/// Where the comment of a line begins in a source for sdas8051.
+pub(super) fn code_end(line: &str) -> usize {
+    let mut at = end(line).unwrap_or(0);
+    while at < line.len() {
+        at = match byte(line, at) {
+            b';' => return at,
+            b'\'' | b'"' => quoted_at(line, at).map_or(at + 1, |(end, _)| end),
+            _ => at + 1,
+        };
+    }
+    line.len()
+}
+
+/// The value in quotes that begins at a byte of the text, and where it ends.
+pub(super) fn quoted_at(text: &str, at: usize) -> Option<(usize, u16)> {
+    quoted(text, at..text.len())
+}
+
+/// Where the delimiter stands that ends the text that begins at the front of `range`. Within single quotes a doubled one is one.
+fn close(line: &str, range: Range<usize>) -> Option<usize> {
+    let mark = line.get(range.clone())?.chars().next().filter(char::is_ascii)?;
+    let mut from = range.start + 1;
+    loop {
+        let at = from + line.get(from..range.end)?.find(mark)?;
+        if mark != '\'' || byte(line, at + 1) != b'\'' || at == range.start + 1 && byte(line, at + 2) != b'\'' {
+            return Some(at);
+        }
+        from = at + 2;
+    }
+}
+
+/// The first character, an escape taken as what it stands for: its length and code.
+fn character(bytes: &[u8]) -> Option<(usize, u8)> {
+    let (first, rest) = bytes.split_first()?;
+    if *first != b'\\' {
+        return Some((1, *first));
+    }
+    let digits = rest.iter().take(3).take_while(|c| matches!(c, b'0'..=b'7'));
+    let (count, code) = digits.fold((0, 0u32), |(count, code), c| (count + 1, code * 8 + u32::from(c - b'0')));
+    Some(match rest.first() {
+        _ if count > 0 => (1 + count, code as u8),
+        Some(b'b') => (2, 8),
+        Some(b'f') => (2, 12),
+        Some(b'n') => (2, b'\n'),
+        Some(b'r') => (2, b'\r'),
+        Some(b't') => (2, b'\t'),
+        _ => (1, b'\\'),
+    })
+}
+
+/// The bytes that a text between its delimiters stands for.
+fn unescape(text: &str) -> Vec<u8> {
+    let bytes = encode(text);
+    let (mut out, mut rest) = (Vec::with_capacity(bytes.len()), bytes.as_slice());
+    while let Some((len, code)) = character(rest) {
+        out.push(code);
+        rest = rest.get(len..).unwrap_or_default();
+    }
+    out
+}
+
+/// `.ascii /text/`; several in quotes with commas between them.
+pub(super) fn text(asm: &mut Asm<'_>, call: &Call<'_>, end: End) {
+    let all = trim(call.text, call.rest.clone());
+    if all.is_empty() {
+        wanted(asm, call);
+        return;
+    }
+    let mut at = all.start;
+    loop {
+        let Some(close) = close(call.text, at..all.end) else {
+            let written = call.get(at..all.end);
+            let mark: String = written.chars().take(1).collect();
+            let cause = format!("`{written}` is no text: `{mark}` does not close it");
+            return asm.tell(Fault::new("ASM011", at..all.end, cause, "write it as \"text\" or /text/"));
+        };
+        let mark = byte(call.text, at);
+        let inside = call.get(at + 1..close);
+        let mut bytes = if mark == b'\'' { unescape(&inside.replace("''", "'")) } else { unescape(inside) };
+        match end {
+            End::Open => {}
+            End::Zero => bytes.push(0),
+            End::HighBit => bytes.iter_mut().next_back().into_iter().for_each(|last| *last |= 0x80),
+        }
+        asm.emit(&bytes, at..close + 1);
+        let behind = skip_space(call.text, close + 1);
+        let next = skip_space(call.text, behind + 1);
+        match byte(call.text, behind) {
+            _ if behind >= all.end => return,
+            b';' => return,
+            b',' if matches!(mark, b'"' | b'\'') && matches!(byte(call.text, next), b'"' | b'\'') => at = next,
+            _ => {
+                let cause = format!("`{}` stands behind the text", call.get(behind..all.end));
+                let hint = match inside.ends_with('\\') {
+                    true => "a backslash does not keep a delimiter from ending the text: take another, /a\"b/",
+                    false => "one text, or several in quotes with commas between them; numbers are for .db",
+                };
+                return asm.tell(Fault::new("ASM011", behind..all.end, cause, hint));
+            }
+        }
+    }
+}
+
+/// Bytes or words; `own` where as31 and ASM51 have no such directive with a dot, or take no characters there.
+pub(super) fn data(asm: &mut Asm<'_>, call: &Call<'_>, size: Size, own: bool) {
+    let dotted = call.get(call.word.clone()).starts_with('.');
+    let marked = || cut(call.text, call.rest.clone()).iter().any(|part| byte(call.text, part.start) == b'#');
+    match size {
+        _ if dotted && (own || asm.d.hooks.is_sdas || marked()) => values(asm, call, size),
+        Size::Byte => bytes(asm, call),
+        Size::Word => words(asm, call),
+    }
+}
+
+fn values(asm: &mut Asm<'_>, call: &Call<'_>, size: Size) {
+    let parts = cut_values(call.text, call.rest.clone());
+    if parts.is_empty() {
+        wanted(asm, call);
+    }
+    for part in parts {
+        // `#5` is 5.
+        let from = if byte(call.text, part.start) == b'#' { skip_space(call.text, part.start + 1) } else { part.start };
+        let value = match quoted(call.text, from..part.end) {
+            Some((end, value)) if end == part.end => {
+                if size == Size::Byte && value > 0xFF {
+                    let cause = format!(
+                        "`{}` is the number 0x{value:04X} here: its upper bits are left out",
+                        call.get(part.clone())
+                    );
+                    asm.tell(Fault::new("ASM030", part.clone(), cause, "write texts with .ascii").warning());
+                }
+                value
+            }
+            Some((end, _)) if !begins_operator(byte(call.text, skip_space(call.text, end))) => {
+                let cause = format!("`{}` is no value: 'c has one character, \"cc has two", call.get(from..part.end));
+                asm.tell(Fault::new("ASM011", part.clone(), cause, "write texts with .ascii"));
+                0
+            }
+            None if byte(call.text, from) == b'"' => {
+                let cause = format!("`{}` is no value: \"cc has two characters", call.get(from..part.end));
+                asm.tell(Fault::new("ASM011", part.clone(), cause, "write one character as 'c"));
+                0
+            }
+            _ => value_of(asm, call.text, from..part.end, if size == Size::Byte { 8 } else { 16 }) as u16,
+        };
+        match size {
+            Size::Byte => asm.emit(&[value as u8], part),
+            Size::Word => asm.emit(&value.to_be_bytes(), part),
+        }
+    }
+}
+
+fn begins_operator(c: u8) -> bool {
+    matches!(c, b'+' | b'-' | b'*' | b'/' | b'%' | b'&' | b'|' | b'^' | b'<' | b'>' | b'=' | b'!')
+}
+
+/// The value in quotes at the front of `range`, and where it ends; nothing where there is none, or too few characters.
+fn quoted(text: &str, range: Range<usize>) -> Option<(usize, u16)> {
+    let mark = byte(text, range.start);
+    let count = match mark {
+        b'\'' => 1,
+        b'"' => 2,
+        _ => return None,
+    };
+    let (mut at, mut value) = (range.start + 1, 0u16);
+    for _ in 0..count {
+        if at >= range.end {
+            return None;
+        }
+        let (len, code) = match byte(text, at) {
+            b'\\' => character(text.as_bytes().get(at..range.end)?)?,
+            _ => byte_at(text, at),
+        };
+        (at, value) = (at + len, value << 8 | u16::from(code));
+    }
+    let closed = at < range.end && byte(text, at) == mark;
+    Some((at + usize::from(closed), value))
+}
+
+/// Values between top-level commas, without white space around them, but for a blank that is a character.
+fn cut_values(text: &str, range: Range<usize>) -> Vec<Range<usize>> {
+    let (mut parts, mut start, mut at, mut depth) = (Vec::new(), range.start, range.start, 0u32);
+    if trim(text, range.clone()).is_empty() {
+        return parts;
+    }
+    // Where the last character in quotes ends.
+    let mut kept = range.start;
+    let whole = |from: usize, to: usize, kept: usize| {
+        let part = trim(text, from..to);
+        part.start..part.end.max(kept.min(to))
+    };
+    while at < range.end {
+        match byte(text, at) {
+            b',' if depth == 0 => {
+                parts.push(whole(start, at, kept));
+                start = at + 1;
+            }
+            b'(' => depth += 1,
+            b')' => depth = depth.saturating_sub(1),
+            b'\'' | b'"' => {
+                at = quoted(text, at..range.end).map_or(range.end, |(end, _)| end);
+                kept = at;
+                continue;
+            }
+            _ => {}
+        }
+        at += 1;
+    }
+    parts.push(whole(start, range.end, kept));
+    parts
+}
