@@ -13,8 +13,8 @@ use emu_pic16::periph::map::Line;
 
 use crate::avr;
 use crate::fail::Failure;
-use crate::nearest::nearest;
 use crate::store::Store;
+use diag::nearest;
 
 /// The address of a two-wire device where none is given: A0 to A2 tied low.
 const ADDRESS: u8 = 0x50;

@@ -7,7 +7,7 @@ use clap::{Arg, Command, Error};
 use emu_core::chip::Chip;
 
 use crate::family::chips;
-use crate::nearest::nearest;
+use diag::nearest;
 
 /// Names that people give to chips and boards, the row that is nearest, and what the two have in common.
 const ALIASES: &[(&str, &str, &str)] = &[

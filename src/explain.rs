@@ -4,8 +4,8 @@ use clap::Args;
 use diag::Code;
 
 use crate::fail::{Failure, exit};
-use crate::nearest::nearest;
 use crate::{codes, lockstep, output, run};
+use diag::nearest;
 
 const EXAMPLES: &str = "\
 Examples:

@@ -7,8 +7,8 @@ use ladder_eval::Evaluator;
 use crate::codes::INPUTS;
 use crate::fail::Failure;
 use crate::input;
-use crate::nearest::nearest;
 use crate::report::Texts;
+use diag::nearest;
 
 /// Something is given a value before a scan, counted from 1.
 pub struct Change {

@@ -16,7 +16,7 @@ use crate::codes::OTHER_CHIP;
 use crate::family;
 use crate::input::ELF;
 use crate::made_for::{by_signature, kind, other_avr};
-use crate::nearest::distance;
+use diag::distance;
 
 /// Most chips that are listed.
 const MOST: usize = 4;

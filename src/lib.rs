@@ -55,7 +55,6 @@ mod lockstep;
 mod machine;
 mod made_for;
 mod mcs51;
-mod nearest;
 mod output;
 mod pic16;
 mod readings;

@@ -8,8 +8,8 @@ use clap_complete::Shell;
 
 use crate::args::Cli;
 use crate::fail::{Failure, exit};
-use crate::nearest::nearest;
 use crate::output;
+use diag::nearest;
 
 /// Flags of `emu completions`.
 #[derive(Debug, Args)]

@@ -8,8 +8,8 @@ mod text;
 use clap::Args;
 
 use crate::fail::{Failure, exit};
-use crate::nearest::nearest;
 use crate::output;
+use diag::nearest;
 use read::{Signal, Waves};
 
 const EXAMPLES: &str = "\

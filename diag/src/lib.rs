@@ -6,6 +6,7 @@
 
 #![forbid(unsafe_code)]
 
+mod markup;
 mod nearest;
 pub mod text;
 
@@ -14,6 +15,7 @@ use std::fmt;
 
 use serde::Serialize;
 
+pub use markup::escape_markup;
 pub use nearest::{distance, nearest};
 
 /// One row of a crate's table of codes, the text behind `emu explain`.

@@ -1,22 +1,20 @@
 //! The name that was probably meant.
 
-/// The candidate with the least edit distance to `name`, if it is near enough to be meant.
+/// Characters of a name that are compared: a longer one is no misspelt name of ours.
+const LONGEST: usize = 64;
+
+/// Returns the candidate with the least edit distance to `name`, if it is near enough to be meant. Case does not count; of candidates that are
+/// equally near the alphabetically first is returned.
 pub fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let name: String = name.chars().take(LONGEST).flat_map(char::to_lowercase).collect();
     let limit = name.chars().count().max(3) / 3;
-    candidates.map(|c| (distance(name, c), c)).filter(|(d, _)| *d <= limit).min_by_key(|(d, _)| *d).map(|(_, c)| c)
+    let possible = candidates.filter(|candidate| candidate.len().abs_diff(name.len()) <= 4 * limit);
+    let ranked = possible.map(|candidate| (distance(&name, &candidate.to_lowercase()), candidate));
+    ranked.filter(|(distance, _)| *distance <= limit).min().map(|(_, candidate)| candidate)
 }
 
-/// Insertions, deletions and changes of characters from `a` to `b` (Levenshtein).
+/// Returns the edit distance from `a` to `b`: insertions, deletions, changes and swaps of neighbours (optimal string alignment).
+#[must_use]
 pub fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut next = vec![i + 1];
-        for (j, (y, pair)) in b.iter().zip(row.windows(2)).enumerate() {
-            let (diagonal, above) = (pair[0], pair[1]);
-            next.push((diagonal + usize::from(x != *y)).min(above + 1).min(next[j] + 1));
-        }
-        row = next;
-    }
-    row.last().copied().unwrap_or(0)
+    strsim::osa_distance(a, b)
 }

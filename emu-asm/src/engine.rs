@@ -7,7 +7,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use diag::text::{byte_of, show};
-use diag::{Diagnostic, Pos, Severity};
+use diag::{Diagnostic, Pos, Severity, nearest};
 use emu_core::chip::Chip;
 
 use crate::dialect::Dialect;
@@ -15,7 +15,6 @@ use crate::expr::{Names, Value, evaluate};
 use crate::fault::Fault;
 use crate::files::{Files, Texts};
 use crate::known::Known;
-use crate::nearest::nearest;
 use crate::output::Output;
 use crate::reader::{Cond, Frame, Macro};
 use crate::statement::code_end;
@@ -337,10 +336,10 @@ impl<'a> Asm<'a> {
         let own = self.table.mnemonics().chain(self.d.names()).map(|name| -> &str { name });
         let words = own.chain(macros);
         if code == "ASM001" {
-            return nearest(name.trim_start_matches(['.', '#']), words);
+            return nearest(name.trim_start_matches(['.', '#']), words).map(str::to_owned);
         }
-        let values = self.symbols.names().chain(self.known.names());
-        nearest(name, values).or_else(|| nearest(name, words))
+        let values = self.symbols.names().chain(self.known.names()).filter(|name| !name.contains('\u{1}'));
+        nearest(name, values).or_else(|| nearest(name, words)).map(str::to_owned)
     }
 
     /// True where an error stops everything: names are not read on.

@@ -26,7 +26,6 @@ mod listing;
 mod macros;
 mod matching;
 mod named;
-mod nearest;
 mod number;
 mod output;
 mod reader;

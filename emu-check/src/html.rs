@@ -5,9 +5,10 @@ use std::fmt::Write;
 use ladder::{ElementId, Program};
 use ladder_compile::Compiled;
 
+use diag::escape_markup;
+
 use crate::Options;
 use crate::html_trace::trace;
-use crate::junit::escaped;
 use crate::report::{Difference, Report, What, counted, grouped};
 use crate::svg::waveform;
 use crate::table::{HEADS, Outcome, row, verdicts};
@@ -48,19 +49,19 @@ pub fn html(entries: &[Entry<'_>]) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width\"/>\n\
          <title>emu check: {0}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n",
-        escaped(&title)
+        escape_markup(&title)
     );
     if entries.len() > 1 {
-        _ = writeln!(page, "<h1>{}</h1>", escaped(&title));
+        _ = writeln!(page, "<h1>{}</h1>", escape_markup(&title));
         page += &overview(entries);
-        _ = writeln!(page, "<p>{}</p>", escaped(&verdicts(&outcomes)));
+        _ = writeln!(page, "<p>{}</p>", escape_markup(&verdicts(&outcomes)));
     }
     let mut drawn = 0;
     for (n, entry) in entries.iter().enumerate() {
         page += &head(entry, n, entries.len() > 1);
         match entry.outcome {
             Outcome::Refused(refused) => {
-                let why = |e: &diag::Diagnostic| format!("<li>{} [{}]</li>", escaped(&e.cause), e.code);
+                let why = |e: &diag::Diagnostic| format!("<li>{} [{}]</li>", escape_markup(&e.cause), e.code);
                 _ = writeln!(page, "<ul>{}</ul>", refused.errors.iter().map(why).collect::<String>());
             }
             Outcome::Checked(report) => {
@@ -75,7 +76,7 @@ pub fn html(entries: &[Entry<'_>]) -> String {
                     None => format!(
                         "<h3 id=\"program-{}\">Program</h3>\n<pre>{}</pre>\n",
                         n + 1,
-                        escaped(&ladder::draw(entry.program))
+                        escape_markup(&ladder::draw(entry.program))
                     ),
                 };
             }
@@ -100,14 +101,14 @@ fn overview(entries: &[Entry<'_>]) -> String {
     let mut text = format!("<table>\n<tr>{heads}</tr>\n");
     for (n, entry) in entries.iter().enumerate() {
         let (class, verdict) = verdict(entry.outcome);
-        let (program, mcu) = (escaped(&entry.program.file), escaped(&entry.options.mcu));
+        let (program, mcu) = (escape_markup(&entry.program.file), escape_markup(&entry.options.mcu));
         let figures: String = match entry.outcome {
             Outcome::Checked(report) => {
-                row(report).iter().skip(3).map(|cell| format!("<td class=\"n\">{}</td>", escaped(cell))).collect()
+                row(report).iter().skip(3).map(|cell| format!("<td class=\"n\">{}</td>", escape_markup(cell))).collect()
             }
             Outcome::Refused(refused) => {
                 let why = refused.errors.first().map_or("", |error| error.cause.as_str());
-                format!("<td class=\"dim\" colspan=\"{}\">{}</td>", HEADS.len() - 3, escaped(why))
+                format!("<td class=\"dim\" colspan=\"{}\">{}</td>", HEADS.len() - 3, escape_markup(why))
             }
         };
         _ = writeln!(
@@ -120,7 +121,7 @@ fn overview(entries: &[Entry<'_>]) -> String {
 }
 
 fn head(entry: &Entry<'_>, n: usize, many: bool) -> String {
-    let (program, mcu) = (escaped(&entry.program.file), escaped(&entry.options.mcu));
+    let (program, mcu) = (escape_markup(&entry.program.file), escape_markup(&entry.options.mcu));
     let (class, verdict) = verdict(entry.outcome);
     let level = if many { "h2" } else { "h1" };
     format!("<{level} id=\"check-{}\">{program} on {mcu}: <span class=\"{class}\">{verdict}</span></{level}>\n", n + 1)
@@ -136,7 +137,7 @@ fn checked(entry: &Entry<'_>, report: &Report, draws: bool) -> String {
         Some(difference) => differs(entry.program, difference),
         None => {
             let replay = crate::run::replay(entry.program, entry.options, report.scans);
-            format!("<p>Again: <code>{}</code></p>\n", escaped(&replay))
+            format!("<p>Again: <code>{}</code></p>\n", escape_markup(&replay))
         }
     };
     text += &figures(report);
@@ -145,11 +146,11 @@ fn checked(entry: &Entry<'_>, report: &Report, draws: bool) -> String {
         let class = serde_json::to_value(row.class).ok();
         let class = class.as_ref().and_then(serde_json::Value::as_str).unwrap_or_default();
         let cells = [row.covered, row.total, row.impossible].map(|cell| format!("<td class=\"n\">{cell}</td>"));
-        _ = writeln!(text, "<tr><td>{}</td>{}</tr>", escaped(class), cells.concat());
+        _ = writeln!(text, "<tr><td>{}</td>{}</tr>", escape_markup(class), cells.concat());
     }
     text += "</table>\n";
     if !report.coverage.missing.is_empty() {
-        let missed = escaped(&report.coverage.missed());
+        let missed = escape_markup(&report.coverage.missed());
         _ = writeln!(text, "<details><summary>not seen</summary><pre>{missed}</pre></details>");
     }
     if draws {
@@ -162,14 +163,14 @@ fn checked(entry: &Entry<'_>, report: &Report, draws: bool) -> String {
 fn differs(program: &Program, difference: &Difference) -> String {
     let (mut text, mut drawing) = ("<table>\n".to_owned(), String::new());
     let what = difference.symbol.clone().unwrap_or_else(|| format!("{:?}", difference.what).to_lowercase());
-    text += &line("what", &format!("{} [{}]", escaped(&what), difference.code));
-    text += &line("expected", &escaped(&difference.expected));
-    text += &line("found", &escaped(&difference.found));
+    text += &line("what", &format!("{} [{}]", escape_markup(&what), difference.code));
+    text += &line("expected", &escape_markup(&difference.expected));
+    text += &line("found", &escape_markup(&difference.found));
     if difference.differing.len() > 1 {
-        text += &line("all", &escaped(&difference.differing.join("; ")));
+        text += &line("all", &escape_markup(&difference.differing.join("; ")));
     }
     if let (Some(rung), Some(element), Some(of)) = (difference.rung, difference.element, &difference.element_text) {
-        text += &line("element", &format!("rung {rung}, element {element} <code>{}</code>", escaped(of)));
+        text += &line("element", &format!("rung {rung}, element {element} <code>{}</code>", escape_markup(of)));
         let id = ElementId { rung: rung.saturating_sub(1), index: element.saturating_sub(1) };
         drawing = format!("<pre>{}</pre>\n", marked(program, id));
     }
@@ -178,9 +179,9 @@ fn differs(program: &Program, difference: &Difference) -> String {
         What::Map => line("when", "before anything has run"),
         _ => line("when", &format!("scan {scan}: cycle {} of run {run}, in its scan {of_run}", difference.cycle)),
     };
-    text += &line("replay", &format!("<code>{}</code>", escaped(&difference.replay)));
+    text += &line("replay", &format!("<code>{}</code>", escape_markup(&difference.replay)));
     if !difference.smallest.is_empty() {
-        text += &line("smallest stimulus", &format!("<pre>{}</pre>", escaped(&difference.smallest.join("\n"))));
+        text += &line("smallest stimulus", &format!("<pre>{}</pre>", escape_markup(&difference.smallest.join("\n"))));
     }
     text + "</table>\n" + &drawing
 }
@@ -191,12 +192,13 @@ fn marked(program: &Program, id: ElementId) -> String {
     let cell = drawing.cells.iter().find(|cell| cell.id == id);
     let lines = drawing.lines.iter().enumerate().map(|(n, line)| match cell.filter(|cell| cell.line == n) {
         Some(cell) => {
-            let part = |from: usize, most: usize| escaped(&line.chars().skip(from).take(most).collect::<String>());
+            let part =
+                |from: usize, most: usize| escape_markup(&line.chars().skip(from).take(most).collect::<String>());
             let end = cell.column.saturating_add(cell.width);
             let (before, symbol, after) = (part(0, cell.column), part(cell.column, cell.width), part(end, usize::MAX));
             format!("{before}<mark>{symbol}</mark>{}", after.trim_end())
         }
-        None => escaped(line.trim_end()),
+        None => escape_markup(line.trim_end()),
     });
     lines.collect::<Vec<_>>().join("\n")
 }
@@ -216,7 +218,7 @@ fn figures(report: &Report) -> String {
         ("mean scan", format!("{:.1} clocks", figures.scan_cycles_mean * figures.clocks_per_cycle as f64)),
         ("slack", clocks(figures.slack_cycles)),
     ];
-    let rows: String = rows.iter().map(|(name, value)| line(name, &escaped(value))).collect();
+    let rows: String = rows.iter().map(|(name, value)| line(name, &escape_markup(value))).collect();
     format!("<h3>Figures</h3>\n<table>\n{rows}</table>\n")
 }
 

@@ -2,26 +2,10 @@
 
 use std::fmt::Write;
 
+use diag::escape_markup;
+
 use crate::report::Report;
 use crate::table::{Outcome, Refused};
-
-/// Text for XML: what has a meaning there is escaped, what may not stand there is replaced.
-pub(crate) fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&#39;"),
-            '\t' | '\n' => out.push(c),
-            c if c < ' ' || matches!(c, '\u{7F}' | '\u{FFFE}' | '\u{FFFF}') => out.push('\u{FFFD}'),
-            c => out.push(c),
-        }
-    }
-    out
-}
 
 /// One document of all outcomes: a difference is a failure, a refusal is skipped.
 #[must_use]
@@ -41,7 +25,7 @@ pub fn junit(outcomes: &[Outcome]) -> String {
                     text,
                     "  {}\n   <skipped message=\"{}\"/>\n  </testcase>",
                     case(program, mcu),
-                    escaped(&why.join("; "))
+                    escape_markup(&why.join("; "))
                 );
             }
         }
@@ -50,7 +34,7 @@ pub fn junit(outcomes: &[Outcome]) -> String {
 }
 
 fn case(program: &str, mcu: &str) -> String {
-    format!("<testcase classname=\"{}\" name=\"{}\">", escaped(program), escaped(mcu))
+    format!("<testcase classname=\"{}\" name=\"{}\">", escape_markup(program), escape_markup(mcu))
 }
 
 fn checked(report: &Report) -> String {
@@ -62,11 +46,11 @@ fn checked(report: &Report) -> String {
         _ = writeln!(
             text,
             "   <failure type=\"{code}\" message=\"{}\">{}</failure>",
-            escaped(&message),
-            escaped(&report.text())
+            escape_markup(&message),
+            escape_markup(&report.text())
         );
     } else {
-        _ = writeln!(text, "   <system-out>{}</system-out>", escaped(&report.text()));
+        _ = writeln!(text, "   <system-out>{}</system-out>", escape_markup(&report.text()));
     }
     text + "  </testcase>\n"
 }

@@ -1,9 +1,9 @@
 //! Symbols over scans as a drawing: the evaluator's line, the chip's over it, and where they part.
 
+use diag::escape_markup;
 use std::fmt::Write;
 
 use crate::html_trace::Trace;
-use crate::junit::escaped;
 
 /// Height of a symbol's row, and of the axis.
 const ROW: usize = 26;
@@ -35,7 +35,7 @@ pub(crate) fn waveform(trace: &Trace) -> (String, String) {
     grid(&mut svg, trace, step, height);
     for (n, signal) in signals.iter().enumerate() {
         let top = AXIS + n * ROW;
-        let (name, shown, range) = (escaped(signal.name), escaped(&signal.shown()), signal.range());
+        let (name, shown, range) = (escape_markup(signal.name), escape_markup(&signal.shown()), signal.range());
         let at = top + SIGNAL;
         _ = writeln!(names, "<text class=\"name\" x=\"4\" y=\"{at}\"><title>{name} {range}</title>{shown}</text>");
         if !range.is_empty() {

@@ -1,6 +1,6 @@
 //! The head of a `.ld` file: settings, `IO LIST`, `VAR LIST` and `PULL-UP LIST`.
 
-use diag::{Pos, Severity};
+use diag::{Pos, Severity, nearest};
 
 use crate::codes;
 use crate::lex::{self, Line};
@@ -152,7 +152,7 @@ fn setting(reader: &mut Reader<'_>, line: &Line<'_>, out: &mut Head) {
         SETTINGS.iter().filter(|s| s.ends_with('=')).find_map(|s| Some((*s, line.text.strip_prefix(s)?.trim())));
     let Some((name, value)) = known else {
         let word = line.text.split_inclusive('=').next().unwrap_or("");
-        let hint = match (line.keyword(), lex::nearest(word, SETTINGS)) {
+        let hint = match (line.keyword(), nearest(word, SETTINGS.into_iter())) {
             ("RUNG", _) => "rungs come after the line PROGRAM".to_owned(),
             (_, Some(near)) => format!("did you mean {near}?"),
             (_, None) => format!("known are {}", SETTINGS.join(", ")),

@@ -1,6 +1,6 @@
 //! The reader of each element: its line of text into the model.
 
-use diag::Pos;
+use diag::{Pos, nearest};
 
 use crate::codes;
 use crate::lex::{self, Line, Token};
@@ -31,7 +31,7 @@ fn unknown(reader: &mut Reader<'_>, keyword: Token<'_>) {
         return reader.error(codes::LDMICRO5_ONLY, keyword.pos, cause, hint);
     }
     let known = LEAVES.iter().map(|r| r.0).chain(["RUNG", "PARALLEL", "SERIES", "END"]);
-    let hint = match lex::nearest(keyword.text, known) {
+    let hint = match nearest(keyword.text, known) {
         Some(near) => format!("did you mean {near}?"),
         None => "the first word of a line names the element, such as CONTACTS or COIL".to_owned(),
     };

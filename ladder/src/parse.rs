@@ -1,7 +1,7 @@
 //! The reader of `.ld` text. It tells every error it can find, and says nothing about meaning: that is `check`.
 
 use diag::text::{self, Encoding};
-use diag::{Diagnostic, Pos, Severity};
+use diag::{Diagnostic, Pos, Severity, nearest};
 
 use crate::codes;
 use crate::head::{self, Head};
@@ -227,7 +227,7 @@ fn rungs<'a>(reader: &mut Reader<'_>, lines: &mut impl Iterator<Item = Line<'a>>
             _ => match open.last_mut() {
                 None => {
                     let cause = format!("`{}` stands outside a rung", shown(line.keyword()));
-                    let hint = match lex::nearest(line.keyword(), ["RUNG"]) {
+                    let hint = match nearest(line.keyword(), ["RUNG"].into_iter()) {
                         Some(near) => format!("did you mean {near}?"),
                         None => "put it between RUNG and END".to_owned(),
                     };

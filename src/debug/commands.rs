@@ -2,7 +2,7 @@
 
 use super::shell::{Done, Shell};
 use super::{back, code, data, files, info, points, record, rungs, running};
-use crate::nearest::nearest;
+use diag::nearest;
 
 /// What an empty line does after a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use emu_debug::bits::BIT;
 use emu_debug::trace::{Signal, SignalSource, register_bits};
 use ladder_compile::{Map, Place};
 
-use crate::nearest::nearest;
+use diag::nearest;
 
 /// Most bytes of a signal.
 const MOST: u32 = 8;

@@ -1,5 +1,6 @@
 //! A waveform as a picture. It takes the colours of the reader's system, light or dark.
 
+use diag::escape_markup;
 use std::fmt::Write as _;
 
 use super::Drawing;
@@ -84,7 +85,7 @@ pub fn draw(drawing: &Drawing<'_>, width: u32) -> String {
         _ = writeln!(
             out,
             "<text class=\"time\" x=\"{x:.1}\" y=\"16\" text-anchor=\"{anchor}\">{}</text>",
-            escaped(&text)
+            escape_markup(&text)
         );
     }
     for (row, signal) in drawing.signals.iter().enumerate() {
@@ -93,7 +94,7 @@ pub fn draw(drawing: &Drawing<'_>, width: u32) -> String {
         _ = writeln!(
             out,
             "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{}</text>",
-            escaped(&signal.drawn_name())
+            escape_markup(&signal.drawn_name())
         );
         line(&mut out, signal, &plot, top);
     }
@@ -209,7 +210,7 @@ fn boxed(out: &mut String, (class, text): (&str, &str), (x, end): (f64, f64), (t
     _ = writeln!(
         out,
         "<path class=\"{class}\" d=\"M{x:.1} {middle:.1}L{near:.1} {top:.1}H{far:.1}L{end:.1} {middle:.1}L{far:.1} {bottom:.1}H{near:.1}Z\"><title>{}</title></path>",
-        escaped(text)
+        escape_markup(text)
     );
     let room = ((wide - 2.0 * tip) / CHARACTER).floor() as usize;
     let length = text.chars().count();
@@ -223,22 +224,6 @@ fn boxed(out: &mut String, (class, text): (&str, &str), (x, end): (f64, f64), (t
     _ = writeln!(
         out,
         "<text class=\"{ink}\" x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\">{}</text>",
-        escaped(&shown)
+        escape_markup(&shown)
     );
-}
-
-/// A text as XML has it. Control characters have no place in it.
-fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '&' => out.push_str("&amp;"),
-            '"' => out.push_str("&quot;"),
-            c if c.is_control() => out.push('?'),
-            c => out.push(c),
-        }
-    }
-    out
 }

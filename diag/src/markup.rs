@@ -1,0 +1,21 @@
+//! Text in XML and HTML.
+
+/// Returns the text as XML and HTML have it: characters with a meaning there are escaped, and control characters, which have no place there,
+/// become U+FFFD (XML 1.0, section 2.2).
+#[must_use]
+pub fn escape_markup(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            '\t' | '\n' => out.push(c),
+            c if c < ' ' || matches!(c, '\u{7F}' | '\u{FFFE}' | '\u{FFFF}') => out.push('\u{FFFD}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
