@@ -1,6 +1,7 @@
 //! `emu debug`: a machine under the debugger, by commands.
 
 mod back;
+mod calls;
 mod code;
 pub mod commands;
 mod data;
@@ -23,6 +24,7 @@ mod stop;
 mod terminal;
 #[cfg(feature = "tui")]
 mod tui;
+mod types;
 
 use std::io::IsTerminal;
 use std::sync::Arc;

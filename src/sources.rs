@@ -24,6 +24,11 @@ impl Sources {
         Sources { folders, files: HashMap::new() }
     }
 
+    /// The same folders, of which nothing was looked for yet.
+    pub fn anew(&self) -> Sources {
+        Sources { folders: self.folders.clone(), files: HashMap::new() }
+    }
+
     /// The text of one of the `lines` of the program, without white space around it; nothing where its file is not found or shorter.
     pub fn text(&mut self, lines: &Lines, line: &LineAt) -> Option<&str> {
         let text = self.file(lines, &line.file)?.get((line.line as usize).checked_sub(1)?)?.trim();

@@ -188,6 +188,11 @@ pub trait Cpu: Clone {
     fn return_stack(&self) -> Vec<u32> {
         Vec::new()
     }
+    /// Where several sources share a vector, the flags that are set and enabled now, by their names in the data sheet: those that
+    /// interrupt, or would. Empty on chips whose vectors tell the source.
+    fn interrupt_flags(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
     /// How deep the stack is now: a call makes it greater, a return smaller, by whatever it takes. 0 where there is no stack.
     fn depth(&self) -> u32 {
         0

@@ -88,6 +88,8 @@ pub(crate) struct Machine {
     pub name: String,
     /// Folder of the image.
     pub folder: std::path::PathBuf,
+    /// Objects of C of whose parts the client was told since the machine moved last, and their expressions.
+    pub parts: std::cell::RefCell<Vec<(String, emu_debug::debug::ObjectExpr)>>,
 }
 
 impl Machine {
@@ -95,6 +97,14 @@ impl Machine {
     pub fn listing(&mut self) -> &Listing {
         let Machine { session, ladder, listing, .. } = self;
         listing.get_or_insert_with(|| Listing::new(session, ladder.as_ref()))
+    }
+
+    /// Gives what an expression stands for another value.
+    pub fn assign(&mut self, expr: &emu_debug::debug::Expr, value: i64) -> Result<(), Wrong> {
+        self.session.assign(expr, value).map_err(Wrong::cannot)?;
+        self.told = self.told.min(self.session.target().cycle());
+        self.listing = None;
+        Ok(())
     }
 
     /// Does something from outside. What was told of the future that is gone now counts no more.
@@ -353,6 +363,7 @@ impl<'a> Adapter<'a> {
         let name = path.file_name().map_or(arguments.program.clone(), |name| name.to_string_lossy().into_owned());
         let folder = path.parent().map(std::path::Path::to_path_buf).unwrap_or_default();
         self.machine = Some(Machine {
+            parts: std::cell::RefCell::default(),
             told: opened.session.target().cycle(),
             ladder: opened.view.map(Ladder::new),
             session: opened.session,

@@ -36,15 +36,24 @@ where                  cycle, time, scan and place";
 impl Adapter<'_> {
     pub(crate) fn evaluate(&mut self, request: &Request) -> Result<Value, Wrong> {
         let Arguments { expression, frame_id, context, format, .. } = request.arguments()?;
-        self.frame(frame_id)?;
+        let level = self.frame(frame_id)?;
         let text = expression.trim();
         if context.as_deref() == Some("repl")
-            && let Some(answer) = self.command(text)?
+            && let Some(answer) = self.command(text, level)?
         {
             return Ok(json!({ "result": answer, "variablesReference": 0 }));
         }
         let machine = self.machine()?;
-        let (expr, target) = (machine.session.scope.expr(text).map_err(Wrong::nothing)?, machine.session.target());
+        let (expr, target) = (machine.expr(text, level)?, machine.session.target());
+        if let Some(object) = expr.object() {
+            let value = object.text(&machine.session.scope, target, format.hex.then_some('x'));
+            let parts = crate::locals::reference(machine, text, object);
+            let mut answer = json!({ "result": value, "type": object.kind_text(), "variablesReference": parts });
+            if let Some(memory) = machine.memory_of(object) {
+                answer["memoryReference"] = memory.into();
+            }
+            return Ok(answer);
+        }
         let (result, memory) = match expr.place(target) {
             Some(place) => {
                 let memory = match place {
@@ -67,25 +76,28 @@ impl Adapter<'_> {
 
     pub(crate) fn set_expression(&mut self, request: &Request) -> Result<Value, Wrong> {
         let Arguments { expression, frame_id, value, format, .. } = request.arguments()?;
-        self.frame(frame_id)?;
-        let value = self.assigned(&expression, &value, format.hex)?;
+        let level = self.frame(frame_id)?;
+        let value = self.assigned(&expression, (&value, level), format.hex)?;
         Ok(json!({ "value": value }))
     }
 
-    fn assigned(&mut self, text: &str, value: &str, hex: bool) -> Result<String, Wrong> {
-        self.assign(text, value)?;
+    fn assigned(&mut self, text: &str, (value, level): (&str, usize), hex: bool) -> Result<String, Wrong> {
+        self.assign(text, value, level)?;
         self.changed();
         let machine = self.machine()?;
-        let expr = machine.session.scope.expr(text).map_err(Wrong::nothing)?;
+        let expr = machine.expr(text, level)?;
+        if let Some(object) = expr.object() {
+            return Ok(object.text(&machine.session.scope, machine.session.target(), hex.then_some('x')));
+        }
         Ok(expr.place(machine.session.target()).map(|place| machine.shown(place, hex)).unwrap_or_default())
     }
 
     /// A command of the console; nothing where the text is none, but an expression.
-    fn command(&mut self, text: &str) -> Result<Option<String>, Wrong> {
+    fn command(&mut self, text: &str, level: usize) -> Result<Option<String>, Wrong> {
         let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
         let rest = rest.trim();
         if let Some((place, value)) = assignment(text) {
-            return self.assigned(place, value, false).map(Some);
+            return self.assigned(place, (value, level), false).map(Some);
         }
         let lines = |lines: Vec<String>| Ok(Some(lines.join("\n")));
         match word {

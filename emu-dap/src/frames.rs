@@ -1,8 +1,7 @@
 //! The stack: the element of the ladder program, the machine below it, and who called.
 
-use emu_core::chip::{Chip, Family};
-use emu_core::image::SymbolAt;
-use emu_debug::debug::Flow;
+use emu_core::image::LineAt;
+use emu_debug::debug::CallFrame;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -11,9 +10,6 @@ use crate::wire::{self, Request, Wrong};
 
 /// Most frames.
 const DEEPEST: usize = 100;
-
-/// Bytes of the stack that are looked through.
-const STACK: u32 = 4096;
 
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
@@ -43,11 +39,10 @@ impl Adapter<'_> {
                 "instructionPointerReference": address(machine, pc),
             }));
         }
-        for word in machine.callers() {
-            let mut frame = json!({ "name": machine.session.scope.source().place(word) });
-            let found = machine.session.scope.source().line_at(word).cloned();
+        for (word, name, line) in machine.callers() {
+            let mut frame = json!({ "name": name });
             // Of a ladder program the listing is below its rungs.
-            let (source, line) = match found {
+            let (source, line) = match line {
                 Some(line) => (machine.source_of(&line), line.line),
                 None => {
                     let line = machine.listing().line_of(word).unwrap_or(0);
@@ -69,87 +64,47 @@ impl Adapter<'_> {
         Ok(json!({ "stackFrames": frames, "totalFrames": total }))
     }
 
-    /// The frame is one of ours. All of them show the same machine, so it does not matter which.
-    pub(crate) fn frame(&self, id: Option<i64>) -> Result<(), Wrong> {
+    /// The level of a frame, 0 the innermost. All of them show the same machine; variables of C are those of the frame.
+    ///
+    /// # Errors
+    /// It is none of ours.
+    pub(crate) fn frame(&self, id: Option<i64>) -> Result<usize, Wrong> {
         match id {
             Some(id) if !(0..=DEEPEST as i64 + 1).contains(&id) => {
                 Err(Wrong::new(wire::NOTHING, format!("there is no frame {id}")))
             }
-            _ => Ok(()),
+            // Above the machine's is one of the ladder program.
+            Some(id) => {
+                let above = self.machine.as_ref().map_or(0, |machine| i64::from(machine.has_ladder_frame()));
+                Ok(usize::try_from(id - 1 - above).unwrap_or(0))
+            }
+            None => Ok(0),
         }
     }
 }
 
 impl Machine {
-    /// Where the machine stands, and the calls that it is in, the innermost first, as program words. A stack in memory holds
-    /// other things too: what counts there is the address behind a call of the function that is on.
-    fn callers(&mut self) -> Vec<u32> {
+    /// A frame of the ladder program is above the machine's.
+    fn has_ladder_frame(&self) -> bool {
         let pc = self.session.target().pc();
-        let mut found = vec![pc];
-        let stack = self.session.target().return_stack();
-        if !stack.is_empty() {
-            let depth = self.session.target().depth() as usize;
-            let calls = stack.into_iter().take(depth);
-            found.extend(calls.filter_map(|ret| self.call_before(ret).map(|(at, _)| at)).take(DEEPEST));
-            return found;
-        }
-        let mut here = pc;
-        for ret in self.stack_words() {
-            let Some((call, target)) = self.call_before(ret) else { continue };
-            let begins = self.function(here).map(|symbol| symbol.addr / self.session.scope.chip().word_bytes);
-            // Without symbols every address behind a call is believed.
-            if target.is_none_or(|target| begins.is_none_or(|begins| begins == target)) {
-                found.push(call);
-                here = call;
-            }
-            if found.len() >= DEEPEST {
-                break;
-            }
-        }
-        found
+        self.ladder.as_ref().is_some_and(|ladder| ladder.place(pc).is_some())
     }
 
-    /// The function that a program word belongs to.
-    fn function(&self, word: u32) -> Option<&SymbolAt> {
-        let scope = &self.session.scope;
-        let byte = word.saturating_mul(scope.chip().word_bytes);
-        let code = scope.symbols.iter().filter(|s| s.space == scope.chip().code && s.addr <= byte);
-        // Labels within a function have no size.
-        code.filter(|s| s.size > 0 && byte - s.addr < s.size).max_by_key(|s| s.addr)
-    }
-
-    /// The call whose return address this is, and where it goes, if it says so.
-    fn call_before(&mut self, ret: u32) -> Option<(u32, Option<u32>)> {
-        const LONGEST: u32 = 3;
-        (1..=LONGEST).find_map(|len| {
-            let at = ret.checked_sub(len)?;
-            let (flow, long) = self.session.flow(at);
-            let chip = self.session.scope.chip();
-            (flow == Flow::Call && long == len).then(|| (at, self.call_target(chip, at)))
-        })
-    }
-
-    fn call_target(&self, chip: &Chip, at: u32) -> Option<u32> {
-        let words = [self.session.word(at), self.session.word(at + 1), self.session.word(at + 2)];
-        let line = (chip.isa.disassemble)(&words, at);
-        let target = line.operands.iter().find(|(kind, _)| *kind == "target").map(|(_, value)| *value)?;
-        Some(u32::try_from(target).ok()? / chip.word_bytes)
-    }
-
-    /// What may be return addresses on a stack in memory, the innermost first.
-    fn stack_words(&self) -> Vec<u32> {
-        let (target, chip) = (self.session.target(), self.session.scope.chip());
-        let Some(sp) = target.reg("SP") else { return Vec::new() };
-        let peek = |at: u32| target.peek(chip.ram, at);
-        let pair = |high: u32, low: u32| Some(u32::from(peek(high)?) << 8 | u32::from(peek(low)?));
-        let end = u32::from(chip.ram_start) + u32::from(chip.ram_len);
-        let words = chip.flash / chip.word_bytes.max(1);
-        let found: Vec<Option<u32>> = match chip.family {
-            // It grows down, the high byte on top.
-            Family::Avr => (sp + 1..end.min(sp.saturating_add(STACK))).map(|at| pair(at, at + 1)).collect(),
-            Family::Mcs51 => (1..=sp.min(0xFF)).rev().map(|at| pair(at, at - 1)).collect(),
-            Family::Pic16 | Family::Ap101 => Vec::new(),
+    /// Where the machine stands, and the calls that it is in, the innermost first: a program word, a name, a source line.
+    fn callers(&self) -> Vec<(u32, String, Option<LineAt>)> {
+        let (scope, target) = (&self.session.scope, self.session.target());
+        let told = |frame: &CallFrame| {
+            let line = scope.source().line_at(frame.at).cloned();
+            let Some((name, call)) = scope.calls().named(target, frame) else {
+                return (frame.at, scope.source().place(frame.at), line);
+            };
+            // A function in which another was put in place of its call is at that call.
+            let line = match (line, call) {
+                (Some(line), Some((_, number))) => Some(LineAt { line: *number, ..line }),
+                (line, _) => line,
+            };
+            (frame.at, name.to_owned(), line)
         };
-        found.into_iter().flatten().filter(|word| *word > 0 && *word < words).collect()
+        scope.calls().frames(target).iter().take(DEEPEST).map(told).collect()
     }
 }

@@ -23,6 +23,7 @@ pub mod frame;
 mod frames;
 mod ladder;
 mod listing;
+mod locals;
 mod memory;
 mod points;
 mod running;

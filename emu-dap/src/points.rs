@@ -193,11 +193,20 @@ impl Adapter<'_> {
         let own_line = client.own_line(entry.wanted.line);
         let found = machine.place(group, source, &entry.wanted, own_line).and_then(|placed| {
             let condition = entry.wanted.condition.as_deref().filter(|text| !text.trim().is_empty());
-            let condition = condition.map(|text| machine.session.scope.expr(text)).transpose()?;
+            let session = &machine.session;
+            let condition = match &placed.what {
+                // What has a name where a breakpoint is, is meant there.
+                What::Code(words) => {
+                    let at = words.first().copied().unwrap_or_default();
+                    condition.map(|text| session.scope.expr_at(text, at)).transpose()?
+                }
+                _ => condition.map(|text| session.scope.expr_in(text, session.target(), 0)).transpose()?,
+            };
             let count = entry.wanted.hit_condition.as_deref().filter(|text| !text.trim().is_empty());
             entry.count = count.map(Count::read).transpose()?;
             let log = entry.wanted.log_message.as_deref().filter(|text| !text.is_empty());
-            entry.log = log.map(|text| pieces(&machine.session, text)).transpose()?;
+            let at = if let What::Code(words) = &placed.what { words.first().copied() } else { None };
+            entry.log = log.map(|text| pieces(&machine.session, at, text)).transpose()?;
             Ok((placed, condition))
         });
         match found {
@@ -248,7 +257,8 @@ impl Adapter<'_> {
             Some(container) => machine.evaluated_as(container, &name).unwrap_or_else(|| name.clone()),
             None => name.clone(),
         };
-        let found = machine.session.scope.expr(&text);
+        let target = machine.session.target();
+        let found = machine.session.scope.expr_in(&text, target, 0).map(|expr| expr.in_its_place(target));
         Ok(match found {
             Err(why) => json!({ "dataId": null, "description": why }),
             Ok(expr) => {
@@ -293,7 +303,8 @@ impl Machine {
             }
             Group::Data => {
                 let scope = &self.session.scope;
-                let expr = scope.expr(&wanted.data_id)?;
+                let expr =
+                    scope.expr_in(&wanted.data_id, self.session.target(), 0)?.in_its_place(self.session.target());
                 let told = || {
                     let found = scope.accessed(&wanted.data_id, self.session.target());
                     found.map_err(|why| format!("{why}; `write` sees its changes"))
@@ -342,12 +353,16 @@ impl Count {
 }
 
 /// A message with expressions in braces.
-fn pieces(session: &Session, text: &str) -> Result<Vec<Piece>, String> {
+fn pieces(session: &Session, at: Option<u32>, text: &str) -> Result<Vec<Piece>, String> {
     let (mut found, mut rest) = (Vec::new(), text);
     while let Some((before, behind)) = rest.split_once('{') {
         let (inner, after) = behind.split_once('}').ok_or_else(|| format!("a }} is missing in `{text}`"))?;
         found.push(Piece::Text(before.to_owned()));
-        found.push(Piece::Value(inner.to_owned(), session.scope.expr(inner)?));
+        let expr = match at {
+            Some(word) => session.scope.expr_at(inner, word)?,
+            None => session.scope.expr(inner)?,
+        };
+        found.push(Piece::Value(inner.to_owned(), expr));
         rest = after;
     }
     found.push(Piece::Text(rest.to_owned()));

@@ -302,6 +302,7 @@ impl Adapter<'_> {
         let halt = run.slice(&mut machine.session, &mut || (back || Instant::now() < end) && go_on());
         self.points.sound(&mut machine.session, &silent);
         machine.listing = None;
+        machine.parts.borrow_mut().clear();
         self.tell_events();
         match halt.why {
             Why::Interrupted => self.run = Some(run),

@@ -1,12 +1,15 @@
 //! Scopes and variables: registers, the ladder program's symbols, the program's, pins, registers of the chip, memory.
 
+use std::borrow::Cow;
+
 use emu_core::image::SymbolAt;
 use emu_core::pins::{Level, PinId};
-use emu_debug::debug::{Action, Place};
+use emu_debug::debug::{Cell, Expr, ObjectExpr, Place};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::adapter::{Adapter, Machine};
+use crate::locals;
 use crate::wire::{Request, Wrong};
 
 const REGISTERS: i64 = 1;
@@ -44,19 +47,22 @@ struct Arguments {
 }
 
 /// Something with a name and a value.
-struct Variable {
-    name: String,
-    value: String,
+pub(crate) struct Variable {
+    pub name: String,
+    pub value: String,
     /// What an expression calls it.
-    text: String,
-    kind: &'static str,
+    pub text: String,
+    pub kind: Cow<'static, str>,
     /// Where it lies, if in memory.
-    memory: Option<String>,
+    pub memory: Option<String>,
+    /// The reference by which its parts are asked for; 0 where it has none.
+    pub parts: i64,
 }
 
 impl Variable {
     fn told(&self) -> Value {
-        let mut told = json!({ "name": self.name, "value": self.value, "type": self.kind, "variablesReference": 0 });
+        let mut told =
+            json!({ "name": self.name, "value": self.value, "type": self.kind, "variablesReference": self.parts });
         if !self.text.is_empty() {
             told["evaluateName"] = self.text.as_str().into();
         }
@@ -70,7 +76,7 @@ impl Variable {
 impl Adapter<'_> {
     pub(crate) fn scopes(&mut self, request: &Request) -> Result<Value, Wrong> {
         let Arguments { frame_id, .. } = request.arguments()?;
-        self.frame(frame_id)?;
+        let level = self.frame(frame_id)?;
         let machine = self.machine()?;
         let chip = machine.session.scope.chip();
         let scope = |name: &str, number: i64, costly: bool| json!({ "name": name, "variablesReference": number, "expensive": costly });
@@ -78,6 +84,7 @@ impl Adapter<'_> {
         if machine.ladder.is_some() {
             scopes.push(scope("Ladder", LADDER, false));
         }
+        scopes.extend(locals::scopes(machine, level));
         let mut registers = scope("Registers", REGISTERS, false);
         registers["presentationHint"] = "registers".into();
         scopes.push(registers);
@@ -116,11 +123,13 @@ impl Adapter<'_> {
         let (number, name) = (arguments.variables_reference, &arguments.name);
         if number == PINS {
             self.drive(&format!("{name}={}", arguments.value.trim()))?;
+        } else if let Some(object) = locals::object(self.machine()?, number, name) {
+            self.assign_to(&Expr::Object(Box::new(object)), &arguments.value, 0)?;
         } else {
             let machine = self.machine()?;
             let text = machine.evaluated_as(number, name);
             let text = text.ok_or_else(|| Wrong::nothing(format!("there is no variable `{name}` that can be set")))?;
-            self.assign(&text, &arguments.value)?;
+            self.assign(&text, &arguments.value, 0)?;
         }
         self.changed();
         let machine = self.machine()?;
@@ -130,23 +139,26 @@ impl Adapter<'_> {
     }
 
     /// Gives a place another value; both are expressions.
-    pub(crate) fn assign(&mut self, text: &str, value: &str) -> Result<(), Wrong> {
+    pub(crate) fn assign(&mut self, text: &str, value: &str, level: usize) -> Result<(), Wrong> {
         let machine = self.machine()?;
         // An input of a ladder program is its pin: the memory where it is latched is written anew by every scan.
         let own = machine.own_pin(text);
         if own != text {
             return self.drive(&format!("{own}={}", value.trim()));
         }
-        let (scope, target) = (&machine.session.scope, machine.session.target());
-        let place = scope.expr(text).map_err(Wrong::nothing)?.place(target);
-        let place = place.ok_or_else(|| Wrong::cannot(format!("`{text}` is nothing that has a place")))?;
-        if let Place::Pin(pin) = place {
-            let name = scope.chip().pins.get(usize::from(pin)).map_or("", |def| def.name);
+        let expr = machine.expr(text, level)?;
+        if let Some(Place::Pin(pin)) = expr.place(machine.session.target()) {
+            let name = machine.session.scope.chip().pins.get(usize::from(pin)).map_or("", |def| def.name);
             return self.drive(&format!("{name}={}", value.trim()));
         }
-        let given = scope.expr(value).map_err(Wrong::nothing)?.value(target);
+        self.assign_to(&expr, value, level)
+    }
+
+    fn assign_to(&mut self, expr: &Expr, value: &str, level: usize) -> Result<(), Wrong> {
+        let machine = self.machine()?;
+        let given = machine.expr(value, level)?.value(machine.session.target());
         let given = given.ok_or_else(|| Wrong::cannot(format!("`{value}` has no value now")))?;
-        machine.act(Action::Set(place, given))
+        machine.assign(expr, given)
     }
 
     /// Tells a client that understands it to look at everything anew.
@@ -161,6 +173,19 @@ impl Machine {
     /// `Xstart=1` as `PD2=1`, where a ladder program has such an input.
     pub fn own_pin(&self, text: &str) -> String {
         self.ladder.as_ref().map_or_else(|| text.to_owned(), |ladder| ladder.view().own_pin(text))
+    }
+
+    /// Reads an expression in the frame at a level.
+    pub fn expr(&self, text: &str, level: usize) -> Result<Expr, Wrong> {
+        self.session.scope.expr_in(text, self.session.target(), level).map_err(Wrong::nothing)
+    }
+
+    /// The place of the first byte of an object, as `readMemory` takes it.
+    pub fn memory_of(&self, object: &ObjectExpr) -> Option<String> {
+        match object.cells(self.session.target()).first() {
+            Some(Cell::Memory(space, addr)) => Some(self.memory_reference(space, *addr)),
+            _ => None,
+        }
     }
 
     /// What an expression calls a variable.
@@ -208,6 +233,7 @@ impl Machine {
             SYMBOLS => self.objects().into_iter().map(|symbol| self.object(symbol, hex)).collect(),
             PINS => self.pins(),
             CHIP => self.chip_registers(),
+            _ if container >= locals::SCOPES => locals::inside(self, container, hex)?,
             _ => {
                 let space = usize::try_from(container.checked_sub(SPACES)?).ok()?;
                 return self.rows(space, from, count);
@@ -222,8 +248,9 @@ impl Machine {
             name: name.to_owned(),
             value: self.shown(place, false),
             text: format!("${name}"),
-            kind: "register",
+            kind: "register".into(),
             memory: None,
+            parts: 0,
         };
         let mut found = Vec::new();
         if !chip.cpu_regs.contains(&"PC") {
@@ -239,8 +266,9 @@ impl Machine {
             name: name.to_owned(),
             value,
             text: String::new(),
-            kind: "time",
+            kind: "time".into(),
             memory: None,
+            parts: 0,
         };
         found.push(told("time", format!("{:.9} s", session.clock().seconds(session.target().cycle()))));
         if let Some(scan) = session.scan() {
@@ -256,7 +284,14 @@ impl Machine {
                 Place::Memory { space, addr, .. } => ("integer", Some(self.memory_reference(space, addr))),
                 _ => ("bit", None),
             };
-            Variable { name: name.clone(), value: self.shown(*place, hex), text: name.clone(), kind, memory }
+            Variable {
+                name: name.clone(),
+                value: self.shown(*place, hex),
+                text: name.clone(),
+                kind: kind.into(),
+                memory,
+                parts: 0,
+            }
         };
         symbols.map(variable).collect()
     }
@@ -274,7 +309,7 @@ impl Machine {
         };
         let text = if size <= 4 { symbol.name.clone() } else { String::new() };
         let memory = Some(self.memory_reference(space, addr));
-        Variable { name: symbol.name.clone(), value, text, kind: "object", memory }
+        Variable { name: symbol.name.clone(), value, text, kind: "object".into(), memory, parts: 0 }
     }
 
     fn pins(&self) -> Vec<Variable> {
@@ -289,8 +324,9 @@ impl Machine {
             name: def.name.to_owned(),
             value: level(id).to_owned(),
             text: def.name.to_owned(),
-            kind: "pin",
+            kind: "pin".into(),
             memory: None,
+            parts: 0,
         })
         .collect()
     }
@@ -303,8 +339,9 @@ impl Machine {
                 name: reg.name.to_owned(),
                 value: format!("0x{value:02x}"),
                 text: format!("${}", reg.name),
-                kind: "register",
+                kind: "register".into(),
                 memory: Some(self.memory_reference(chip.reg_space, reg.addr.into())),
+                parts: 0,
             })
         });
         found.collect()
@@ -336,8 +373,9 @@ impl Machine {
                 name: format!("0x{:04x}", row * ROW / width.max(1)),
                 value: bytes.join(" "),
                 text: String::new(),
-                kind: "bytes",
+                kind: "bytes".into(),
                 memory: Some(self.memory_reference(space, row * ROW)),
+                parts: 0,
             }
         };
         Some((from..end).map(row).collect())

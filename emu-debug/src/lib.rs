@@ -37,6 +37,7 @@ pub mod devices;
 pub mod host;
 pub mod lints;
 pub mod lockstep;
+pub mod numbers;
 pub mod place;
 pub mod profile;
 pub mod run;

@@ -8,7 +8,6 @@ use emu_core::cpu::{Bus, Cpu, NEVER, Probe, RamInit, Reset, Stop};
 use emu_core::engine::{self, Engine, Looks, Mark};
 use emu_core::image::Image;
 use emu_core::pins::{Event, Level, PinId, Time};
-use emu_core::rng::Rng;
 use emu_core::state::Damaged;
 
 use crate::chips::{self, Part};
@@ -16,6 +15,7 @@ use crate::hot::{BANK, Hot, PD, TO};
 use crate::isa::{Kind, SPAN};
 use crate::lint::Lints;
 use crate::operands::Place;
+use crate::options::power_up;
 pub use crate::options::{Corner, Options, Readings};
 use crate::periph::map::Sfr;
 use crate::predecode::Code;
@@ -162,15 +162,6 @@ impl Pic16 {
     }
 }
 
-/// What RAM holds when the supply has come up at the machine cycle `now`.
-fn power_up(init: RamInit, now: u64) -> [u8; DATA] {
-    let mut ram = [0; DATA];
-    if let RamInit::Random(seed) = init {
-        Rng::new(seed ^ now).fill(&mut ram);
-    }
-    ram
-}
-
 /// The register of the core at a place.
 fn core_register(place: Place) -> Option<Sfr> {
     const CORE: [Sfr; 5] = [Sfr::INDF, Sfr::PCL, Sfr::STATUS, Sfr::FSR, Sfr::PCLATH];
@@ -257,6 +248,10 @@ impl Cpu for Pic16 {
 
     fn depth(&self) -> u32 {
         self.hot.sp % 8
+    }
+
+    fn interrupt_flags(&self) -> Vec<&'static str> {
+        self.soc.wanted_flags(self.cycle())
     }
 
     fn set_reg(&mut self, name: &str, value: u32) -> bool {

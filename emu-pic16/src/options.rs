@@ -1,4 +1,9 @@
-//! How a PIC16 is wired.
+//! How a PIC16 is wired, and what its RAM holds then.
+
+use emu_core::cpu::RamInit;
+use emu_core::rng::Rng;
+
+use crate::turn::DATA;
 
 /// Which of the times that a data sheet gives in bounds a run takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -56,4 +61,13 @@ impl Default for Options {
             readings: Readings::default(),
         }
     }
+}
+
+/// What RAM holds when the supply has come up at the machine cycle `now`.
+pub(crate) fn power_up(init: RamInit, now: u64) -> [u8; DATA] {
+    let mut ram = [0; DATA];
+    if let RamInit::Random(seed) = init {
+        Rng::new(seed ^ now).fill(&mut ram);
+    }
+    ram
 }

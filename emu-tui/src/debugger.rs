@@ -3,6 +3,7 @@
 //! It knows no machine. A [`Machine`] tells what is to be seen as plain data ([`Sight`]) and obeys the commands that
 //! `docs/debug.md` lists; keys are short for such commands. `update` is what keys do, `view` what it looks like.
 
+mod panes;
 #[cfg(test)]
 mod tests;
 mod update;
@@ -17,7 +18,7 @@ use crate::flow::Sign;
 use crate::{App, Key, Look, Wish};
 
 /// What the screen wants to see, so that no more is collected than it shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Wants {
     /// Program word around which code is shown; nothing stands for the instruction that is next.
     pub around: Option<u32>,
@@ -29,6 +30,12 @@ pub struct Wants {
     pub memory: (usize, u32, usize),
     /// Machine cycle from which edges of pins are wanted.
     pub since: u64,
+    /// The source line around which the source is shown, of the file that is shown; nothing stands for where the machine is.
+    pub line: Option<u32>,
+    /// Source lines on each side of it; 0 wants none.
+    pub source: usize,
+    /// What the serial port has sent is wanted.
+    pub serial: bool,
 }
 
 /// An instruction.
@@ -48,6 +55,19 @@ pub struct Code {
     pub meant: String,
     /// The breakpoint here, by its number.
     pub point: Option<u32>,
+}
+
+/// A part of a source file.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Source {
+    /// The file.
+    pub file: String,
+    /// The line where the machine is, if it is in this file.
+    pub here: Option<u32>,
+    /// The line around which it is shown.
+    pub around: u32,
+    /// Lines with their numbers, and the breakpoint on each by its number.
+    pub lines: Vec<(u32, String, Option<u32>)>,
 }
 
 /// A value with a name.
@@ -96,6 +116,10 @@ pub struct Sight {
     pub cycle: u64,
     /// Instructions around the place that is wanted.
     pub code: Vec<Code>,
+    /// The source around the line that is wanted; nothing where there is none, or none is wanted.
+    pub source: Option<Source>,
+    /// What the serial port has sent, in lines.
+    pub serial: Vec<String>,
     /// Registers of the core.
     pub registers: Vec<Value>,
     /// Pins: 0, 1 or z.
@@ -140,6 +164,7 @@ enum Lower {
     Rung,
     Memory,
     Symbols,
+    Serial,
 }
 
 /// How it runs on by itself.
@@ -156,7 +181,13 @@ pub struct Debugger<M> {
     machine: M,
     /// Program word of the line that keys act on; nothing stands for the instruction that is next.
     cursor: Option<u32>,
-    lower: Lower,
+    /// The source is shown in place of instructions, as far as there is any.
+    source: bool,
+    /// The source line that keys act on; nothing stands for where the machine is.
+    line: Option<u32>,
+    /// What is below; nothing chosen yet is what is of most use.
+    lower: Option<Lower>,
+    ladder: bool,
     memory: (usize, u32),
     /// Which of the scales of the waveform.
     zoom: usize,
@@ -178,14 +209,14 @@ const GO: Duration = Duration::from_millis(25);
 impl<M: Machine> Debugger<M> {
     /// The screen of a machine. `exact`: keys come from a text, and time with them.
     pub fn new(machine: M, exact: bool) -> Debugger<M> {
-        let ladder = !machine
-            .sight(&Wants { around: None, lines: 0, rung: 0, memory: (0, 0, 0), since: u64::MAX })
-            .symbols
-            .is_empty();
+        let ladder = !machine.sight(&Wants { since: u64::MAX, ..Wants::default() }).symbols.is_empty();
         Debugger {
             machine,
             cursor: None,
-            lower: if ladder { Lower::Rung } else { Lower::Memory },
+            source: true,
+            line: None,
+            lower: None,
+            ladder,
             memory: (0, 0),
             zoom: 3,
             run: None,
@@ -195,6 +226,18 @@ impl<M: Machine> Debugger<M> {
             help: false,
             prompt: None,
             told: (String::new(), false),
+        }
+    }
+
+    /// What is below: until something is chosen the rung, what the serial port has sent as soon as it has, else memory.
+    fn lower(&self) -> Lower {
+        let sent =
+            || !self.machine.sight(&Wants { serial: true, since: u64::MAX, ..Wants::default() }).serial.is_empty();
+        match self.lower {
+            Some(lower) => lower,
+            None if self.ladder => Lower::Rung,
+            None if sent() => Lower::Serial,
+            None => Lower::Memory,
         }
     }
 
@@ -228,7 +271,7 @@ impl<M: Machine> App for Debugger<M> {
         };
         if let Some(answer) = self.machine.advance(cycles, host) {
             self.run = None;
-            self.cursor = None;
+            (self.cursor, self.line) = (None, None);
             self.told = (answer.text, answer.failed);
         }
     }

@@ -135,13 +135,13 @@ fn read(reader: &mut Reader<'_>, text: &str, options: Options) -> Option<Program
     Some(parts.program(reader.file, format, reader.dialect, rungs))
 }
 
-/// Refuses what is no text of a sensible size.
+/// Refuses what is no text of a sensible size. Control characters above ASCII are bytes that code page 1252 leaves undefined.
 fn fitness(reader: &mut Reader<'_>, text: &str) -> Option<()> {
     if text.len() > MAX_BYTES {
         let cause = format!("the file has {} bytes, at most {MAX_BYTES} are read", text.len());
         reader.error(codes::TOO_LARGE, Pos::default(), cause, "give a .ld file");
     } else if let Some((at, bad)) =
-        text.char_indices().find(|(_, c)| c.is_control() && !matches!(c, '\t' | '\n' | '\r'))
+        text.char_indices().find(|(_, c)| c.is_ascii_control() && !matches!(c, '\t' | '\n' | '\r'))
     {
         let cause = format!("control character U+{:04X}: this is no text", bad as u32);
         reader.error(codes::BINARY, end_of(text.get(..at).unwrap_or("")), cause, "give a .ld file");

@@ -73,6 +73,10 @@ pub(super) fn next(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     back_to(shell, args, Calls::Over, begins, out)
 }
 
+pub(super) fn nexti(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    back_to(shell, args, Calls::Over, |_, _| true, out)
+}
+
 pub(super) fn finish(shell: &mut Shell, _: &str, out: &mut String) -> Done {
     if shell.frames().is_empty() {
         return Err("there is nothing to go back out of: the stack tells of no call".to_owned());
@@ -98,7 +102,7 @@ pub(super) fn last_write(shell: &mut Shell, args: &str, out: &mut String) -> Don
             shell.session.goto_cycle(here, &mut || true);
         }
     }
-    let place = shell.session.scope.expr(text)?.place(shell.session.target());
+    let place = shell.expr(text)?.place(shell.session.target());
     if let Some((cycle, value)) =
         place.and_then(|place| by_hand(shell, place, if moves { here } else { here.saturating_add(1) }))
         && found.is_none_or(|(last, _)| cycle >= last)
@@ -157,7 +161,7 @@ fn by_hand(shell: &Shell, place: Place, end: u64) -> Option<(u64, i64)> {
 /// The last change of a place, and where there is none the last write to its bytes.
 fn last(shell: &mut Shell, text: &str) -> Result<Option<(u64, Hit)>, String> {
     let interrupted = |_| "interrupted".to_owned();
-    let expr = shell.session.scope.expr(text)?;
+    let expr = shell.expr(text)?;
     let place = expr.place(shell.session.target()).ok_or_else(|| format!("`{text}` is no place that is written"))?;
     let bytes = match place {
         Place::Memory { space, addr, bytes, .. } => Some((space, addr, u32::from(bytes))),

@@ -1,7 +1,7 @@
 //! Commands about the program: instructions, source lines, the calls that led here.
 
 use emu_core::chip::Family;
-use emu_debug::debug::Flow;
+use emu_debug::debug::CallFrame;
 use ladder_view::View;
 
 use super::shell::{Done, Shell};
@@ -11,9 +11,6 @@ const SHOWN: u32 = 10;
 
 /// Words before the next instruction in which a function begins that `disas` shows from its beginning.
 const NEAR: u32 = 24;
-
-/// Frames that are shown at most.
-const FRAMES: usize = 64;
 
 pub(super) fn disas(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     let (place, count) = match args.rsplit_once(char::is_whitespace) {
@@ -75,48 +72,19 @@ impl Shell {
         (text, word)
     }
 
-    /// Return addresses of open calls, as program words, the innermost first: places on the stack that follow a call.
-    pub(super) fn frames(&self) -> Vec<u32> {
-        let (chip, target) = (self.session.scope.chip(), self.session.target());
-        let peek = |addr: u32| target.peek(chip.ram, addr).unwrap_or(0);
-        let sp = target.reg("SP").unwrap_or(0);
-        let mut frames = Vec::new();
-        match chip.family {
-            Family::Avr => {
-                let end = u32::from(chip.ram_start) + u32::from(chip.ram_len);
-                let mut at = sp + 1;
-                while at + 1 < end && frames.len() < FRAMES {
-                    // The higher byte lies lower.
-                    let word = u32::from(peek(at)) << 8 | u32::from(peek(at + 1));
-                    let found = self.follows_call(word);
-                    frames.extend(found.then_some(word));
-                    at += if found { 2 } else { 1 };
-                }
-            }
-            Family::Mcs51 => {
-                let mut at = sp;
-                while at > 0x08 && frames.len() < FRAMES {
-                    let word = u32::from(peek(at)) << 8 | u32::from(peek(at - 1));
-                    let found = self.follows_call(word);
-                    frames.extend(found.then_some(word));
-                    at -= if found { 2 } else { 1 };
-                }
-            }
-            Family::Pic16 => {
-                let stack = target.return_stack().into_iter().take(target.depth() as usize);
-                frames.extend(stack.filter(|word| self.follows_call(*word)));
-            }
-            Family::Ap101 => {}
-        }
-        frames
+    /// The calls that are not over, the innermost first.
+    pub(super) fn calls(&self) -> Vec<CallFrame> {
+        self.session.scope.calls().frames(self.session.target())
     }
 
-    /// The instruction before a program word is a call.
-    fn follows_call(&self, word: u32) -> bool {
-        let chip = self.session.scope.chip();
-        (1..=3).filter_map(|len| Some((len, word.checked_sub(len)?))).any(|(len, start)| {
-            emu_debug::debug::flow(chip, |word| self.session.word(word), start) == (Flow::Call, len)
-        })
+    /// Return addresses of open calls, as program words, the innermost first.
+    pub(super) fn frames(&self) -> Vec<u32> {
+        let calls = self.calls();
+        let real = calls
+            .iter()
+            .zip(calls.iter().skip(1))
+            .filter(|(inner, outer)| inner.sp != outer.sp || inner.word != outer.word);
+        real.map(|(_, frame)| frame.word).collect()
     }
 
     /// There may be something to return to: a call, or an interrupt, of which the stack does not tell.
@@ -139,38 +107,17 @@ impl Shell {
     }
 }
 
-pub(super) fn backtrace(shell: &mut Shell, _: &str, out: &mut String) -> Done {
-    let source = shell.session.scope.source();
-    out.push_str(&format!("#0  {}\n", source.place(shell.session.target().pc())));
-    for (n, word) in (1..).zip(shell.frames()) {
-        out.push_str(&format!("#{n}  {}\n", source.place(word)));
-    }
-    Ok(())
-}
-
 pub(super) fn list(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     if shell.view.is_some() {
         return super::rungs::list(shell, args, out);
     }
-    let go_on = shell.listed.clone().filter(|_| args.is_empty());
-    let (file, first) = match go_on {
-        Some((file, next)) => (file, next),
-        None => {
-            let word = match args {
-                "" => shell.session.target().pc(),
-                place => shell.location(place)?.first().copied().unwrap_or_default(),
-            };
-            let line = shell.session.scope.source().line_at(word).cloned();
-            let line = line.ok_or("there is no source line here; disas shows the instructions")?;
-            (line.file.to_string(), line.line.saturating_sub(SHOWN / 2).max(1))
-        }
-    };
+    let (file, first, count) = shell.listed_lines(args)?;
     let pc = shell.session.scope.source().line_at(shell.session.target().pc()).cloned();
     let here = pc.filter(|line| *line.file == *file).map(|line| line.line);
     let lines = shell.sources.file(&shell.session.scope.lines, &file);
     let lines = lines.ok_or_else(|| format!("the source file {file} is not found"))?;
     let shown: Vec<(u32, &String)> =
-        (1..).zip(lines).skip(first.saturating_sub(1) as usize).take(SHOWN as usize).collect();
+        (1..).zip(lines).skip(first.saturating_sub(1) as usize).take(count as usize).collect();
     if shown.is_empty() {
         return Err(format!("{file} ends before line {first}"));
     }
@@ -181,4 +128,85 @@ pub(super) fn list(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     }
     shell.listed = Some((file, first + shown.len() as u32));
     Ok(())
+}
+
+impl Shell {
+    /// The file, the first line and the count of lines that `list` shows: the next ones, `-` for those before, a line, two lines
+    /// with a comma, a location, or where the call that is looked at is.
+    fn listed_lines(&self, args: &str) -> Result<(String, u32, u32), String> {
+        let around = |(file, line): (String, u32)| (file, line.saturating_sub(SHOWN / 2).max(1), SHOWN);
+        match (args, self.listed.clone()) {
+            ("", Some((file, next))) => return Ok((file, next, SHOWN)),
+            ("-", Some((file, next))) => {
+                let end = next.saturating_sub(SHOWN).max(1);
+                let first = end.saturating_sub(SHOWN).max(1);
+                return Ok((file, first, end - first));
+            }
+            ("" | "-", _) => {
+                let here = self.present_line().or_else(|| self.main_line());
+                let here = here.ok_or("there is no source line here; disas shows the instructions")?;
+                return Ok(around(here));
+            }
+            _ => {}
+        }
+        if let Some((first, last)) = args.split_once(',') {
+            let (file, first) = self.line_of(first.trim())?;
+            let last = match last.trim() {
+                "" => first + SHOWN - 1,
+                last => self.line_of(last)?.1,
+            };
+            return Ok((file, first, last.saturating_sub(first).saturating_add(1)));
+        }
+        self.line_of(args).map(around)
+    }
+
+    /// The file and line of a location.
+    pub(super) fn line_of(&self, text: &str) -> Result<(String, u32), String> {
+        if let Some(found) = self.plain_line(text) {
+            return Ok(found);
+        }
+        // A line without code is a line all the same.
+        if let Some((file, line)) = text.rsplit_once(':')
+            && let (Ok(line), Some(known)) = (line.parse(), self.source_file(file))
+        {
+            return Ok((known, line));
+        }
+        let word = self.location(text)?.first().copied().unwrap_or_default();
+        let line = self.session.scope.source().line_at(word).cloned();
+        let line = line.ok_or_else(|| format!("there is no source line at {text}; disas shows the instructions"))?;
+        Ok((line.file.to_string(), line.line))
+    }
+
+    /// A number alone: a line of the file that is looked at, as gdb has it. Nothing where the program has no lines.
+    pub(super) fn plain_line(&self, text: &str) -> Option<(String, u32)> {
+        let line = text.parse().ok().filter(|_| text.bytes().all(|byte| byte.is_ascii_digit()))?;
+        let here = self.listed.clone().or_else(|| self.present_line()).or_else(|| self.main_line());
+        here.map(|(file, _)| (file, line))
+    }
+
+    /// The line of the call that is looked at.
+    pub(super) fn present_line(&self) -> Option<(String, u32)> {
+        self.line_of_frame(self.calls().get(self.level)?)
+    }
+
+    /// Where `main` begins: what is listed before the program has come to a line.
+    pub(super) fn main_line(&self) -> Option<(String, u32)> {
+        let source = self.session.scope.source();
+        let line = source.line_at(source.words("main").ok()?.first().copied()?)?;
+        Some((line.file.to_string(), line.line))
+    }
+
+    /// A source file of the program by its name or the end of its path.
+    pub(super) fn source_file(&self, name: &str) -> Option<String> {
+        let lines = self.session.scope.lines.all();
+        let is = |file: &str| file == name || file.strip_suffix(name).is_some_and(|before| before.ends_with('/'));
+        let mut found: Vec<&str> = lines.iter().map(|line| &*line.file).filter(|file| is(file)).collect();
+        found.sort_unstable();
+        found.dedup();
+        let whole = found.iter().find(|file| **file == name);
+        match (whole, found.as_slice()) {
+            (Some(file), _) | (None, [file]) => Some((*file).to_owned()),
+            _ => None,
+        }
+    }
 }

@@ -1,8 +1,9 @@
 //! The table of commands, from which dispatch, help, completion and the page `docs/debug.md` are made.
 
-use super::shell::{Done, Shell};
-use super::{back, code, data, files, info, points, record, rungs, running};
 use diag::nearest;
+
+use super::shell::{Done, Shell};
+use super::{back, calls, code, data, files, info, points, record, rungs, running, types};
 
 /// What an empty line does after a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,15 +91,21 @@ pub const COMMANDS: &[Command] = &[
     command(Run, "finish",            &["fin"],       "",            Same, running::finish,        "to where this subroutine or service routine returns to"),
     command(Run, "until",             &["u"],         "[LOCATION]",  Same, running::until,         "to a location, or out of this subroutine; without one as next, but never back, so that it leaves loops"),
     command(Run, "continue",          &["c", "fg"],   "[COUNT]",     Same, running::go_on,         "run until something stops it; with a count the breakpoint here is passed COUNT - 1 times"),
-    command(Run, "until-pin",         &["up"],        "PIN=LEVEL",   Same, running::until_pin,     "run until a pin comes to a level: until-pin PB5=1, or z where nothing drives it"),
+    command(Run, "advance",           &["adv"],       "LOCATION",    Same, running::advance,       "to a location, or out of this subroutine"),
+    command(Run, "run",               &["r"],         "",            No,   running::run,           "from the beginning of the history; what was done from outside is done again"),
+    command(Run, "start",             &["sta"],       "",            No,   running::start,         "the same, up to main"),
+    command(Run, "jump",              &["j"],         "LOCATION",    No,   running::jump,          "go on at another location"),
+    command(Run, "until-pin",         &[],            "PIN=LEVEL",   Same, running::until_pin,     "run until a pin comes to a level: until-pin PB5=1, or z where nothing drives it"),
     command(Run, "run-to-cycle",      &[],            "CYCLE",       No,   running::run_to_cycle,  "run up to a machine cycle, or a time: run-to-cycle 16000, run-to-cycle 10ms, run-to-cycle $cycle+100"),
     command(Run, "reset",             &[],            "[power|external|watchdog|brownout]", No, running::reset, "reset the chip; time goes on"),
 
     command(Points, "break",          &["b", "br"],   "[LOCATION] [if EXPR]", No, points::set_break,   "stop before a location: 0x86, main, main.c:12, rung 3, rung 3.2 (an element), welder.ld:12; without one before the instruction that is next"),
     command(Points, "tbreak",         &["tb"],        "[LOCATION] [if EXPR]", No, points::set_tbreak,  "the same, once"),
+    command(Points, "hbreak",         &["hb"],        "[LOCATION] [if EXPR]", No, points::set_break,   "the same as break, for who is used to it"),
     command(Points, "watch",          &["wa"],        "PLACE [if EXPR]",      No, points::watch,       "stop where a value has changed: memory, register, bit, pin, expression"),
     command(Points, "rwatch",         &["rw"],        "PLACE [if EXPR]",      No, points::rwatch,      "stop where memory is read"),
     command(Points, "awatch",         &["aw"],        "PLACE [if EXPR]",      No, points::awatch,      "stop where memory is read or written"),
+    command(Points, "clear",          &["cl"],        "[LOCATION]",           No, points::clear,       "delete the breakpoints at a location; without one at the instruction that is next"),
     command(Points, "condition",      &["cond"],      "NUMBER [EXPR]",        No, points::condition,   "a point stops only where EXPR is not 0; without one always"),
     command(Points, "ignore",         &[],            "NUMBER COUNT",         No, points::ignore,      "a point passes over the next COUNT hits"),
     command(Points, "commands",       &["comm"],      "[NUMBER]",             No, points::commands,    "the lines up to `end` are carried out when a point stops; `silent` first leaves out what a stop prints"),
@@ -106,7 +113,9 @@ pub const COMMANDS: &[Command] = &[
     command(Points, "enable",         &[],            "[NUMBER..]",           No, points::enable,      "points count again"),
     command(Points, "disable",        &[],            "[NUMBER..]",           No, points::disable,     "points do not count"),
 
-    command(Data, "print",            &["p"],         "[/FORMAT] EXPR",       No, data::print,         "the value of an expression: registers, memory, bits, pins, symbols, operators of C; /x /d /u /o /t /c /a"),
+    command(Data, "print",            &["p"],         "[/FORMAT] EXPR",       No, data::print,         "the value of an expression: registers, memory, bits, pins, symbols, variables and operators of C (x.y, p->y, a[1], *p, &x, (char)x); /x /d /u /o /t /c /a; X = VALUE sets it"),
+    command(Data, "ptype",            &["pt"],        "EXPR or TYPE",         No, types::ptype,        "a type of C with its members"),
+    command(Data, "whatis",           &["wha"],       "EXPR or TYPE",         No, types::whatis,       "the name of a type of C"),
     command(Data, "set",              &[],            "PLACE = EXPR",         No, data::set,           "give a place another value: set r16 = 5, set PB0 = 1, set VCC=4.5V, set buf = buf + 1"),
     command(Data, "x",                &[],            "[/FORMAT] PLACE",      On, data::examine,       "memory from a place on: x/8xb data:0x100; count, format (x d u o t c a i s), unit (b h w)"),
     command(Data, "display",          &[],            "[/FORMAT] [EXPR]",     No, data::display,       "show an expression at every stop; without one show them all now"),
@@ -115,8 +124,11 @@ pub const COMMANDS: &[Command] = &[
 
     command(Code, "info",             &["i"],         "WHAT [..]",            No, info::info,          "what is known: info without more lists what there is"),
     command(Code, "disas",            &["disassemble"], "[LOCATION] [COUNT]", On, code::disas,         "instructions from a location on; without one from where the function begins, or from the next one"),
-    command(Code, "list",             &["l"],         "[LOCATION]",           On, code::list,          "lines of the source"),
-    command(Code, "bt",               &["backtrace", "where"], "",             No, code::backtrace,     "the calls that led here, as far as the stack tells"),
+    command(Code, "list",             &["l"],         "[LOCATION]",           On, code::list,          "lines of the source: list, list 12, list 5,9, list main, list main.c:12, list - for those before"),
+    command(Code, "bt",               &["backtrace", "where"], "[COUNT] [full]", No, calls::backtrace, "the calls that led here, as far as the stack tells; full: with their variables"),
+    command(Code, "frame",            &["f"],         "[NUMBER]",           No, calls::frame,       "look at a call, 0 the innermost: print, info locals and list are about it then"),
+    command(Code, "up",               &[],            "[COUNT]",            Same, calls::up,        "look at the caller"),
+    command(Code, "down",             &["dow"],       "[COUNT]",            Same, calls::down,      "look at what it called"),
 
     command(Ladder, "scan",           &[],            "[COUNT]",   Same, rungs::scan,         "to where the next scan begins"),
     command(Ladder, "rung",           &[],            "[COUNT]",   Same, rungs::rung,         "to where the next rung with code begins"),
@@ -124,8 +136,9 @@ pub const COMMANDS: &[Command] = &[
     command(Ladder, "why",            &[],            "SYMBOL",    No,   rungs::why,          "what made a symbol what it is: the contacts that did, back through the scans"),
 
     command(Back, "reverse-stepi",    &["rsi"],       "[COUNT]",   Same, back::stepi,        "one instruction back"),
+    command(Back, "reverse-nexti",    &["rni"],       "[COUNT]",   Same, back::nexti,        "the same, over calls and interrupts"),
     command(Back, "reverse-step",     &["rs"],        "[COUNT]",   Same, back::step,         "back to where a source line begins, into calls"),
-    command(Back, "reverse-next",     &["rn"],        "[COUNT]",   Same, back::next,         "the same, over calls; without lines an instruction"),
+    command(Back, "reverse-next",     &["rn"],        "[COUNT]",   Same, back::next,         "back to where a source line begins, over calls; without lines an instruction"),
     command(Back, "reverse-continue", &["rc"],        "",          Same, back::go_on,        "back to the last hit of a point, or to the beginning"),
     command(Back, "reverse-finish",   &["rfin"],      "",          Same, back::finish,       "back to before the call of this subroutine"),
     command(Back, "goto-cycle",       &["gc"],        "CYCLE",     No,   back::goto_cycle,   "to a machine cycle or a time, back or forwards; points do not stop it"),
@@ -252,6 +265,10 @@ mod tests {
             ("u", "until"),
             ("fin", "finish"),
             ("rsi", "reverse-stepi"),
+            ("up", "up"),
+            ("f", "frame"),
+            ("r", "run"),
+            ("rni", "reverse-nexti"),
             ("rs", "reverse-step"),
             ("rn", "reverse-next"),
             ("rc", "reverse-continue"),

@@ -2,11 +2,13 @@
 
 use emu_core::pins::{PinId, Time};
 use emu_debug::Range;
-use emu_debug::debug::{Action, Expr, Operator, Place, Target};
+use emu_debug::debug::{Action, Cell, Expr, Operator, Place, Target};
+use emu_debug::numbers::shown;
 use emu_debug::stimulus::{Drive, put};
 
-use super::numbers::{Format, hex, shown};
+use super::numbers::{Format, hex};
 use super::shell::{Done, Shell};
+use super::types;
 use crate::avr;
 
 /// Why an expression has no value now, where it is not what it is called.
@@ -55,15 +57,46 @@ pub(super) fn print(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     if matches!(format.letter, Some('s' | 'i')) {
         return examine(shell, args, out);
     }
-    let expr = shell.session.scope.expr(text)?;
-    out.push_str(&format!("{text} = {}\n", shell.shown(&expr, format)));
+    // `print x = 5` sets it first.
+    let text = match assignment(text) {
+        Some((place, value)) => {
+            set(shell, &format!("{place} = {value}"), out)?;
+            place
+        }
+        None => text,
+    };
+    // `p *buffer@4`: so many of them side by side.
+    if let Some((first, count)) = text.rsplit_once('@')
+        && let Expr::Object(object) = shell.expr(first)?
+    {
+        let count = shell.count(count)?;
+        let value = object.texts(count, &shell.session.scope, shell.session.target(), format.letter)?;
+        out.push_str(&format!("{text} = {value}\n"));
+        return Ok(());
+    }
+    let function = types::function_type(shell, text).filter(|_| format.letter.is_none());
+    let value = match function {
+        Some((kind, byte)) => format!("{{{kind}}} 0x{byte:x} <{text}>"),
+        None => shell.shown(&shell.expr(text)?, format),
+    };
+    out.push_str(&format!("{text} = {value}\n"));
     Ok(())
+}
+
+/// `PLACE = VALUE`; nothing where a `=` is part of an operator.
+fn assignment(text: &str) -> Option<(&str, &str)> {
+    let (place, value) = text.split_once('=')?;
+    let operator = value.starts_with('=') || place.ends_with(['=', '!', '<', '>']);
+    (!operator && !place.trim().is_empty()).then(|| (place.trim(), value.trim()))
 }
 
 impl Shell {
     /// The value of an expression: in hex and as a number, as far as those differ, or as a format has it.
     pub(super) fn shown(&self, expr: &Expr, format: Format) -> String {
         let target = self.session.target();
+        if let Some(object) = expr.object() {
+            return object.text(&self.session.scope, target, format.letter);
+        }
         let place = expr.place(target);
         let Some(value) = expr.value(target) else {
             return match missing(expr, target) {
@@ -109,6 +142,8 @@ impl Shell {
     pub(super) fn show_displays(&mut self, out: &mut String) {
         for display in &self.displays {
             match &display.expr {
+                // A variable of a call that is over has no value to show.
+                Some(expr) if expr.object().is_some_and(|object| !object.is_known(self.session.target())) => {}
                 Some(expr) => {
                     let value = self.shown(expr, display.format);
                     out.push_str(&format!("{}: {} = {value}\n", display.id, display.text));
@@ -130,9 +165,25 @@ impl Shell {
             let word = words.first().copied().unwrap_or_default();
             return Ok(Examined { space: chip.code, addr: chip.code_address(word), format });
         }
-        let scope = &self.session.scope;
-        let text = text.trim().trim_start_matches('&');
-        if let Ok(Range { space, start, .. }) = scope.range(text) {
+        let (scope, target) = (&self.session.scope, self.session.target());
+        let text = text.trim();
+        // Of an array it is its place, of anything else that has a type its value, as in gdb.
+        let expr = self.expr(text).ok();
+        if let Some(Expr::Object(object)) = &expr
+            && object.is_array()
+        {
+            return match object.cells(target).first() {
+                Some(Cell::Memory(space, addr)) => {
+                    Ok(Examined { space, addr: addr / chip.width(space).max(1), format })
+                }
+                _ => Err(format!("`{text}` is in no memory")),
+            };
+        }
+        let typed = expr.is_some_and(|expr| expr.object().is_some());
+        let text = if typed { text } else { text.trim_start_matches('&') };
+        if let Ok(Range { space, start, .. }) = scope.range(text)
+            && !typed
+        {
             return Ok(Examined { space, addr: start, format });
         }
         let value = self.value(text)?;
@@ -257,7 +308,7 @@ pub(super) fn examine(shell: &mut Shell, args: &str, out: &mut String) -> Done {
 pub(super) fn set(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     let wanted = || "write what gets which value: set r16 = 5, set PB0 = 1, set VCC=4.5V".to_owned();
     // `set var x = 1`, as gdb has it.
-    let args = args.strip_prefix("var ").unwrap_or(args);
+    let args = ["var ", "variable "].iter().find_map(|word| args.strip_prefix(word)).unwrap_or(args);
     let (name, value) = args.split_once('=').ok_or_else(wanted)?;
     let (name, value) = (name.trim(), value.trim());
     // An input of a ladder program is its pin: the memory where it is latched is written anew by every scan.
@@ -271,7 +322,7 @@ pub(super) fn set(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     let text = avr::own_name(chip, &scope.source().names.with_channel(&format!("{name}={value}")));
     let pin = pin_of(shell, name);
     // Levels, resistors and voltages come to pins and to the supply as with --set.
-    let expr = scope.expr(name);
+    let expr = shell.expr(name);
     if pin.is_some() || expr.is_err() {
         let value = if pin.is_some() {
             shell.value(value).map_or(value.to_owned(), |value| value.to_string())
@@ -291,12 +342,15 @@ pub(super) fn set(shell: &mut Shell, args: &str, out: &mut String) -> Done {
             Err(_) => Err(expr.err().unwrap_or_default()),
         };
     }
-    let place = expr?.place(shell.session.target());
-    let place = place.ok_or_else(|| format!("`{name}` is no place that can be set"))?;
+    let expr = expr?;
+    let place = expr.place(shell.session.target());
+    if place.is_none() && expr.object().is_none() {
+        return Err(format!("`{name}` is no place that can be set"));
+    }
     let value = shell.value(value)?;
-    shell.session.act(Action::Set(place, value))?;
+    shell.session.assign(&expr, value)?;
     shell.registers = shell.core_registers();
-    if place == Place::Pc {
+    if place == Some(Place::Pc) {
         shell.here(out);
     }
     Ok(())
@@ -309,7 +363,7 @@ fn is_supply(name: &str) -> bool {
 
 /// The pin that a name stands for.
 fn pin_of(shell: &Shell, name: &str) -> Option<PinId> {
-    match shell.session.scope.expr(name) {
+    match shell.expr(name) {
         Ok(Expr::Place(Place::Pin(pin))) => Some(pin),
         _ => None,
     }
@@ -326,7 +380,7 @@ pub(super) fn display(shell: &mut Shell, args: &str, out: &mut String) -> Done {
         shell.start(text, format)?;
         None
     } else {
-        Some(shell.session.scope.expr(text)?)
+        Some(shell.expr(text)?)
     };
     shell.displayed += 1;
     let id = shell.displayed;
@@ -357,7 +411,7 @@ pub(super) fn assert(shell: &mut Shell, args: &str, _: &mut String) -> Done {
     if args.is_empty() {
         return Err("what is to hold? assert PB5 == 1".to_owned());
     }
-    let (expr, target) = (shell.session.scope.expr(args)?, shell.session.target());
+    let (expr, target) = (shell.expr(args)?, shell.session.target());
     match expr.value(target) {
         Some(0) => Err(format!("the assertion does not hold at cycle {}: {args}", target.cycle())),
         Some(_) => Ok(()),
@@ -371,7 +425,7 @@ pub(super) fn assert(shell: &mut Shell, args: &str, _: &mut String) -> Done {
 impl Shell {
     /// The value of an expression.
     pub(super) fn value(&self, text: &str) -> Result<i64, String> {
-        let (expr, target) = (self.session.scope.expr(text)?, self.session.target());
+        let (expr, target) = (self.expr(text)?, self.session.target());
         expr.value(target).ok_or_else(|| {
             let why = missing(&expr, target).map_or(String::new(), |why| format!(": {why}"));
             format!("`{}` has no value now{why}", text.trim())

@@ -64,7 +64,7 @@ impl Frames {
             &mut |passed| {
                 frames
                     .borrow_mut()
-                    .pass(passed, has_vectors, |passed| passed.target.cycle() < now && wanted(&scope, passed));
+                    .pass(passed, (calls, has_vectors), |passed| passed.target.cycle() < now && wanted(&scope, passed));
                 false
             },
         );
@@ -75,7 +75,7 @@ impl Frames {
     }
 
     /// Comes by a position.
-    fn pass(&mut self, passed: &Passed<'_>, has_vectors: bool, wanted: impl Fn(&Passed<'_>) -> bool) {
+    fn pass(&mut self, passed: &Passed<'_>, (calls, has_vectors): (Calls, bool), wanted: impl Fn(&Passed<'_>) -> bool) {
         let counted = passed.target.instructions();
         if passed.first {
             self.stack.clear();
@@ -90,7 +90,7 @@ impl Frames {
         match passed.flow {
             _ if entry => self.stack.push(Frame { service: true, best: None }),
             Flow::Call => self.stack.push(Frame { service: false, best: None }),
-            Flow::Return => self.leave(None, Calls::Into),
+            Flow::Return => self.leave(None, calls),
             Flow::Plain => {}
         }
         if wanted(passed) {

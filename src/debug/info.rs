@@ -5,7 +5,7 @@ use emu_core::chip::{Chip, Family};
 use super::numbers::hex;
 use super::shell::{Done, Shell};
 use super::stop::level;
-use super::{points, rungs};
+use super::{calls, points, rungs, types};
 
 /// Something that `info` tells of.
 struct Topic {
@@ -18,14 +18,24 @@ struct Topic {
 #[rustfmt::skip]
 const TOPICS: &[Topic] = &[
     Topic { name: "registers",   help: "registers of the core; with names those, of the chip too", tell: registers },
-    Topic { name: "break",       help: "breakpoints and watchpoints",                             tell: |shell, _, out| { points::list(shell, out); Ok(()) } },
+    Topic { name: "breakpoints", help: "breakpoints and watchpoints",                             tell: |shell, _, out| { points::list(shell, out); Ok(()) } },
+    Topic { name: "watchpoints", help: "breakpoints and watchpoints",                             tell: |shell, _, out| { points::list(shell, out); Ok(()) } },
+    Topic { name: "locals",      help: "variables of the call that is looked at",                 tell: |shell, _, out| calls::info_variables(shell, false, out) },
+    Topic { name: "args",        help: "its parameters",                                          tell: |shell, _, out| calls::info_variables(shell, true, out) },
+    Topic { name: "frame",       help: "that call: its place, its caller, registers that it has saved", tell: |shell, _, out| calls::info_frame(shell, out) },
+    Topic { name: "stack",       help: "the stack, and the calls that it tells of",               tell: stack },
     Topic { name: "pins",        help: "levels of the pins",                                      tell: pins },
     Topic { name: "timers",      help: "registers of the timers",                                 tell: |shell, _, out| part(shell, Part::Timers, out) },
     Topic { name: "uart",        help: "registers of the serial port",                            tell: |shell, _, out| part(shell, Part::Uart, out) },
     Topic { name: "interrupts",  help: "registers of the interrupts, and their vectors",          tell: interrupts },
-    Topic { name: "stack",       help: "the stack, and the calls that it tells of",               tell: stack },
     Topic { name: "cycle",       help: "time, instructions, scans, and how far back it goes",     tell: cycle },
     Topic { name: "rung",        help: "the rung that is next, or that of a number, with its power flow", tell: rungs::info },
+    Topic { name: "source",      help: "the source file here",                                    tell: types::info_source },
+    Topic { name: "sources",     help: "the source files of the program; with a text those that have it", tell: types::info_sources },
+    Topic { name: "line",        help: "the code of a source line: info line main.c:12",          tell: types::info_line },
+    Topic { name: "symbol",      help: "what has its name at an address: info symbol 0x86",       tell: types::info_symbol },
+    Topic { name: "functions",   help: "symbols of program memory; with a text those that have it", tell: |shell, args, out| types::info_kind(shell, args, true, out) },
+    Topic { name: "variables",   help: "symbols of other memories; with a text those that have it", tell: |shell, args, out| types::info_kind(shell, args, false, out) },
     Topic { name: "symbols",     help: "symbols of the program; with a text those that have it",  tell: symbols },
     Topic { name: "display",     help: "what every stop shows",                                   tell: |shell, _, out| { shell.show_displays(out); Ok(()) } },
 ];
@@ -60,7 +70,8 @@ pub(super) fn info(shell: &mut Shell, args: &str, out: &mut String) -> Done {
         return Ok(());
     }
     // The first will do, as `i r` and `i b` do in gdb.
-    match TOPICS.iter().find(|topic| topic.name.starts_with(word)) {
+    let exact = TOPICS.iter().find(|topic| topic.name == word);
+    match exact.or_else(|| TOPICS.iter().find(|topic| topic.name.starts_with(word))) {
         Some(topic) => (topic.tell)(shell, rest.trim(), out),
         None => Err(format!("there is no `info {word}`; there are {}", names().collect::<Vec<_>>().join(", "))),
     }
@@ -80,7 +91,7 @@ fn registers(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     if !args.is_empty() {
         for name in args.split_whitespace() {
             let name = name.trim_start_matches('$');
-            let expr = shell.session.scope.expr(name)?;
+            let expr = shell.expr(name)?;
             out.push_str(&format!("{name} = {}\n", shell.shown(&expr, Default::default())));
         }
         return Ok(());
@@ -177,6 +188,10 @@ fn interrupts(shell: &mut Shell, _: &str, out: &mut String) -> Done {
         let word = (n * chip.vector_words).saturating_sub(chip.vector_back);
         out.push_str(&format!("{n:>3}  {name:<14} 0x{:04x}\n", chip.code_address(word)));
     }
+    let flags = shell.session.target().interrupt_flags();
+    if !flags.is_empty() {
+        out.push_str(&format!("set and enabled: {}\n", flags.join(", ")));
+    }
     Ok(())
 }
 
@@ -186,7 +201,7 @@ fn stack(shell: &mut Shell, _: &str, out: &mut String) -> Done {
         Some(sp) => out.push_str(&format!("SP = {}\n", hex(sp.into(), 2))),
         None => out.push_str(&format!("depth {}\n", target.depth())),
     }
-    super::code::backtrace(shell, "", out)
+    calls::backtrace(shell, "", out)
 }
 
 fn cycle(shell: &mut Shell, _: &str, out: &mut String) -> Done {

@@ -10,7 +10,7 @@ impl Shell {
         COMMANDS.iter().map(|command| command.name.to_owned()).collect()
     }
 
-    /// Names that may follow a command: registers, pins, symbols, and what `info` tells of.
+    /// Names that may follow a command: registers, pins, symbols, variables of the call that is looked at, and what `info` tells of.
     pub fn names(&self) -> Vec<String> {
         const MANY: usize = 100;
         let scope = &self.session.scope;
@@ -22,8 +22,11 @@ impl Shell {
             let path = symbol.mangled.iter().map(|mangled| mangled.path.clone());
             path.chain([symbol.name.clone()])
         });
+        let target = self.session.target();
+        let variables = [true, false].into_iter().flat_map(|own| scope.locals(target, self.level, own));
+        let variables = variables.map(|(name, _)| name);
         let ladder = scope.ladder.iter().map(|(name, _)| name.clone());
-        let mut names: Vec<String> = own.chain(symbols).chain(ladder).collect();
+        let mut names: Vec<String> = own.chain(symbols).chain(variables).chain(ladder).collect();
         names.sort();
         names.dedup();
         names

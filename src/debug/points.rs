@@ -22,12 +22,12 @@ pub(super) fn set_tbreak(shell: &mut Shell, args: &str, out: &mut String) -> Don
 
 fn code_point(shell: &mut Shell, args: &str, temporary: bool, out: &mut String) -> Done {
     let (place, condition) = with_condition(args);
-    let words = if place.is_empty() { vec![shell.session.target().pc()] } else { shell.location(place)? };
+    let words = if place.is_empty() { vec![shell.session.target().pc()] } else { shell.line_location(place)? };
     let places: Vec<String> = words.iter().map(|word| shell.spot(*word)).collect();
     let text = if place.is_empty() || place.starts_with(['*', '$']) {
         places.first().cloned().unwrap_or_default()
     } else {
-        place.to_owned()
+        shell.plain_line(place).map_or_else(|| place.to_owned(), |(file, line)| format!("{file}:{line}"))
     };
     let id = added(shell, What::Code(words), &text, condition, temporary)?;
     let kind = if temporary { "Temporary breakpoint" } else { "Breakpoint" };
@@ -37,12 +37,21 @@ fn code_point(shell: &mut Shell, args: &str, temporary: bool, out: &mut String) 
 
 /// Adds a point with its condition, which is read first.
 fn added(shell: &mut Shell, what: What, text: &str, condition: Option<&str>, temporary: bool) -> Result<u32, String> {
-    let condition = condition.map(|text| shell.session.scope.expr(text)).transpose()?;
+    // What has a name where a breakpoint is, is meant there.
+    let at = if let What::Code(words) = &what { words.first().copied() } else { None };
+    let condition = condition.map(|text| condition_at(shell, text, at)).transpose()?;
     let id = shell.session.points.add(what, text, temporary);
     if let Some(point) = shell.session.points.get_mut(id) {
         point.condition = condition;
     }
     Ok(id)
+}
+
+fn condition_at(shell: &Shell, text: &str, word: Option<u32>) -> Result<Expr, String> {
+    match word {
+        Some(word) => shell.session.scope.expr_at(text, word),
+        None => shell.session.scope.expr_in(text, shell.session.target(), 0),
+    }
 }
 
 pub(super) fn watch(shell: &mut Shell, args: &str, out: &mut String) -> Done {
@@ -62,13 +71,13 @@ fn watched(shell: &Shell, text: &str) -> Result<What, String> {
     if let Some((name, level)) =
         text.split_once('=').filter(|(name, level)| !name.ends_with(['=', '!', '<', '>']) && !level.starts_with('='))
     {
-        let Expr::Place(Place::Pin(pin)) = scope.expr(name)? else {
+        let Expr::Place(Place::Pin(pin)) = shell.expr(name)? else {
             return Err(format!("`{}` is no pin; write watch {} if {text}=..", name.trim(), name.trim()));
         };
         let name = scope.chip().pins.get(usize::from(pin)).map_or("", |pin| pin.name);
         return Ok(What::Pin(pin, Some(pin_level(scope.chip(), &format!("{name}={}", level.trim()))?.1)));
     }
-    Ok(match scope.expr(text)? {
+    Ok(match shell.expr(text)?.in_its_place(shell.session.target()) {
         Expr::Place(Place::Pin(pin)) => What::Pin(pin, None),
         Expr::Place(Place::Cycle | Place::Instructions) => {
             return Err("time changes with every instruction; run-to-cycle stops at one".to_owned());
@@ -114,7 +123,11 @@ fn point(shell: &Shell, number: &str) -> Result<u32, String> {
 
 pub(super) fn condition(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     let (id, text) = numbered(shell, args)?;
-    let condition = if text.is_empty() { None } else { Some(shell.session.scope.expr(text)?) };
+    let at = shell.session.points.get(id).and_then(|point| match &point.what {
+        What::Code(words) => words.first().copied(),
+        _ => None,
+    });
+    let condition = if text.is_empty() { None } else { Some(condition_at(shell, text, at)?) };
     out.push_str(&match condition {
         None => format!("Point {id} stops always\n"),
         Some(_) => format!("Point {id} stops where {text}\n"),
@@ -147,11 +160,31 @@ pub(super) fn commands(shell: &mut Shell, args: &str, _: &mut String) -> Done {
 }
 
 pub(super) fn delete(shell: &mut Shell, args: &str, _: &mut String) -> Done {
+    // gdb has `delete breakpoints`, `delete display`.
+    if let Some(displays) = args.strip_prefix("display") {
+        return super::data::undisplay(shell, displays.trim(), &mut String::new());
+    }
+    let args = args.strip_prefix("breakpoints").unwrap_or(args).trim();
     if args.is_empty() {
         shell.session.points.clear();
     }
     let ids = args.split_whitespace().map(|number| point(shell, number)).collect::<Result<Vec<_>, _>>()?;
     ids.into_iter().for_each(|id| _ = shell.session.points.remove(id));
+    Ok(())
+}
+
+pub(super) fn clear(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let words = if args.is_empty() { vec![shell.session.target().pc()] } else { shell.line_location(args)? };
+    let there = |what: &What| matches!(what, What::Code(own) if own.iter().any(|word| words.contains(word)));
+    let ids: Vec<u32> =
+        shell.session.points.all().iter().filter(|point| there(&point.what)).map(|point| point.id).collect();
+    if ids.is_empty() {
+        return Err("there is no breakpoint there; `info breakpoints` lists them".to_owned());
+    }
+    for id in ids {
+        shell.session.points.remove(id);
+        out.push_str(&format!("Deleted breakpoint {id}\n"));
+    }
     Ok(())
 }
 

@@ -1,7 +1,8 @@
 //! Commands that let the machine run forwards.
 
 use emu_core::cpu::{END_OF_TIME, Reset};
-use emu_debug::debug::{Action, Flow, Goal, Halt, Session, What, Why};
+use emu_core::image::TypeId;
+use emu_debug::debug::{Action, Flow, Goal, Halt, Place, Session, What, Why};
 use emu_debug::stimulus::pin_level;
 
 use super::ladder::wired_pin;
@@ -44,9 +45,15 @@ fn line(session: &Session) -> Option<(String, u32)> {
     Some((line.file.to_string(), line.line))
 }
 
+/// The code of a line begins where the machine is.
+fn begins_line(session: &Session) -> bool {
+    let (source, pc) = (session.scope.source(), session.target().pc());
+    source.line_at(pc).is_some_and(|line| line.addr == pc.saturating_mul(session.scope.chip().word_bytes))
+}
+
 /// One step of a source line; `over`: calls are passed. Without lines one instruction.
 fn line_step(session: &mut Session, over: bool, forward_only: bool, go_on: &mut dyn FnMut() -> bool) -> Halt {
-    let (start, from) = (line(session), session.target().pc());
+    let (mut start, from) = (line(session), session.target().pc());
     let (mut depth, mut last) = (Depth::default(), from);
     session.stroll(END_OF_TIME, true, go_on, &mut |session, flow, entry| {
         depth.after(flow, entry);
@@ -64,6 +71,11 @@ fn line_step(session: &mut Session, over: bool, forward_only: bool, go_on: &mut 
         let here = line(session);
         // A call into code without lines is passed.
         if depth.calls > 0 && start.is_some() && here.is_none() {
+            return false;
+        }
+        // Back in the middle of the line that has called, it goes on to the end of that, as in gdb.
+        if depth.calls < 0 && flow == Flow::Return && here.is_some() && here != start && !begins_line(session) {
+            start = here;
             return false;
         }
         let passed = start.is_none() || here != start || flow == Flow::Call && !over;
@@ -137,8 +149,63 @@ pub(super) fn finish(shell: &mut Shell, _: &str, out: &mut String) -> Done {
     if !shell.may_return() {
         return Err("there is nothing to finish: the stack tells of no call".to_owned());
     }
-    shell.go(out, |session, go_on| out_of_it(session, go_on, &mut |_| false));
+    if shell.level > 0 {
+        // As in gdb: up to where the call that is looked at goes on.
+        let target = shell.calls().get(shell.level + 1).map(|frame| (frame.word, frame.sp));
+        let (word, sp) = target.ok_or("the outermost call does not return")?;
+        let reached = move |session: &Session| session.target().pc() == word && session.target().reg("SP") == Some(sp);
+        shell.go(out, |session, go_on| session.stroll(END_OF_TIME, true, go_on, &mut |session, _, _| reached(session)));
+        return Ok(());
+    }
+    let kind = shell.result_kind();
+    let halt = shell.go(out, |session, go_on| out_of_it(session, go_on, &mut |_| false));
+    if let (Why::Done, Some(kind)) = (halt.why, kind)
+        && let Some(object) = shell.session.scope.calls().result(kind)
+    {
+        let value = object.text(&shell.session.scope, shell.session.target(), None);
+        out.push_str(&format!("Value returned is {value}\n"));
+    }
     Ok(())
+}
+
+pub(super) fn advance(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    if args.is_empty() {
+        return Err("where to? advance main.c:12, advance price".to_owned());
+    }
+    until(shell, args, out)
+}
+
+/// Back to where the history begins; it is told only where that cannot be.
+fn rewind(shell: &mut Shell) -> Done {
+    let first = shell.session.first_cycle();
+    let go_on = &mut shell.go_on();
+    match shell.session.goto_cycle(first, go_on).why {
+        Why::Interrupted => Err("interrupted".to_owned()),
+        _ => Ok(()),
+    }
+}
+
+pub(super) fn run(shell: &mut Shell, _: &str, out: &mut String) -> Done {
+    rewind(shell)?;
+    go_on(shell, "", out)
+}
+
+pub(super) fn start(shell: &mut Shell, _: &str, out: &mut String) -> Done {
+    let words = shell.line_location("main").map_err(|why| format!("{why}; run goes to the first breakpoint"))?;
+    rewind(shell)?;
+    shell.go(out, |session, go_on| session.run(&Goal { words: words.into_iter().collect(), ..Goal::default() }, go_on));
+    Ok(())
+}
+
+pub(super) fn jump(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    if args.is_empty() {
+        return Err("where to? jump main.c:12, jump 0x86".to_owned());
+    }
+    let word = shell.line_location(args)?.first().copied().unwrap_or_default();
+    let address = shell.session.scope.chip().code_address(word);
+    shell.session.act(Action::Set(Place::Pc, address.into()))?;
+    shell.registers = shell.core_registers();
+    go_on(shell, "", out)
 }
 
 pub(super) fn until(shell: &mut Shell, args: &str, out: &mut String) -> Done {
@@ -147,7 +214,7 @@ pub(super) fn until(shell: &mut Shell, args: &str, out: &mut String) -> Done {
         shell.go(out, |session, go_on| line_step(session, true, true, go_on));
         return Ok(());
     }
-    let words = shell.location(args)?;
+    let words = shell.line_location(args)?;
     let inside = !shell.frames().is_empty();
     shell.go(out, |session, go_on| match inside {
         true => out_of_it(session, go_on, &mut |session| words.contains(&session.target().pc())),
@@ -218,6 +285,40 @@ impl Shell {
         }
         let value = self.value(text)?;
         u64::try_from(value).map_err(|_| format!("cycle {value} is before power-up"))
+    }
+
+    /// The type of what the function returns that the machine is in; nothing where it is not known, or `void`.
+    fn result_kind(&self) -> Option<TypeId> {
+        let byte = self.session.target().pc().saturating_mul(self.session.scope.chip().word_bytes);
+        self.session.scope.calls().info.function_at(byte)?.result
+    }
+
+    /// Of a function whose parameters are in their places only behind its prologue, the first word of its second line, as gdb has it.
+    fn behind_prologue(&self, name: &str) -> Option<u32> {
+        let scope = &self.session.scope;
+        let code = scope.calls().info.has_prologue(name)?;
+        let first = scope.lines.at(code.start, code.start)?;
+        let of = scope.lines.all().iter().filter(|line| code.contains(&line.addr) && line.kind == first.kind);
+        let second = of
+            .filter(|line| line.addr > code.start)
+            .find(|line| (line.line, &line.file) != (first.line, &first.file))?;
+        Some(second.addr / scope.chip().word_bytes.max(1))
+    }
+
+    /// The same as [`Shell::location`], but that a number alone is a line where the program has lines, as in gdb.
+    pub(super) fn line_location(&self, text: &str) -> Result<Vec<u32>, String> {
+        let text = text.trim();
+        let named = text.rsplit_once(':').and_then(|(file, line)| Some((self.source_file(file)?, line.parse().ok()?)));
+        match self.plain_line(text).or(named) {
+            Some((file, line)) => {
+                // Of a line without code the next one is meant that has some.
+                let lines =
+                    self.session.scope.lines.all().iter().filter(|known| *known.file == *file && known.line >= line);
+                let line = lines.map(|known| known.line).min().unwrap_or(line);
+                self.session.scope.source().words(&format!("{file}:{line}"))
+            }
+            None => self.behind_prologue(text).map_or_else(|| self.location(text), |word| Ok(vec![word])),
+        }
     }
 
     /// Program words that a text stands for: an address, a symbol, `main.c:12`, `*EXPR`, `$pc`.

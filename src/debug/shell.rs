@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use emu_debug::Drive;
-use emu_debug::debug::{Halt, Session};
+use emu_debug::debug::{Expr, Halt, Session};
 use ladder_view::View;
 
 use super::commands::{self, Repeat};
@@ -59,7 +59,9 @@ pub struct Shell {
     pub(super) registers: Vec<Option<u32>>,
     /// The cycle of the last stop: what was sent since is told at the next.
     pub(super) told: u64,
-    /// Where `list` goes on.
+    /// The call that is looked at, 0 the innermost: `up` and `down`.
+    pub(super) level: usize,
+    /// Where `list` goes on, and where it began.
     pub(super) listed: Option<(String, u32)>,
     /// Where `x` goes on.
     pub(super) examined: Option<super::data::Examined>,
@@ -102,6 +104,7 @@ impl Shell {
             displayed: 0,
             registers: Vec::new(),
             told: 0,
+            level: 0,
             listed: None,
             examined: None,
             disassembly: None,
@@ -290,6 +293,11 @@ impl Shell {
             out.push_str(text);
             out.push('\n');
         }
+    }
+
+    /// Reads an expression in the call that is looked at.
+    pub(super) fn expr(&self, text: &str) -> Result<Expr, String> {
+        self.session.scope.expr_in(text, self.session.target(), self.level)
     }
 
     /// A count behind a command: an expression, 1 where there is none.

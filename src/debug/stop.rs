@@ -32,7 +32,7 @@ impl Shell {
 
     /// Where the machine stands, since when, and what is displayed.
     pub(super) fn here(&mut self, out: &mut String) {
-        self.listed = None;
+        (self.listed, self.level) = (None, 0);
         self.place(out);
         out.push_str(&self.time());
         if let Some(resets) = self.session.resets_since(self.told) {

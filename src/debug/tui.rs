@@ -1,5 +1,6 @@
 //! `emu debug --tui`: the session on a full screen. Keys and command lines go to the [`Shell`] that the prompt uses too.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -9,7 +10,7 @@ use emu_core::chip::PinDef;
 use emu_core::pins::{Event, Level};
 use emu_debug::debug::{Goal, Target, What, Why};
 use emu_debug::trace::register_bits;
-use emu_tui::debugger::{Answer, Code, Debugger, Machine, Memory, Sight, Trace, Value, Wants};
+use emu_tui::debugger::{Answer, Code, Debugger, Machine, Memory, Sight, Source, Trace, Value, Wants};
 use emu_tui::flow::{self, Seen};
 use emu_tui::screen;
 use ladder::ElementId;
@@ -19,6 +20,7 @@ use super::shell::{Flow, Shell};
 use super::stop::level;
 use crate::fail::Failure;
 use crate::report::Terminal;
+use crate::sources::Sources;
 use crate::watch::{self, Played};
 
 /// Program words that an instruction takes at most.
@@ -35,6 +37,7 @@ struct Face {
     interrupt: Arc<AtomicBool>,
     /// There is a user who may press Ctrl-C.
     live: bool,
+    sources: RefCell<Sources>,
 }
 
 /// Shows a session until it is left. Gives the exit code. `told` is said before the first key.
@@ -48,7 +51,8 @@ pub fn show(
 ) -> Result<u8, Failure> {
     let live = !played.is_given();
     let before = shell.session.target().fork();
-    let face = Face { shell, title: title.to_owned(), before, running: false, interrupt, live };
+    let sources = RefCell::new(shell.sources.anew());
+    let face = Face { sources, shell, title: title.to_owned(), before, running: false, interrupt, live };
     let mut screen = Debugger::new(face, !live).telling(told);
     watch::show(&mut screen, played, "--tui", terminal)
 }
@@ -68,6 +72,8 @@ impl Machine for Face {
             pins: self.pins(),
             symbols: self.symbols(),
             rung: if wants.rung > 0 { self.rung(wants.rung) } else { None },
+            source: if wants.source > 0 { self.source(wants.line, wants.source) } else { None },
+            serial: if wants.serial { self.serial() } else { Vec::new() },
             memory: if wants.memory.2 > 0 { self.memory(wants.memory) } else { None },
             traces: if wants.since <= cycle { self.traces(wants.since) } else { Vec::new() },
         }
@@ -184,6 +190,44 @@ impl Face {
         let rungs: BTreeMap<u32, u32> =
             self.shell.view.iter().flat_map(|view| view.rung_words()).map(|(rung, word)| (word, rung)).collect();
         words.iter().map(|word| self.line(*word, rungs.get(word).copied())).collect()
+    }
+
+    /// The source around a line, or around where the machine is: of a program that is not there yet its main.
+    fn source(&self, line: Option<u32>, lines: usize) -> Option<Source> {
+        if self.shell.view.is_some() {
+            return None;
+        }
+        let present = self.shell.present_line();
+        let (file, own) = present.clone().or_else(|| self.shell.main_line())?;
+        let around = line.unwrap_or(own);
+        let scope = &self.shell.session.scope;
+        let mut sources = self.sources.borrow_mut();
+        let text = sources.file(&scope.lines, &file)?;
+        let point = |number: u32| {
+            let here = |word: &u32| {
+                let source = scope.source();
+                source.line_at(*word).is_some_and(|known| *known.file == *file && known.line == number)
+            };
+            let on = |what: &What| matches!(what, What::Code(words) if words.iter().any(here));
+            self.shell.session.points.enabled().find(|point| on(&point.what)).map(|point| point.id)
+        };
+        let first = around.saturating_sub(u32::try_from(lines).unwrap_or(u32::MAX)).max(1);
+        let shown = (1u32..).zip(text).skip(first as usize - 1).take(2 * lines + 1);
+        let lines = shown.map(|(number, text)| (number, text.replace('\t', "    "), point(number))).collect();
+        Some(Source { here: present.map(|(_, line)| line), file, around, lines })
+    }
+
+    /// What the serial port has sent, in lines.
+    fn serial(&self) -> Vec<String> {
+        let sent = self.shell.session.events().filter_map(|event| match event {
+            Event::Sent { byte, .. } => Some(*byte),
+            _ => None,
+        });
+        let sent: Vec<u8> = sent.collect();
+        let plain = |line: &[u8]| {
+            emu_debug::text::escape(line.strip_suffix(b"\r").unwrap_or(line)).trim_matches('"').to_owned()
+        };
+        if sent.is_empty() { Vec::new() } else { sent.split(|byte| *byte == b'\n').map(plain).collect() }
     }
 
     fn line(&self, word: u32, rung: Option<u32>) -> Code {

@@ -109,44 +109,17 @@ impl Reader {
     }
 
     fn read(&mut self, dwarf: &Dwarf<Slice<'_>>, elf: &[u8]) {
-        let mut headers = Vec::new();
-        let mut units = dwarf.units();
-        loop {
-            match units.next() {
-                Ok(Some(header)) => headers.push(header),
-                Ok(None) => break,
-                Err(error) => {
-                    self.damaged(error);
-                    break;
-                }
-            }
-        }
-        // The abbreviations of a unit end where those of another begin, at the latest.
-        let starts: BTreeSet<usize> = headers.iter().map(|header| header.debug_abbrev_offset().0).collect();
-        let mut abbreviations = HashMap::new();
         let mut programs: BTreeMap<usize, Program<'_>> = BTreeMap::new();
-        let all = dwarf.debug_abbrev.reader().slice();
         let mut budget = Budget { heads: dwarf.debug_line.reader().len() * 4 + (1 << 20), ranges: 1 << 16 };
-        for header in headers {
-            let DebugAbbrevOffset(start) = header.debug_abbrev_offset();
-            let end = starts.range(start.saturating_add(1)..).next().copied().unwrap_or(all.len());
-            let table = abbreviations.entry(start).or_insert_with(|| {
-                let table = all.get(start..end.min(all.len())).unwrap_or_default();
-                DebugAbbrev::from(EndianSlice::new(table, Le)).abbreviations(DebugAbbrevOffset(0)).map(Arc::new)
-            });
-            let result = match table {
-                Ok(table) => Unit::new_with_abbreviations(dwarf, header, Arc::clone(table))
-                    .and_then(|unit| add_unit(dwarf, unit, &mut programs, &mut budget)),
-                Err(error) => Err(*error),
-            };
-            if let Err(error) = result {
+        each_unit(dwarf, &mut |unit| {
+            if let Err(error) = unit.and_then(|unit| add_unit(dwarf, unit, &mut programs, &mut budget)) {
                 self.damaged(error);
             }
             if budget.is_spent() {
                 self.damaged("its units have more ranges, or heads of line programs, than a program can have");
-                break;
             }
-        }
+            !budget.is_spent()
+        });
         let mut rows = dwarf.debug_line.reader().len();
         let (mut scan, mut doubtful) = (Scan::new(dwarf, elf), Vec::new());
         for mut program in programs.into_values() {
@@ -237,6 +210,41 @@ impl Reader {
             self.folders.push((Arc::clone(&file), folder.to_owned()));
         }
         Some(file)
+    }
+}
+
+/// Hands out the units one by one, and what is wrong with those that are damaged, until `each` answers with false.
+pub(super) fn each_unit<'b>(dwarf: &Dwarf<Slice<'b>>, each: &mut dyn FnMut(Result<Unit<Slice<'b>>, Error>) -> bool) {
+    let mut headers = Vec::new();
+    let mut units = dwarf.units();
+    let damaged = loop {
+        match units.next() {
+            Ok(Some(header)) => headers.push(header),
+            Ok(None) => break None,
+            Err(error) => break Some(error),
+        }
+    };
+    if damaged.is_some_and(|error| !each(Err(error))) {
+        return;
+    }
+    // The abbreviations of a unit end where those of another begin, at the latest.
+    let starts: BTreeSet<usize> = headers.iter().map(|header| header.debug_abbrev_offset().0).collect();
+    let mut abbreviations = HashMap::new();
+    let all = dwarf.debug_abbrev.reader().slice();
+    for header in headers {
+        let DebugAbbrevOffset(start) = header.debug_abbrev_offset();
+        let end = starts.range(start.saturating_add(1)..).next().copied().unwrap_or(all.len());
+        let table = abbreviations.entry(start).or_insert_with(|| {
+            let table = all.get(start..end.min(all.len())).unwrap_or_default();
+            DebugAbbrev::from(EndianSlice::new(table, Le)).abbreviations(DebugAbbrevOffset(0)).map(Arc::new)
+        });
+        let unit = match table {
+            Ok(table) => Unit::new_with_abbreviations(dwarf, header, Arc::clone(table)),
+            Err(error) => Err(*error),
+        };
+        if !each(unit) {
+            return;
+        }
     }
 }
 

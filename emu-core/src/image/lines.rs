@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use diag::Diagnostic;
 
-use super::dwarf;
+use super::{DebugInfo, dwarf};
 
 /// What a line belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -38,6 +38,7 @@ pub struct LineAt {
 pub struct Lines {
     elf: Option<Elf>,
     found: OnceLock<Found>,
+    info: OnceLock<Arc<DebugInfo>>,
 }
 
 /// A file that is not read yet.
@@ -84,14 +85,26 @@ impl Lines {
     /// The lines of files of symbols.
     #[must_use]
     pub fn new(lines: Vec<LineAt>) -> Lines {
-        Lines { elf: None, found: OnceLock::from(Found::of(lines, Vec::new(), Vec::new())) }
+        Lines { elf: None, found: OnceLock::from(Found::of(lines, Vec::new(), Vec::new())), info: OnceLock::new() }
     }
 
     /// Those of the debugging information (DWARF 2 to 5) of an ELF file, or none where it has none. Nothing is read yet, and
     /// nothing ever fails: what is damaged is left out and told by [`Lines::warnings`]. `name` is the file's for messages.
     #[must_use]
     pub fn of_elf(name: &str, bytes: impl Into<Vec<u8>>) -> Lines {
-        Lines { elf: Some(Elf { name: name.to_owned(), bytes: Arc::new(bytes.into()) }), found: OnceLock::new() }
+        Lines {
+            elf: Some(Elf { name: name.to_owned(), bytes: Arc::new(bytes.into()) }),
+            found: OnceLock::new(),
+            info: OnceLock::new(),
+        }
+    }
+
+    /// Functions, variables and types that the ELF file tells of; none where it does not, or where there is no ELF file. They are read
+    /// when they are first asked for.
+    #[must_use]
+    pub fn debug_info(&self) -> &Arc<DebugInfo> {
+        self.info
+            .get_or_init(|| Arc::new(self.elf.as_ref().map(|elf| DebugInfo::of_elf(&elf.bytes)).unwrap_or_default()))
     }
 
     fn found(&self) -> &Found {

@@ -11,10 +11,12 @@
 //!   write.rs segments to HEX                        faults.rs the list of faults and its limit
 //!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC and gputils write
 //!   lines.rs source lines by address, and back      dwarf.rs those in ELF files
+//!   debug_info/ functions, variables and types of C in ELF files
 //!   note.rs  for which AVR an ELF file was linked    simavr.rs what it says to simavr
 //! ```
 
 mod codes;
+mod debug_info;
 mod demangle;
 mod dwarf;
 mod elf;
@@ -33,6 +35,10 @@ use diag::Diagnostic;
 use diag::text::into_printable;
 
 pub use codes::{CODES, LINE_CODES, SYMBOL_CODES};
+pub use debug_info::{
+    AVR_DATA, BaseEncoding, BlockInfo, ByteAt, CType, DebugInfo, FrameView, FunctionInfo, Member, TypeId, Unwound,
+    VariableInfo, VariableLocation,
+};
 pub use demangle::Mangled;
 pub use elf::load_elf;
 pub use faults::LIMIT;

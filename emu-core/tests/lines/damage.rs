@@ -1,10 +1,43 @@
 //! Damaged files give lines or warnings and nothing else, and soon.
 
-use emu_core::image::{ElfMachine, Lines, load};
+use emu_core::image::{BlockInfo, ElfMachine, FrameView, FunctionInfo, Lines, load};
 use emu_core::rng::Rng;
 
 use crate::elf::build;
 use crate::input;
+
+/// A frame of a machine that is all one number.
+struct Frame(u32);
+
+impl FrameView for Frame {
+    fn byte(&self) -> u32 {
+        self.0
+    }
+    fn register(&self, number: u16) -> Option<u32> {
+        (number % 7 != 3).then_some(u32::from(number) & 0xFF)
+    }
+    fn memory(&self, address: u32) -> Option<u8> {
+        Some(address as u8)
+    }
+    fn cfa(&self) -> Option<u32> {
+        Some(0x8FF)
+    }
+}
+
+/// Asks for the places of all variables in the blocks of a function.
+fn ask_places(lines: &Lines, function: &FunctionInfo) {
+    let info = lines.debug_info();
+    let mut blocks: Vec<&BlockInfo> = vec![&function.block];
+    let frame = Frame(function.block.ranges.first().map_or(0, |range| range.start));
+    _ = info.unwind(&frame);
+    while let Some(block) = blocks.pop() {
+        for variable in &block.variables {
+            let size = info.size(variable.of).unwrap_or(0).min(1 << 16);
+            assert_eq!(info.place(variable, Some(function), &frame).len(), size as usize);
+        }
+        blocks.extend(&block.blocks);
+    }
+}
 
 /// Reads all that can be asked for; how many lines and warnings there are.
 fn ask(bytes: &[u8]) -> (usize, usize) {
@@ -20,6 +53,12 @@ fn ask(bytes: &[u8]) -> (usize, usize) {
     for warning in lines.warnings() {
         assert!(!warning.is_error() && ["ELF012", "ELF013"].contains(&warning.code), "{warning:?}");
     }
+    let info = lines.debug_info();
+    info.functions.iter().for_each(|function| ask_places(&lines, function));
+    for variable in &info.globals {
+        _ = info.place(variable, None, &Frame(0));
+    }
+    info.kinds().for_each(|(id, _)| _ = info.size(Some(id)));
     // An image is read from it all the same, or refused.
     _ = load("a.elf", bytes, &[], &[], ElfMachine::AVR);
     (lines.all().len(), lines.warnings().len())

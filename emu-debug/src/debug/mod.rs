@@ -8,7 +8,10 @@
 //!   expr.rs     expressions over places          line.rs     a machine on its way through that history
 //!   points.rs   breakpoints and watchpoints      eyes.rs     the probe that sees what points wait for
 //!   flow.rs     calls and returns                events.rs   what the chip has done, in words
-//!                                                stroll.rs   running step by step
+//!   calls.rs    the calls that are not over      stroll.rs   running step by step
+//!   object.rs   variables and values of C        parse.rs    expressions out of their text
+//!   kinds.rs    questions about types of C
+//!   ctext.rs    those as text                    ctype.rs    types of C as text
 //! ```
 //!
 //! **Positions.** The debugger stands between two instructions. A step ends behind an instruction or behind the entry of an
@@ -19,12 +22,18 @@
 //! was done from outside put in at its own cycle. Nothing of a machine can run backwards, and nothing has to.
 
 mod back;
+mod calls;
+mod ctext;
+mod ctype;
 mod events;
 mod expr;
 mod eyes;
 mod flow;
 mod history;
+mod kinds;
 mod line;
+mod object;
+mod parse;
 mod place;
 mod points;
 mod scope;
@@ -33,10 +42,13 @@ mod stroll;
 mod target;
 
 pub use back::Passed;
+pub use calls::{CallFrame, CallStack};
 pub use expr::{Expr, Operator};
 pub use flow::{Flow, flow};
 pub use history::Action;
+pub use kinds::Kind as CKind;
 pub use line::Follow;
+pub use object::{Cell, ObjectExpr};
 pub use place::Place;
 pub use points::{Access, Point, Points, What};
 pub use scope::Scope;

@@ -1,10 +1,15 @@
 //! Names in expressions and commands: registers, pins, memory, symbols of the program, symbols of a ladder program.
 
-use emu_core::chip::{Chip, Family};
-use emu_core::image::{CONSTANT, Lines, SymbolAt};
+use std::sync::{Arc, OnceLock};
 
-use super::expr::{self, Expr};
+use emu_core::chip::{Chip, Family};
+use emu_core::image::{BlockInfo, CONSTANT, FrameView as _, Lines, SymbolAt, VariableInfo};
+
+use super::calls::{CallStack, View};
+use super::expr::Expr;
 use super::eyes::byte_of;
+use super::object::ObjectExpr;
+use super::parse;
 use super::place::Place;
 use super::target::Target;
 use crate::bits;
@@ -22,13 +27,26 @@ pub struct Scope {
     pub lines: Lines,
     /// Symbols of a ladder program, and where the chip keeps them.
     pub ladder: Vec<(String, Place)>,
+    calls: OnceLock<CallStack>,
+}
+
+/// Where the machine is, for names of variables of C.
+#[derive(Debug)]
+pub(super) struct Here {
+    pub calls: CallStack,
+    /// Byte address of the frame that is looked at.
+    byte: u32,
+    /// Its level, 0 the innermost.
+    level: usize,
+    /// Functions put in place of their calls that are left out of it.
+    left_out: usize,
 }
 
 impl Scope {
     /// What a chip has names for, and nothing else.
     #[must_use]
     pub fn new(chip: &'static Chip) -> Scope {
-        Scope { chip, symbols: Vec::new(), lines: Lines::default(), ladder: Vec::new() }
+        Scope { chip, symbols: Vec::new(), lines: Lines::default(), ladder: Vec::new(), calls: OnceLock::new() }
     }
 
     /// The chip.
@@ -43,12 +61,126 @@ impl Scope {
         Source { names: Names { chip: self.chip, symbols: &self.symbols }, lines: &self.lines }
     }
 
-    /// Reads an expression.
+    /// Reads an expression without variables of C.
     ///
     /// # Errors
     /// What is wrong with it, in a sentence.
     pub fn expr(&self, text: &str) -> Result<Expr, String> {
-        expr::parse(self, text)
+        parse::parse(self, None, text)
+    }
+
+    /// Reads an expression in the frame at a level, 0 the innermost: variables of C that are known there have their names and types.
+    ///
+    /// # Errors
+    /// What is wrong with it, in a sentence.
+    pub fn expr_in(&self, text: &str, target: &dyn Target, level: usize) -> Result<Expr, String> {
+        parse::parse(self, self.here(target, level).as_ref(), text)
+    }
+
+    /// Reads an expression as the machine is when it comes to a program word: for conditions of breakpoints.
+    ///
+    /// # Errors
+    /// What is wrong with it, in a sentence.
+    pub fn expr_at(&self, text: &str, word: u32) -> Result<Expr, String> {
+        let here = Here {
+            calls: self.calls().clone(),
+            byte: word.saturating_mul(self.chip.word_bytes),
+            level: 0,
+            left_out: 0,
+        };
+        parse::parse(self, Some(&here), text)
+    }
+
+    /// Functions, variables and calls of the program.
+    pub fn calls(&self) -> &CallStack {
+        self.calls.get_or_init(|| {
+            let (info, word) = (self.lines.debug_info(), self.chip.word_bytes.max(1));
+            let sized = self.symbols.iter().filter(|symbol| symbol.space == self.chip.code && symbol.size > 0);
+            let sized = sized.map(|symbol| {
+                let end = symbol.addr.saturating_add(symbol.size);
+                (symbol.addr / word..end.div_ceil(word), symbol.name.clone())
+            });
+            let known = info.functions.iter().flat_map(|function| {
+                let ranges = function.block.ranges.iter().take(1);
+                ranges.map(|range| (range.start / word..range.end.div_ceil(word), function.name.clone()))
+            });
+            let functions = sized.chain(known).collect();
+            CallStack::new(Arc::clone(info), functions)
+        })
+    }
+
+    fn here(&self, target: &dyn Target, level: usize) -> Option<Here> {
+        let calls = self.calls();
+        if calls.info.functions.is_empty() && calls.info.globals.is_empty() {
+            return None;
+        }
+        let frame = calls.frame(target, level)?;
+        let byte = View { target, frame: &frame }.byte();
+        Some(Here { calls: calls.clone(), byte, level, left_out: frame.left_out })
+    }
+
+    /// The variable of C that a name stands for in a frame.
+    pub(super) fn variable(&self, here: &Here, name: &str) -> Option<ObjectExpr> {
+        let info = &here.calls.info;
+        let locals = self.blocks(here);
+        let own = locals
+            .iter()
+            .find_map(|(block, known)| Some((block.variables.iter().find(|variable| variable.name == name)?, known)));
+        if let Some((variable, known)) = own {
+            return Some(ObjectExpr::variable(here.calls.clone(), variable, known.clone(), here.level));
+        }
+        // Registers of the chip are described, too, in start-up code; the chip's row knows them better.
+        let is_chip = self.chip.reg(name).is_some() && !self.symbols.iter().any(|symbol| symbol.is_named(name));
+        if is_chip || self.ladder.iter().any(|(known, _)| known == name) {
+            return None;
+        }
+        let found = info.global(name, here.byte)?;
+        Some(ObjectExpr::variable(here.calls.clone(), found, Vec::new(), 0))
+    }
+
+    /// The blocks around a frame, the innermost first, and the code in which what they have is known.
+    fn blocks<'a>(&self, here: &'a Here) -> Vec<(&'a BlockInfo, Vec<std::ops::Range<u32>>)> {
+        let Some(function) = here.calls.info.function_at(here.byte) else { return Vec::new() };
+        let around = function.block.around(here.byte);
+        let known = |block: &BlockInfo| match block.ranges.is_empty() {
+            true => function.block.ranges.clone(),
+            false => block.ranges.clone(),
+        };
+        // What was put in place of a call is a function of its own.
+        let (mut left, mut own) = (here.left_out, Vec::new());
+        for block in around {
+            if left == 0 {
+                own.push((block, known(block)));
+            }
+            match left.checked_sub(usize::from(block.inlined.is_some())) {
+                Some(rest) => left = rest,
+                None => break,
+            }
+        }
+        own
+    }
+
+    /// Parameters, or other variables, of the function of a frame that are known there, by name: those of the innermost block first.
+    #[must_use]
+    pub fn locals(&self, target: &dyn Target, level: usize, parameters: bool) -> Vec<(String, ObjectExpr)> {
+        let Some(here) = self.here(target, level) else { return Vec::new() };
+        let wanted = |variable: &&VariableInfo| variable.parameter == parameters;
+        let blocks = self.blocks(&here);
+        let all =
+            blocks.iter().flat_map(|(block, known)| block.variables.iter().filter(wanted).map(move |own| (own, known)));
+        let object = |(variable, known): (&VariableInfo, &Vec<std::ops::Range<u32>>)| {
+            let object = ObjectExpr::variable(here.calls.clone(), variable, known.clone(), level);
+            (variable.name.clone(), object)
+        };
+        all.map(object).collect()
+    }
+
+    /// The type that a text names.
+    #[must_use]
+    pub fn type_named(&self, text: &str) -> Option<ObjectExpr> {
+        let calls = self.calls();
+        let kind = super::ctype::named(&calls.info, text)?;
+        Some(ObjectExpr::at(calls.clone(), Expr::Number(0), kind))
     }
 
     /// Bytes of a memory as [`Names::range`] reads them; a symbol of the ladder program or a bit of a byte stands for its bytes.
@@ -73,7 +205,8 @@ impl Scope {
     /// No such memory or place, or one of which it does not.
     pub fn accessed(&self, text: &str, target: &dyn Target) -> Result<(Range, String), String> {
         let text = text.trim();
-        let bit = self.expr(text).ok().and_then(|expr| expr.place(target));
+        let expr = self.expr_in(text, target, 0).ok();
+        let bit = expr.as_ref().and_then(|expr| expr.place(target));
         let (range, name) = match bit {
             Some(Place::Bit { space, addr, bit }) => match bits::of_byte(self.chip, space, addr) {
                 Some(Range { space, start, .. }) => {
@@ -86,6 +219,12 @@ impl Scope {
                 }
                 None => (Range { space, start: addr, end: addr + 1 }, format!("the byte of {text}")),
             },
+            Some(Place::Memory { space, addr, .. }) if expr.as_ref().is_some_and(|expr| expr.object().is_some()) => {
+                let width = self.chip.width(space).max(1);
+                let bytes = expr.as_ref().and_then(|expr| expr.object()?.bytes()).unwrap_or(1);
+                let end = addr.saturating_add(bytes).div_ceil(width);
+                (Range { space, start: addr / width, end }, text.to_owned())
+            }
             _ => (self.range(text)?, text.to_owned()),
         };
         self.source().names.told(&range).map_err(|why| match self.ladder.iter().any(|(name, _)| name == text) {

@@ -8,6 +8,7 @@ use emu_core::cpu::{END_OF_TIME, Fault, Stop};
 use emu_core::state::Damaged;
 
 use super::events::Events;
+use super::expr::Expr;
 use super::eyes::{Eyes, Sight, candidates};
 use super::flow::{Flow, flow};
 use super::history::{Action, History, Left};
@@ -212,6 +213,20 @@ impl Session {
         self.left = None;
         self.line.done = self.history.deeds.len();
         Ok(())
+    }
+
+    /// Gives what an expression stands for another value: a place, or an object of C that lies in several.
+    ///
+    /// # Errors
+    /// It has no place, or not this value.
+    pub fn assign(&mut self, expr: &Expr, value: i64) -> Result<(), String> {
+        let object = expr.object().filter(|object| object.needs_parts(self.target()));
+        let writes = match (object, expr.place(self.target())) {
+            (Some(object), _) => object.writes(self.target(), value)?,
+            (None, Some(place)) => vec![(place, value)],
+            (None, None) => return Err("it is no place that can be set".to_owned()),
+        };
+        writes.into_iter().try_for_each(|(place, value)| self.act(Action::Set(place, value)))
     }
 
     /// Whether the machine can be saved and loaded.

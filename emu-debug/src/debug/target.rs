@@ -44,6 +44,8 @@ pub trait Target {
     fn return_stack(&self) -> Vec<u32>;
     /// [`Cpu::depth`].
     fn depth(&self) -> u32;
+    /// [`Cpu::interrupt_flags`].
+    fn interrupt_flags(&self) -> Vec<&'static str>;
     /// Does something from outside.
     ///
     /// # Errors
@@ -155,6 +157,9 @@ impl<C: Cpu + 'static> Target for Rig<C> {
     }
     fn return_stack(&self) -> Vec<u32> {
         self.cpu.return_stack()
+    }
+    fn interrupt_flags(&self) -> Vec<&'static str> {
+        self.cpu.interrupt_flags()
     }
     fn depth(&self) -> u32 {
         self.cpu.depth()

@@ -148,11 +148,11 @@ impl<'a> Lines<'a> {
                 }
             }
             What::Interrupt(vector) => {
-                let name = self.chip.vectors.get(usize::from(vector)).copied().unwrap_or_default();
+                let name = interrupt_name(cpu, self.chip, vector);
                 // Writing to a vector of bytes does not fail.
                 _ = match self.format {
                     Format::Text => write!(out, "interrupt {vector} {name}"),
-                    Format::Json => write!(out, "\"interrupt\":{vector},\"name\":{}", quoted(name)),
+                    Format::Json => write!(out, "\"interrupt\":{vector},\"name\":{}", quoted(&name)),
                 };
             }
         }
@@ -322,6 +322,15 @@ fn decimal(out: &mut Vec<u8>, value: u64, width: usize) {
         }
     }
     out.extend_from_slice(&digits[at.min(20 - width.min(20))..]);
+}
+
+/// What has interrupted, by name: that of the vector, or where several sources share it those of all flags that are set and enabled.
+fn interrupt_name<C: Cpu>(cpu: &C, chip: &Chip, vector: u8) -> String {
+    let flags = cpu.interrupt_flags();
+    if flags.is_empty() {
+        return chip.vectors.get(usize::from(vector)).copied().unwrap_or_default().to_owned();
+    }
+    flags.join(", ")
 }
 
 #[cfg(test)]

@@ -145,6 +145,20 @@ impl Soc {
         }
     }
 
+    /// The flags that are set and enabled at the boundary before the cycle `now`, by their names on this chip, whatever GIE says.
+    #[must_use]
+    pub fn wanted_flags(&self, now: u64) -> Vec<&'static str> {
+        let set = self.part.flags.iter().filter(|row| {
+            self.enabled(self.irq.enables, row.enable, row.peripheral)
+                && self.show(row.at.0, 4 * now) >> row.at.1 & 1 == 1
+        });
+        let name = |row: &FlagAt| {
+            let named = self.part.bits.iter().find(|(register, _, bit)| (*register, *bit) == row.at);
+            named.map(|(_, name, _)| *name)
+        };
+        set.filter_map(name).collect()
+    }
+
     /// GIE.
     #[must_use]
     pub const fn interrupts_enabled(&self) -> bool {

@@ -12,6 +12,7 @@
 use ratatui_core::buffer::Buffer;
 use ratatui_core::layout::Rect;
 
+use super::panes;
 use super::update::SCALES;
 use super::{Code, Debugger, Lower, Machine, Memory, Run, Sight, Trace, Value, Wants};
 use crate::Look;
@@ -38,7 +39,8 @@ const KEYS: [(&str, &str); 12] = [
 const LADDER: [&str; 2] = ["S", "e"];
 
 const HELP: &str = "\
-s      one instruction           u   one instruction back
+s      one instruction, or line  u   one instruction, or line, back
+i      one instruction           o   one instruction back
 n N    next line, instruction    U   next line back
 f      finish this subroutine    r   back to the last hit of a point
 S g e  next scan, rung, element  R   reset
@@ -47,7 +49,8 @@ space  run as the clock goes     + -  faster, slower
 up, down, home                   the cursor in the code
 b      breakpoint at the cursor, or none
 enter  run to the cursor
-tab    rung, symbols, memory     m   next memory
+tab    rung, memory, serial ..   m   next memory
+v      source or instructions
 [ ]    scroll memory, page keys  z Z waveform: longer, shorter
 :      any command of the debugger, such as watch PB5
 ctrl-z to the shell              q   quit
@@ -111,22 +114,29 @@ pub fn view<M: Machine>(screen: &Debugger<M>, area: Rect, look: Look) -> Buffer 
     let scale = SCALES.get(screen.zoom).copied().unwrap_or(1);
     let bytes = row_bytes(area);
     let left = if area.width >= WIDE { area.width - (area.width * 2 / 5).clamp(28, 42) - 3 } else { area.width };
+    let below = screen.lower();
     let wants = |since| Wants {
         around: screen.cursor,
         lines: usize::from(area.height),
-        rung: if screen.lower == Lower::Rung { usize::from(left) - 1 } else { 0 },
-        memory: match screen.lower {
+        rung: if below == Lower::Rung { usize::from(left) - 1 } else { 0 },
+        line: screen.line,
+        source: if screen.source { usize::from(area.height) } else { 0 },
+        serial: below == Lower::Serial,
+        memory: match below {
             Lower::Memory => (screen.memory.0, screen.memory.1, usize::from(area.height) * bytes as usize),
             _ => (0, 0, 0),
         },
         since,
     };
-    let cycle = screen.machine.sight(&Wants { lines: 0, rung: 0, memory: (0, 0, 0), ..wants(u64::MAX) }).cycle;
+    let cycle = screen.machine.sight(&Wants { since: u64::MAX, ..Wants::default() }).cycle;
     let sight = screen.machine.sight(&wants(cycle.saturating_sub(scale.saturating_mul(area.width.into()))));
     let places = places(area, &sight);
     title(screen, &sight, &mut Paper::new(&mut picture, area), look);
-    code(screen, &sight, &mut Paper::new(&mut picture, places.code), look);
-    lower(screen, &sight, bytes as usize, &mut Paper::new(&mut picture, places.lower), look);
+    match &sight.source {
+        Some(source) => panes::source(source, screen.line.is_some(), &mut Paper::new(&mut picture, places.code), look),
+        None => code(screen, &sight, &mut Paper::new(&mut picture, places.code), look),
+    }
+    lower(below, &sight, bytes as usize, &mut Paper::new(&mut picture, places.lower), look);
     if area.width >= WIDE {
         let right = Rect { height: places.registers.height + places.pins.height, ..places.registers };
         let mut rule = Paper::new(&mut picture, Rect { x: right.x - 2, width: 1, ..right });
@@ -207,8 +217,9 @@ fn code<M>(screen: &Debugger<M>, sight: &Sight, paper: &mut Paper<'_>, look: Loo
     }
 }
 
-fn lower<M>(screen: &Debugger<M>, sight: &Sight, bytes: usize, paper: &mut Paper<'_>, look: Look) {
-    match screen.lower {
+fn lower(below: Lower, sight: &Sight, bytes: usize, paper: &mut Paper<'_>, look: Look) {
+    match below {
+        Lower::Serial => panes::serial(&sight.serial, paper, look),
         Lower::Rung => {
             paper.head(0, "Rung", look);
             let used = rung(sight.rung.as_deref().unwrap_or(&[]), paper, look);

@@ -44,6 +44,9 @@ pub fn elf(data: &[u8]) {
         _ = lines.folder(&line.file);
     }
     _ = lines.warnings();
+    let info = lines.debug_info();
+    info.kinds().for_each(|(id, _)| _ = info.size(Some(id)));
+    _ = info.functions.iter().map(|function| function.block.around(0).len()).sum::<usize>();
 }
 
 /// The name of a listing decides where its content does not.

@@ -1,0 +1,322 @@
+//! Functions, variables and types of a program, out of the debugging information (DWARF 2 to 5) of its ELF file.
+//!
+//! ```text
+//!   read.rs    entries of .debug_info to functions, blocks, variables, types
+//!   place.rs   where a variable is while the machine is in a frame: location expressions and lists
+//!   unwind.rs  .debug_frame: the frame of the caller
+//! ```
+//!
+//! A type is named by the place of its entry in `.debug_info` ([`TypeId`]), so that types that refer to each other need no second
+//! pass. Nothing here knows a machine: who asks for a place gives registers and memory as a [`FrameView`].
+
+mod place;
+mod read;
+mod unwind;
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+pub use place::{ByteAt, FrameView};
+pub use unwind::Unwound;
+
+/// Where the data memory of an AVR begins in the addresses of its ELF files (binutils, ld/scripttempl/avr.sc).
+pub const AVR_DATA: u32 = 0x80_0000;
+
+/// A type, by the place of its entry in `.debug_info`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TypeId(pub usize);
+
+/// How the bytes of a base type are read (DWARF 4, section 5.1, `DW_AT_encoding`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BaseEncoding {
+    /// A number with a sign.
+    Signed,
+    /// A number without a sign.
+    Unsigned,
+    /// A character with a sign.
+    SignedChar,
+    /// A character without a sign.
+    UnsignedChar,
+    /// True or false.
+    Boolean,
+    /// IEEE 754.
+    Float,
+}
+
+/// A type of C.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum CType {
+    /// A number or character.
+    Base {
+        /// Its name.
+        name: String,
+        /// Bytes.
+        bytes: u32,
+        /// How they are read.
+        encoding: BaseEncoding,
+    },
+    /// A pointer; to nothing is to `void`.
+    Pointer {
+        /// What it points to.
+        to: Option<TypeId>,
+        /// Bytes.
+        bytes: u32,
+    },
+    /// An array with one count for each dimension, the outer first; an unknown count is nothing.
+    Array {
+        /// Its elements.
+        of: Option<TypeId>,
+        /// Elements by dimension.
+        counts: Vec<Option<u32>>,
+    },
+    /// A struct or union.
+    Record {
+        /// `struct`, `union` or `class`.
+        keyword: &'static str,
+        /// Its tag.
+        name: Option<String>,
+        /// Bytes.
+        bytes: u32,
+        /// Its members in their order.
+        members: Vec<Member>,
+    },
+    /// An enumeration.
+    Enum {
+        /// Its tag.
+        name: Option<String>,
+        /// Bytes.
+        bytes: u32,
+        /// Its constants.
+        values: Vec<(String, i64)>,
+    },
+    /// A `typedef`.
+    Named {
+        /// The name.
+        name: String,
+        /// What it stands for.
+        of: Option<TypeId>,
+    },
+    /// `const`, `volatile` and the like.
+    Qualified {
+        /// The word.
+        word: &'static str,
+        /// What it qualifies.
+        of: Option<TypeId>,
+    },
+    /// A function.
+    Function {
+        /// What it returns; nothing is `void`.
+        result: Option<TypeId>,
+        /// Types of its parameters.
+        parameters: Vec<Option<TypeId>>,
+    },
+}
+
+/// A member of a struct or union.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Member {
+    /// Its name; an unnamed struct or union within has none.
+    pub name: Option<String>,
+    /// Bytes from the beginning.
+    pub offset: u32,
+    /// Of a bit field: the first bit, counted from the lowest bit of the byte at `offset`, and bits.
+    pub bits: Option<(u32, u32)>,
+    /// Its type.
+    pub of: Option<TypeId>,
+}
+
+/// Where a variable is, as the compiler tells it.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum VariableLocation {
+    /// Nowhere: it is optimized away.
+    #[default]
+    Gone,
+    /// It has one value for ever.
+    Constant(Vec<u8>),
+    /// An expression.
+    Expression(Vec<u8>),
+    /// An expression each for ranges of byte addresses of the program.
+    List(Vec<(Range<u32>, Vec<u8>)>),
+}
+
+/// A variable or parameter.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct VariableInfo {
+    /// Its name.
+    pub name: String,
+    /// Its type; nothing where the file does not tell.
+    pub of: Option<TypeId>,
+    /// It is a parameter.
+    pub parameter: bool,
+    /// Line of its declaration, 0 where that is unknown.
+    pub line: u32,
+    /// Where it is.
+    pub location: VariableLocation,
+    /// The unit that it belongs to, by number.
+    pub(super) unit: usize,
+}
+
+/// A block of a function with variables of its own.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct BlockInfo {
+    /// Byte addresses of its code; none where it is as large as what it lies in.
+    pub ranges: Vec<Range<u32>>,
+    /// The function whose code was put here in place of a call.
+    pub inlined: Option<String>,
+    /// File and line of that call; the file by its name without folders, empty where it is not known.
+    pub call: (String, u32),
+    /// Its variables.
+    pub variables: Vec<VariableInfo>,
+    /// Blocks within it.
+    pub blocks: Vec<BlockInfo>,
+}
+
+/// A function.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FunctionInfo {
+    /// Its name.
+    pub name: String,
+    /// What it returns; nothing is `void`.
+    pub result: Option<TypeId>,
+    /// Its code, and its parameters and variables.
+    pub block: BlockInfo,
+    /// The base of its frame.
+    pub(super) frame_base: VariableLocation,
+    /// The unit that it belongs to, by number.
+    pub(super) unit: usize,
+}
+
+/// What location expressions of a unit need to know of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct UnitInfo {
+    pub encoding: gimli::Encoding,
+    /// Place of its first entry in `.debug_info`, from which references within it count.
+    pub start: usize,
+    /// Name and folder.
+    pub name: String,
+    pub folder: String,
+    /// Where its addresses begin in `.debug_addr`.
+    pub addresses: usize,
+    /// Byte addresses of its code; none where the file does not tell.
+    pub ranges: Vec<Range<u32>>,
+    /// A compiler that tells where variables are from the first instruction of a function on (GCC, as soon as it has lists).
+    pub exact: bool,
+}
+
+/// Functions, variables and types of a program.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct DebugInfo {
+    /// Functions with code, by their first address.
+    pub functions: Vec<FunctionInfo>,
+    /// Variables outside of functions.
+    pub globals: Vec<VariableInfo>,
+    pub(super) types: BTreeMap<usize, CType>,
+    pub(super) units: Vec<UnitInfo>,
+    /// `.debug_frame` and `.debug_addr`.
+    pub(super) frames: Vec<u8>,
+    pub(super) addresses: Vec<u8>,
+}
+
+impl DebugInfo {
+    /// The debugging information of an ELF file; empty where it has none, and without what is damaged.
+    #[must_use]
+    pub fn of_elf(bytes: &[u8]) -> DebugInfo {
+        read::read(bytes)
+    }
+
+    /// A type.
+    #[must_use]
+    pub fn kind(&self, id: TypeId) -> Option<&CType> {
+        self.types.get(&id.0)
+    }
+
+    /// All types, in the order of the file.
+    pub fn kinds(&self) -> impl Iterator<Item = (TypeId, &CType)> {
+        self.types.iter().map(|(id, kind)| (TypeId(*id), kind))
+    }
+
+    /// A type without its names and qualifiers; nothing for `void`.
+    #[must_use]
+    pub fn plain(&self, mut id: Option<TypeId>) -> Option<TypeId> {
+        // A damaged file may have names that go round in circles.
+        for _ in 0..64 {
+            match self.kind(id?)? {
+                CType::Named { of, .. } | CType::Qualified { of, .. } => id = *of,
+                _ => return id,
+            }
+        }
+        None
+    }
+
+    /// Bytes of a type; nothing where that is unknown.
+    #[must_use]
+    pub fn size(&self, id: Option<TypeId>) -> Option<u32> {
+        self.size_within(id, 64)
+    }
+
+    fn size_within(&self, id: Option<TypeId>, depth: u32) -> Option<u32> {
+        match self.kind(self.plain(id)?)? {
+            CType::Base { bytes, .. }
+            | CType::Pointer { bytes, .. }
+            | CType::Record { bytes, .. }
+            | CType::Enum { bytes, .. } => Some(*bytes),
+            CType::Array { of, counts } => {
+                let each = self.size_within(*of, depth.checked_sub(1)?)?;
+                counts.iter().try_fold(each, |size, count| size.checked_mul((*count)?))
+            }
+            _ => None,
+        }
+    }
+
+    /// The function whose code is at a byte address.
+    #[must_use]
+    pub fn function_at(&self, byte: u32) -> Option<&FunctionInfo> {
+        self.functions.iter().find(|function| function.block.covers(byte))
+    }
+
+    /// Name of the source file and folder of the compilation of the code at a byte address.
+    #[must_use]
+    pub fn unit_at(&self, byte: u32) -> Option<(&str, &str)> {
+        let unit = self
+            .function_at(byte)
+            .map(|function| function.unit)
+            .or_else(|| self.units.iter().position(|unit| unit.ranges.iter().any(|range| range.contains(&byte))))?;
+        self.units.get(unit).map(|unit| (unit.name.as_str(), unit.folder.as_str()))
+    }
+
+    /// Byte addresses of a function by its name, where its variables are in their places only behind its prologue.
+    #[must_use]
+    pub fn has_prologue(&self, name: &str) -> Option<Range<u32>> {
+        let function = self.functions.iter().find(|function| function.name == name)?;
+        let exact = self.units.get(function.unit).is_some_and(|unit| unit.exact);
+        function.block.ranges.first().cloned().filter(|_| !exact)
+    }
+
+    /// A variable outside of functions: one of the unit of the code at a byte address first.
+    #[must_use]
+    pub fn global(&self, name: &str, byte: u32) -> Option<&VariableInfo> {
+        let unit = self.function_at(byte).map(|function| function.unit);
+        let named = || self.globals.iter().filter(|variable| variable.name == name);
+        named().find(|variable| Some(variable.unit) == unit).or_else(|| named().next())
+    }
+}
+
+impl BlockInfo {
+    /// The code at a byte address belongs to it.
+    #[must_use]
+    pub fn covers(&self, byte: u32) -> bool {
+        self.ranges.iter().any(|range| range.contains(&byte))
+    }
+
+    /// The blocks around the code at a byte address, the innermost first, itself last.
+    #[must_use]
+    pub fn around(&self, byte: u32) -> Vec<&BlockInfo> {
+        let (mut found, mut here) = (vec![self], self);
+        while let Some(inner) = here.blocks.iter().find(|block| block.ranges.is_empty() || block.covers(byte)) {
+            found.push(inner);
+            here = inner;
+        }
+        found.reverse();
+        found
+    }
+}

@@ -1,0 +1,257 @@
+//! Where a variable is: location expressions of DWARF (DWARF 5, section 2.6), evaluated by `gimli`.
+//!
+//! An object is a row of bytes, each of which has a place of its own: compilers for AVR keep a number of two bytes in two registers,
+//! or one half of it in a register and the other in memory. So a member of a struct or an element of an array is a part of the row.
+//! A register that an address is computed from is a pair: r28 stands for Y.
+
+use gimli::{
+    EndianSlice, Evaluation, EvaluationResult, Expression, LittleEndian as Le, Location as Piece, Value, ValueType,
+};
+
+use super::{AVR_DATA, BaseEncoding, CType, DebugInfo, FunctionInfo, TypeId, UnitInfo, VariableInfo, VariableLocation};
+
+type Slice<'b> = EndianSlice<'b, Le>;
+
+/// Number of the stack pointer (AVR-GCC, "Register layout": r0 to r31, then SP).
+pub(super) const STACK_POINTER: u16 = 32;
+
+/// Largest object of which bytes are told.
+const MOST: u32 = 1 << 16;
+
+/// Operations of an expression; more has one that goes round in circles.
+const OPERATIONS: u32 = 10_000;
+
+/// Where a byte of an object is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ByteAt {
+    /// In memory, at an address of the ELF file.
+    Memory(u32),
+    /// In a register, by its DWARF number.
+    Register(u16),
+    /// In no place, but its value is known.
+    Value(u8),
+    /// Nowhere: the compiler has optimized it away.
+    Gone,
+}
+
+/// A frame: what the machine looks like from a call that is not over.
+pub trait FrameView {
+    /// Byte address that the frame is at; of a caller the last byte of its call.
+    fn byte(&self) -> u32;
+    /// A register of 8 bits by its DWARF number, 32 stands for SP; nothing where its value is lost.
+    fn register(&self, number: u16) -> Option<u32>;
+    /// A byte of memory at an address of the ELF file.
+    fn memory(&self, address: u32) -> Option<u8>;
+    /// The canonical frame address (DWARF 5, section 6.4), an address of the data memory.
+    fn cfa(&self) -> Option<u32>;
+}
+
+impl DebugInfo {
+    /// The places of the bytes of a variable in a frame; `function` is the one that the frame is in.
+    #[must_use]
+    pub fn place(
+        &self,
+        variable: &VariableInfo,
+        function: Option<&FunctionInfo>,
+        frame: &dyn FrameView,
+    ) -> Vec<ByteAt> {
+        let bytes = self.size(variable.of).unwrap_or(0).min(MOST);
+        let gone = || vec![ByteAt::Gone; bytes as usize];
+        let Some(unit) = self.units.get(variable.unit) else { return gone() };
+        let expression = match &variable.location {
+            VariableLocation::Constant(value) => {
+                let value = value.iter().copied().chain(std::iter::repeat(0));
+                return value.take(bytes as usize).map(ByteAt::Value).collect();
+            }
+            location => location.expression(frame.byte()),
+        };
+        let Some(expression) = expression else { return gone() };
+        let mut found = self.evaluated(unit, expression, function, frame, bytes).unwrap_or_default();
+        found.resize(bytes as usize, ByteAt::Gone);
+        found
+    }
+
+    /// Evaluates an expression for an object of so many bytes; nothing where something in it has no value.
+    fn evaluated(
+        &self,
+        unit: &UnitInfo,
+        expression: &[u8],
+        function: Option<&FunctionInfo>,
+        frame: &dyn FrameView,
+        bytes: u32,
+    ) -> Option<Vec<ByteAt>> {
+        if expression.is_empty() {
+            return None;
+        }
+        let (evaluation, computed) = self.run(unit, expression, function, frame)?;
+        let mut found = Vec::new();
+        for piece in evaluation.result() {
+            let size = match piece.size_in_bits {
+                Some(bits) => u32::try_from(bits.div_ceil(8)).ok()?.min(MOST),
+                None => bytes,
+            };
+            let skipped = piece.bit_offset.unwrap_or(0);
+            let whole = skipped % 8 == 0;
+            let skipped = u32::try_from(skipped / 8).ok().filter(|_| whole);
+            let at = |n: u32| -> ByteAt {
+                let Some(n) = skipped.and_then(|skipped| n.checked_add(skipped)) else { return ByteAt::Gone };
+                match &piece.location {
+                    Piece::Register { register } => u16::try_from(n)
+                        .ok()
+                        .and_then(|n| register.0.checked_add(n))
+                        .map_or(ByteAt::Gone, ByteAt::Register),
+                    Piece::Address { address } => ByteAt::Memory(data_address(*address, computed).wrapping_add(n)),
+                    Piece::Value { value } => {
+                        let known = value_bytes(*value);
+                        // Above what is known lies the sign, which a number without one has not.
+                        let rest =
+                            known.last().map_or(0, |last| if last & 0x80 != 0 && known.len() < 8 { 0xFF } else { 0 });
+                        ByteAt::Value(known.get(n as usize).copied().unwrap_or(rest))
+                    }
+                    Piece::Bytes { value } => {
+                        value.slice().get(n as usize).map_or(ByteAt::Gone, |byte| ByteAt::Value(*byte))
+                    }
+                    Piece::Empty | Piece::ImplicitPointer { .. } => ByteAt::Gone,
+                }
+            };
+            found.extend((0..size).map(at));
+            if found.len() > MOST as usize {
+                return None;
+            }
+        }
+        Some(found)
+    }
+
+    /// Runs an expression to its end. The second tells that registers are part of it, so that an address is one of data memory.
+    fn run<'b>(
+        &'b self,
+        unit: &UnitInfo,
+        expression: &'b [u8],
+        function: Option<&FunctionInfo>,
+        frame: &dyn FrameView,
+    ) -> Option<(Evaluation<Slice<'b>>, bool)> {
+        let mut evaluation = Expression(EndianSlice::new(expression, Le)).evaluation(unit.encoding);
+        evaluation.set_max_iterations(OPERATIONS);
+        let mut result = evaluation.evaluate().ok()?;
+        // Where addresses have 16 bits (LLVM), data memory has no place of its own among them.
+        let width = usize::from(unit.encoding.address_size);
+        let mut computed = width <= 2;
+        loop {
+            result = match result {
+                EvaluationResult::Complete => return Some((evaluation, computed)),
+                EvaluationResult::RequiresRegister { register, base_type } => {
+                    computed = true;
+                    let value = u64::from(pair(frame, register.0)?);
+                    let kind = self.value_type(unit, base_type.0)?;
+                    evaluation.resume_with_register(Value::from_u64(kind, value).ok()?)
+                }
+                EvaluationResult::RequiresFrameBase => {
+                    computed = true;
+                    evaluation.resume_with_frame_base(self.frame_base(function?, frame)?.into())
+                }
+                EvaluationResult::RequiresCallFrameCfa => {
+                    computed = true;
+                    evaluation.resume_with_call_frame_cfa(frame.cfa()?.into())
+                }
+                EvaluationResult::RequiresMemory { address, size, base_type, .. } => {
+                    let address = data_address(address, computed);
+                    let bytes = (0..u32::from(size)).rev().map(|n| frame.memory(address.wrapping_add(n)));
+                    let value = bytes.into_iter().try_fold(0, |high, byte| Some(high << 8 | u64::from(byte?)))?;
+                    let kind = self.value_type(unit, base_type.0)?;
+                    evaluation.resume_with_memory(Value::from_u64(kind, value).ok()?)
+                }
+                EvaluationResult::RequiresRelocatedAddress(address) => {
+                    evaluation.resume_with_relocated_address(address)
+                }
+                EvaluationResult::RequiresIndexedAddress { index, .. } => {
+                    let at = unit.addresses.checked_add(index.0.checked_mul(width)?)?;
+                    let bytes = self.addresses.get(at..at.checked_add(width)?)?;
+                    let address = bytes.iter().rev().fold(0u64, |high, byte| high << 8 | u64::from(*byte));
+                    evaluation.resume_with_indexed_address(address)
+                }
+                EvaluationResult::RequiresBaseType(offset) => {
+                    evaluation.resume_with_base_type(self.value_type(unit, offset.0)?)
+                }
+                // What a parameter was when the function was called is not kept.
+                _ => return None,
+            }
+            .ok()?;
+        }
+    }
+
+    /// The base of the frame of a function, an address of data memory.
+    fn frame_base(&self, function: &FunctionInfo, frame: &dyn FrameView) -> Option<u32> {
+        let unit = self.units.get(function.unit)?;
+        let expression = function.frame_base.expression(frame.byte())?;
+        let (evaluation, _) = self.run(unit, expression, None, frame)?;
+        match evaluation.result().first()?.location {
+            // The register holds the base, and LLVM counts from the first byte of the frame, which is behind the one that Y points to.
+            Piece::Register { register } => pair(frame, register.0).map(|base| base.wrapping_add(1)),
+            Piece::Address { address } => Some(address as u32 & 0xFFFF),
+            _ => None,
+        }
+    }
+
+    /// The type of a value on the stack of an expression; place 0 stands for a number as wide as an address.
+    fn value_type(&self, unit: &UnitInfo, offset: usize) -> Option<ValueType> {
+        if offset == 0 {
+            return Some(ValueType::Generic);
+        }
+        let CType::Base { bytes, encoding, .. } = self.kind(TypeId(unit.start.checked_add(offset)?))? else {
+            return None;
+        };
+        let encoding = match encoding {
+            BaseEncoding::Signed => gimli::DW_ATE_signed,
+            BaseEncoding::Unsigned => gimli::DW_ATE_unsigned,
+            BaseEncoding::SignedChar => gimli::DW_ATE_signed_char,
+            BaseEncoding::UnsignedChar | BaseEncoding::Boolean => gimli::DW_ATE_unsigned_char,
+            BaseEncoding::Float => gimli::DW_ATE_float,
+        };
+        ValueType::from_encoding(encoding, (*bytes).into())
+    }
+}
+
+impl VariableLocation {
+    /// The expression that holds at a byte address.
+    fn expression(&self, byte: u32) -> Option<&[u8]> {
+        match self {
+            VariableLocation::Expression(bytes) => Some(bytes),
+            VariableLocation::List(list) => {
+                list.iter().find(|(range, _)| range.contains(&byte)).map(|(_, bytes)| bytes.as_slice())
+            }
+            VariableLocation::Gone | VariableLocation::Constant(_) => None,
+        }
+    }
+}
+
+/// A register as an address is computed from it: it and the next one.
+pub(super) fn pair(frame: &dyn FrameView, number: u16) -> Option<u32> {
+    if number >= STACK_POINTER {
+        return frame.register(number);
+    }
+    let high = if number + 1 < STACK_POINTER { frame.register(number + 1)? } else { 0 };
+    Some(frame.register(number)? | high << 8)
+}
+
+/// An address of the ELF file: what is computed from registers has 16 bits and lies in data memory.
+fn data_address(address: u64, computed: bool) -> u32 {
+    let address = address as u32;
+    if computed { AVR_DATA | address & 0xFFFF } else { address }
+}
+
+/// The bytes of a value; those of a number of unspecified width reach to its sign.
+fn value_bytes(value: Value) -> Vec<u8> {
+    match value {
+        Value::Generic(value) => value.to_le_bytes()[..4].to_vec(),
+        Value::I8(value) => value.to_le_bytes().to_vec(),
+        Value::U8(value) => vec![value, 0],
+        Value::I16(value) => value.to_le_bytes().to_vec(),
+        Value::U16(value) => [value.to_le_bytes().as_slice(), &[0]].concat(),
+        Value::I32(value) => value.to_le_bytes().to_vec(),
+        Value::U32(value) => [value.to_le_bytes().as_slice(), &[0]].concat(),
+        Value::I64(value) => value.to_le_bytes().to_vec(),
+        Value::U64(value) => value.to_le_bytes().to_vec(),
+        Value::F32(value) => value.to_le_bytes().to_vec(),
+        Value::F64(value) => value.to_le_bytes().to_vec(),
+    }
+}

@@ -1,0 +1,484 @@
+//! Entries of `.debug_info` to functions, blocks, variables and types.
+//!
+//! Entries come depth first, so what is open at a depth is closed by the next entry that is no deeper, and put into what is open
+//! around it. Whatever the bytes are, reading ends: each entry is read once, and location lists and ranges have a budget of the order
+//! of the file's size.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use gimli::{
+    AttributeValue, DebuggingInformationEntry, DwAt, Dwarf, EndianSlice, Error, LittleEndian as Le, SectionId, Unit,
+    UnitOffset,
+};
+
+use super::{
+    BaseEncoding, BlockInfo, CType, DebugInfo, FunctionInfo, Member, TypeId, UnitInfo, VariableInfo, VariableLocation,
+};
+use crate::image::{dwarf, elf};
+
+type Slice<'b> = EndianSlice<'b, Le>;
+type Entry<'b> = DebuggingInformationEntry<Slice<'b>>;
+
+/// Longest name.
+const MOST_NAME: usize = 1024;
+
+/// Deepest nesting of blocks.
+const DEEPEST: usize = 200;
+
+pub(super) fn read(bytes: &[u8]) -> DebugInfo {
+    let bytes = elf::aligned(bytes);
+    let Some(sections) = elf::debug_sections(&bytes) else { return DebugInfo::default() };
+    let named =
+        |name: &str| sections.iter().find(|(own, _)| *own == name).map_or(&[][..], |(_, section)| section.bytes());
+    let section = |id: SectionId| -> Result<Slice<'_>, Error> { Ok(EndianSlice::new(named(id.name()), Le)) };
+    let Ok(dwarf) = Dwarf::load(section) else { return DebugInfo::default() };
+    let mut reader = Reader { budget: bytes.len() * 4 + (1 << 20), ..Reader::default() };
+    dwarf::each_unit(&dwarf, &mut |unit| {
+        if let Ok(unit) = unit {
+            // The head of a line program is read with each unit that names it.
+            let head = unit.line_program.as_ref().map_or(0, |program| program.header().header_length());
+            reader.budget = reader.budget.saturating_sub(head);
+            reader.unit(&dwarf, &unit);
+        }
+        reader.budget > 0
+    });
+    let mut info = reader.done(&elf::code_names_at(&bytes, 0));
+    info.frames = named(".debug_frame").to_vec();
+    info.addresses = named(".debug_addr").to_vec();
+    info
+}
+
+/// Something whose entries are still coming.
+enum Open {
+    Function(FunctionInfo),
+    Block(BlockInfo),
+    /// A type with members, counts, constants or parameters.
+    Type(TypeId),
+    Other,
+}
+
+/// A name and a type that others refer to.
+#[derive(Default, Clone)]
+struct Known {
+    name: Option<String>,
+    of: Option<TypeId>,
+    line: u32,
+    origin: Option<usize>,
+}
+
+#[derive(Default)]
+struct Reader {
+    info: DebugInfo,
+    open: Vec<(isize, Open)>,
+    /// Variables and functions by the places of their entries.
+    known: HashMap<usize, Known>,
+    /// The unit was made by GCC.
+    gcc: bool,
+    /// Bytes of heads of line programs, and entries of location lists and ranges, that may still come.
+    budget: usize,
+}
+
+impl Reader {
+    fn unit(&mut self, dwarf: &Dwarf<Slice<'_>>, unit: &Unit<Slice<'_>>) {
+        let start = UnitOffset(0usize).to_debug_info_offset(&unit.header).map_or(0, |offset| offset.0);
+        let text = |slice: Option<Slice<'_>>| slice.map(short).unwrap_or_default();
+        self.info.units.push(UnitInfo {
+            encoding: unit.encoding(),
+            start,
+            name: text(unit.name),
+            folder: text(unit.comp_dir),
+            addresses: unit.addr_base.0,
+            ranges: Vec::new(),
+            exact: false,
+        });
+        let mut entries = unit.entries();
+        while let Ok(Some(entry)) = entries.next_dfs() {
+            self.close(entry.depth());
+            let of = Of { dwarf, unit, start };
+            let open = self.entry(&of, entry);
+            self.open.push((entry.depth(), open));
+            if self.budget == 0 {
+                break;
+            }
+        }
+        self.close(isize::MIN);
+    }
+
+    /// What is at this depth or deeper is complete.
+    fn close(&mut self, depth: isize) {
+        while self.open.last().is_some_and(|(own, _)| *own >= depth) {
+            match self.open.pop().map(|(_, open)| open) {
+                Some(Open::Function(function)) if !function.block.ranges.is_empty() => {
+                    self.info.functions.push(function)
+                }
+                Some(Open::Block(block)) => {
+                    if let Some(around) = self.around() {
+                        around.blocks.push(block);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The innermost open block.
+    fn around(&mut self) -> Option<&mut BlockInfo> {
+        if self.open.len() > DEEPEST {
+            return None;
+        }
+        self.open.iter_mut().rev().find_map(|(_, open)| match open {
+            Open::Function(function) => Some(&mut function.block),
+            Open::Block(block) => Some(block),
+            Open::Type(_) | Open::Other => None,
+        })
+    }
+
+    fn entry(&mut self, of: &Of<'_, '_>, entry: &Entry<'_>) -> Open {
+        let id = TypeId(of.start.saturating_add(entry.offset().0));
+        match entry.tag() {
+            gimli::DW_TAG_compile_unit => {
+                let ranges = self.ranges(of, entry);
+                self.gcc = of.text(entry, gimli::DW_AT_producer).is_some_and(|name| name.starts_with("GNU "));
+                if let Some(unit) = self.info.units.last_mut() {
+                    unit.ranges = ranges;
+                }
+                Open::Other
+            }
+            gimli::DW_TAG_subprogram => {
+                let known = self.remember(of, entry, id);
+                let block = BlockInfo { ranges: self.ranges(of, entry), ..BlockInfo::default() };
+                let frame_base = self.location(of, entry, gimli::DW_AT_frame_base);
+                let name = known.name.unwrap_or_else(|| reference(known.origin));
+                let unit = self.info.units.len() - 1;
+                Open::Function(FunctionInfo { name, result: known.of, block, frame_base, unit })
+            }
+            gimli::DW_TAG_lexical_block => {
+                Open::Block(BlockInfo { ranges: self.ranges(of, entry), ..BlockInfo::default() })
+            }
+            gimli::DW_TAG_inlined_subroutine => {
+                let known = self.remember(of, entry, id);
+                let inlined = Some(known.name.unwrap_or_else(|| reference(known.origin)));
+                let file = number(entry, gimli::DW_AT_call_file).and_then(|file| of.file(file)).unwrap_or_default();
+                let call = (file, number(entry, gimli::DW_AT_call_line).unwrap_or(0));
+                // Where the call is not known (DWARF 2) it is no more than a block, as in gdb.
+                let inlined = inlined.filter(|_| call.1 > 0);
+                Open::Block(BlockInfo { ranges: self.ranges(of, entry), inlined, call, ..BlockInfo::default() })
+            }
+            gimli::DW_TAG_variable | gimli::DW_TAG_formal_parameter => {
+                self.variable(of, entry, id);
+                Open::Other
+            }
+            _ => self.typed(of, entry, id),
+        }
+    }
+
+    fn variable(&mut self, of: &Of<'_, '_>, entry: &Entry<'_>, id: TypeId) {
+        let parameter = entry.tag() == gimli::DW_TAG_formal_parameter;
+        let known = self.remember(of, entry, id);
+        if let (true, Some((_, Open::Type(function)))) = (parameter, self.open.last()) {
+            if let Some(CType::Function { parameters, .. }) = self.info.types.get_mut(&function.0) {
+                parameters.push(known.of);
+            }
+            return;
+        }
+        let declaration = entry.attr_value(gimli::DW_AT_declaration).is_some();
+        let mut location = self.location(of, entry, gimli::DW_AT_location);
+        if let Some(value) = entry.attr_value(gimli::DW_AT_const_value) {
+            location = constant(&value).map_or(location, VariableLocation::Constant);
+        }
+        if let (true, VariableLocation::List(_), Some(unit)) = (self.gcc, &location, self.info.units.last_mut()) {
+            unit.exact = true;
+        }
+        let name = known.name.unwrap_or_else(|| reference(known.origin));
+        let unit = self.info.units.len() - 1;
+        let variable = VariableInfo { name, of: known.of, parameter, line: known.line, location, unit };
+        let outside = !self.open.iter().any(|(_, open)| matches!(open, Open::Function(_) | Open::Block(_)));
+        match self.around() {
+            Some(block) if !declaration => block.variables.push(variable),
+            None if outside && variable.location != VariableLocation::Gone => self.info.globals.push(variable),
+            _ => {}
+        }
+    }
+
+    /// Name and type of a variable or function.
+    fn remember(&mut self, of: &Of<'_, '_>, entry: &Entry<'_>, id: TypeId) -> Known {
+        let origin = [gimli::DW_AT_abstract_origin, gimli::DW_AT_specification].into_iter();
+        let known = Known {
+            name: of.name(entry),
+            of: of.kind(entry, gimli::DW_AT_type),
+            line: number(entry, gimli::DW_AT_decl_line).unwrap_or(0),
+            origin: origin.filter_map(|name| of.kind(entry, name)).map(|id| id.0).next(),
+        };
+        self.known.insert(id.0, known.clone());
+        known
+    }
+
+    fn typed(&mut self, of: &Of<'_, '_>, entry: &Entry<'_>, id: TypeId) -> Open {
+        let (name, to) = (of.name(entry), of.kind(entry, gimli::DW_AT_type));
+        let bytes = number(entry, gimli::DW_AT_byte_size);
+        let record =
+            |keyword| CType::Record { keyword, name: name.clone(), bytes: bytes.unwrap_or(0), members: Vec::new() };
+        let qualified = |word| CType::Qualified { word, of: to };
+        let kind = match entry.tag() {
+            gimli::DW_TAG_base_type => {
+                let encoding = encoding(entry.attr_value(gimli::DW_AT_encoding));
+                CType::Base { name: name.unwrap_or_default(), bytes: bytes.unwrap_or(0).min(16), encoding }
+            }
+            gimli::DW_TAG_pointer_type | gimli::DW_TAG_reference_type | gimli::DW_TAG_rvalue_reference_type => {
+                CType::Pointer { to, bytes: bytes.unwrap_or(2).min(8) }
+            }
+            gimli::DW_TAG_array_type => CType::Array { of: to, counts: Vec::new() },
+            gimli::DW_TAG_structure_type => record("struct"),
+            gimli::DW_TAG_class_type => record("class"),
+            gimli::DW_TAG_union_type => record("union"),
+            gimli::DW_TAG_enumeration_type => {
+                CType::Enum { name, bytes: bytes.unwrap_or(1).min(8), values: Vec::new() }
+            }
+            gimli::DW_TAG_typedef => CType::Named { name: name.unwrap_or_default(), of: to },
+            gimli::DW_TAG_const_type => qualified("const"),
+            gimli::DW_TAG_volatile_type => qualified("volatile"),
+            gimli::DW_TAG_restrict_type => qualified("restrict"),
+            gimli::DW_TAG_atomic_type => qualified("_Atomic"),
+            gimli::DW_TAG_subroutine_type => CType::Function { result: to, parameters: Vec::new() },
+            _ => {
+                self.part(of, entry, name, to);
+                return Open::Other;
+            }
+        };
+        self.info.types.insert(id.0, kind);
+        Open::Type(id)
+    }
+
+    /// A member, count or constant of the type that is open.
+    fn part(&mut self, of: &Of<'_, '_>, entry: &Entry<'_>, name: Option<String>, to: Option<TypeId>) {
+        let Some((_, Open::Type(id))) = self.open.last() else { return };
+        let Some(kind) = self.info.types.get_mut(&id.0) else { return };
+        match (entry.tag(), kind) {
+            (gimli::DW_TAG_member, CType::Record { members, .. }) => {
+                let offset = of.offset(entry);
+                let bits = number(entry, gimli::DW_AT_bit_size);
+                let bits = bits.map(|size| match number(entry, gimli::DW_AT_data_bit_offset) {
+                    Some(first) => (first, size),
+                    None => {
+                        // DWARF 2 counts from the highest bit of what the field is stored in.
+                        let unit = number(entry, gimli::DW_AT_byte_size).unwrap_or(1).min(8) * 8;
+                        let above = number(entry, gimli::DW_AT_bit_offset).unwrap_or(0);
+                        (unit.saturating_sub(above.saturating_add(size)), size)
+                    }
+                });
+                let (offset, bits) = match bits {
+                    Some((first, size)) => (offset.saturating_add(first / 8), Some((first % 8, size.min(64)))),
+                    None => (offset, None),
+                };
+                members.push(Member { name, offset, bits, of: to });
+            }
+            (gimli::DW_TAG_subrange_type, CType::Array { counts, .. }) => {
+                let upper = number(entry, gimli::DW_AT_upper_bound).and_then(|upper| upper.checked_add(1));
+                counts.push(number(entry, gimli::DW_AT_count).or(upper));
+            }
+            (gimli::DW_TAG_enumerator, CType::Enum { values, .. }) => {
+                let value = entry.attr(gimli::DW_AT_const_value).and_then(|attribute| attribute.sdata_value());
+                values.extend(name.zip(value));
+            }
+            _ => {}
+        }
+    }
+
+    fn location(&mut self, of: &Of<'_, '_>, entry: &Entry<'_>, name: DwAt) -> VariableLocation {
+        let Some(value) = entry.attr_value(name) else { return VariableLocation::Gone };
+        match value {
+            AttributeValue::Exprloc(expression) => return VariableLocation::Expression(expression.0.slice().to_vec()),
+            AttributeValue::Block(bytes) => return VariableLocation::Expression(bytes.slice().to_vec()),
+            _ => {}
+        }
+        let Ok(Some(mut list)) = of.dwarf.attr_locations(of.unit, value) else { return VariableLocation::Gone };
+        let mut found = Vec::new();
+        while let Ok(Some(entry)) = list.next() {
+            let bytes = entry.data.0.slice();
+            let Some(left) = self.budget.checked_sub(bytes.len() + 1) else {
+                self.budget = 0;
+                break;
+            };
+            self.budget = left;
+            found.extend(range(entry.range.begin..entry.range.end).map(|range| (range, bytes.to_vec())));
+        }
+        VariableLocation::List(found)
+    }
+
+    /// Byte addresses of the code of an entry.
+    fn ranges(&mut self, of: &Of<'_, '_>, entry: &Entry<'_>) -> Vec<Range<u32>> {
+        let mut found = Vec::new();
+        if let Some(value) = entry.attr_value(gimli::DW_AT_ranges)
+            && let Ok(Some(mut list)) = of.dwarf.attr_ranges(of.unit, value)
+        {
+            while let Ok(Some(part)) = list.next() {
+                self.budget = self.budget.saturating_sub(1);
+                found.extend(range(part.begin..part.end));
+                if self.budget == 0 {
+                    break;
+                }
+            }
+            return found;
+        }
+        let address = |value| of.dwarf.attr_address(of.unit, value).ok().flatten();
+        let Some(low) = entry.attr_value(gimli::DW_AT_low_pc).and_then(address) else { return found };
+        let high = match entry.attr_value(gimli::DW_AT_high_pc) {
+            Some(value) => value.udata_value().and_then(|size| low.checked_add(size)).or_else(|| address(value)),
+            None => None,
+        };
+        found.extend(high.and_then(|high| range(low..high)));
+        found
+    }
+
+    /// All entries were read: names of others are put in place. `zero`: what has a name at address 0.
+    fn done(self, zero: &[&[u8]]) -> DebugInfo {
+        let Reader { mut info, known, .. } = self;
+        let find = |mut name: String, of: &mut Option<TypeId>, line: &mut u32| -> String {
+            // A damaged file may refer in circles.
+            for _ in 0..8 {
+                let Some(at) = name.strip_prefix('\0').and_then(|at| at.parse().ok()) else { return name };
+                let Some(other) = known.get(&at) else { break };
+                (*of, *line) = (of.or(other.of), (*line).max(other.line));
+                name = other.name.clone().unwrap_or_else(|| reference(other.origin));
+            }
+            if name.starts_with('\0') { String::new() } else { name }
+        };
+        let name = |name: &mut String, of: &mut Option<TypeId>, line: &mut u32| {
+            *name = find(std::mem::take(name), of, line);
+        };
+        for function in &mut info.functions {
+            name(&mut function.name, &mut function.result, &mut 0);
+            let mut blocks = vec![&mut function.block];
+            while let Some(block) = blocks.pop() {
+                if let Some(inlined) = &mut block.inlined {
+                    name(inlined, &mut None, &mut 0);
+                }
+                block.variables.iter_mut().for_each(|own| name(&mut own.name, &mut own.of, &mut own.line));
+                block.variables.retain(|own| !own.name.is_empty());
+                blocks.extend(&mut block.blocks);
+            }
+        }
+        info.globals.iter_mut().for_each(|own| name(&mut own.name, &mut own.of, &mut own.line));
+        // A linker that drops a function leaves its entry, at address 0.
+        let kept = |function: &FunctionInfo| {
+            let first = function.block.ranges.iter().map(|range| range.start).min();
+            first != Some(0) || zero.contains(&function.name.as_bytes())
+        };
+        info.functions.retain(kept);
+        info.functions.sort_by_key(|function| function.block.ranges.iter().map(|range| range.start).min());
+        info
+    }
+}
+
+/// What stands in place of a name until all entries were read: none has such a character.
+fn reference(origin: Option<usize>) -> String {
+    origin.map_or(String::new(), |at| format!("\0{at}"))
+}
+
+/// The unit that an entry belongs to.
+struct Of<'a, 'b> {
+    dwarf: &'a Dwarf<Slice<'b>>,
+    unit: &'a Unit<Slice<'b>>,
+    start: usize,
+}
+
+impl Of<'_, '_> {
+    fn name(&self, entry: &Entry<'_>) -> Option<String> {
+        self.text(entry, gimli::DW_AT_name)
+    }
+
+    fn text(&self, entry: &Entry<'_>, name: DwAt) -> Option<String> {
+        let value = entry.attr_value(name)?;
+        let name = match value {
+            AttributeValue::String(name) => short(name),
+            AttributeValue::DebugStrRef(offset) => short(self.dwarf.string(offset).ok()?),
+            AttributeValue::DebugLineStrRef(offset) => short(self.dwarf.line_string(offset).ok()?),
+            AttributeValue::DebugStrOffsetsIndex(index) => {
+                let offset = self.dwarf.string_offset(self.unit, index).ok()?;
+                short(self.dwarf.string(offset).ok()?)
+            }
+            _ => return None,
+        };
+        (!name.is_empty()).then_some(name)
+    }
+
+    /// The entry that an attribute refers to, by its place.
+    fn kind(&self, entry: &Entry<'_>, name: DwAt) -> Option<TypeId> {
+        match entry.attr_value(name)? {
+            AttributeValue::UnitRef(offset) => self.start.checked_add(offset.0).map(TypeId),
+            AttributeValue::DebugInfoRef(offset) => Some(TypeId(offset.0)),
+            _ => None,
+        }
+    }
+
+    /// A source file by its number, without its folder.
+    fn file(&self, number: u32) -> Option<String> {
+        let header = self.unit.line_program.as_ref()?.header();
+        let name = self.dwarf.attr_line_string(header.file(number.into())?.path_name()).ok().map(short)?;
+        Some(name.rsplit('/').next().unwrap_or_default().to_owned())
+    }
+
+    /// Bytes before a member.
+    fn offset(&self, entry: &Entry<'_>) -> u32 {
+        if let Some(offset) = number(entry, gimli::DW_AT_data_member_location) {
+            return offset;
+        }
+        let Some(AttributeValue::Exprloc(expression)) = entry.attr_value(gimli::DW_AT_data_member_location) else {
+            return 0;
+        };
+        // In DWARF 2 it is an expression: add so many.
+        let mut operations = expression.operations(self.unit.encoding());
+        match operations.next() {
+            Ok(Some(gimli::Operation::PlusConstant { value })) => u32::try_from(value).unwrap_or(0),
+            _ => 0,
+        }
+    }
+}
+
+fn number(entry: &Entry<'_>, name: DwAt) -> Option<u32> {
+    let number = match entry.attr_value(name)? {
+        AttributeValue::FileIndex(index) => index,
+        value => value.udata_value()?,
+    };
+    u32::try_from(number).ok()
+}
+
+/// The bytes of a constant; of a number as many as any object of it has, with its sign.
+fn constant(value: &AttributeValue<Slice<'_>>) -> Option<Vec<u8>> {
+    if let AttributeValue::Block(bytes) = value {
+        return Some(bytes.slice().to_vec());
+    }
+    let number = match value {
+        AttributeValue::Sdata(value) => *value,
+        AttributeValue::Udata(value) => *value as i64,
+        AttributeValue::Data1(value) => i64::from(*value as i8),
+        AttributeValue::Data2(value) => i64::from(*value as i16),
+        AttributeValue::Data4(value) => i64::from(*value as i32),
+        AttributeValue::Data8(value) => *value as i64,
+        _ => return None,
+    };
+    Some(number.to_le_bytes().to_vec())
+}
+
+fn encoding(value: Option<AttributeValue<Slice<'_>>>) -> BaseEncoding {
+    match value {
+        Some(AttributeValue::Encoding(gimli::DW_ATE_signed)) => BaseEncoding::Signed,
+        Some(AttributeValue::Encoding(gimli::DW_ATE_signed_char)) => BaseEncoding::SignedChar,
+        Some(AttributeValue::Encoding(gimli::DW_ATE_unsigned_char | gimli::DW_ATE_UTF)) => BaseEncoding::UnsignedChar,
+        Some(AttributeValue::Encoding(gimli::DW_ATE_boolean)) => BaseEncoding::Boolean,
+        Some(AttributeValue::Encoding(gimli::DW_ATE_float)) => BaseEncoding::Float,
+        _ => BaseEncoding::Unsigned,
+    }
+}
+
+/// A range that has bytes and lies in program memory.
+fn range(range: Range<u64>) -> Option<Range<u32>> {
+    let (start, end) = (u32::try_from(range.start).ok()?, u32::try_from(range.end).ok()?);
+    (start < end).then_some(start..end)
+}
+
+fn short(text: Slice<'_>) -> String {
+    let bytes = text.slice();
+    diag::text::printable(&String::from_utf8_lossy(bytes.get(..bytes.len().min(MOST_NAME)).unwrap_or_default())).into()
+}

@@ -1,0 +1,171 @@
+//! Types of C as text, as gdb writes them.
+
+use emu_core::image::{CType, DebugInfo, TypeId};
+
+use super::kinds::{Kind, Kinds as _};
+
+/// Deepest nesting of types, so that no file can exhaust the stack.
+const DEEPEST: u32 = 32;
+
+/// The name of a type around the name of what has it: `int (*f)(void)`.
+pub(super) fn name(info: &DebugInfo, kind: Kind, inner: &str) -> String {
+    if kind.stars > 0 {
+        let pointed = Kind { stars: kind.stars - 1, ..kind };
+        let behind =
+            pointed.stars == 0 && matches!(info.shape(pointed), Some(CType::Array { .. } | CType::Function { .. }));
+        let own = is_direct(info, pointed) && behind;
+        return name(info, pointed, &if own { format!("(*{inner})") } else { format!("*{inner}") });
+    }
+    if kind.taken > 0
+        && let Some((of, counts)) = info.array(kind)
+    {
+        return of_type(info, of, &format!("{inner}{}", dimensions(counts)), DEEPEST);
+    }
+    of_type(info, kind.id, inner, DEEPEST)
+}
+
+/// It is an array or a function itself, not a name of one.
+fn is_direct(info: &DebugInfo, kind: Kind) -> bool {
+    let is = |id: TypeId| matches!(info.kind(id), Some(CType::Array { .. } | CType::Function { .. }));
+    kind.stars == 0 && kind.id.is_some_and(is)
+}
+
+fn dimensions(counts: &[Option<u32>]) -> String {
+    counts.iter().map(|count| count.map_or("[]".to_owned(), |count| format!("[{count}]"))).collect()
+}
+
+fn joined(word: &str, inner: &str) -> String {
+    if inner.is_empty() { word.to_owned() } else { format!("{word} {inner}") }
+}
+
+fn of_type(info: &DebugInfo, id: Option<TypeId>, inner: &str, depth: u32) -> String {
+    let Some(kind) = id.and_then(|id| info.kind(id)).filter(|_| depth > 0) else { return joined("void", inner) };
+    let below = |id, inner: &str| of_type(info, id, inner, depth - 1);
+    match kind {
+        CType::Base { name, .. } | CType::Named { name, .. } => joined(name, inner),
+        CType::Record { keyword, name, .. } => joined(&tag(keyword, name.as_deref()), inner),
+        CType::Enum { name, .. } => joined(&tag("enum", name.as_deref()), inner),
+        CType::Pointer { to, .. } => {
+            let direct = to.and_then(|to| info.kind(to));
+            match direct {
+                Some(CType::Array { .. } | CType::Function { .. }) => below(*to, &format!("(*{inner})")),
+                _ => below(*to, &format!("*{inner}")),
+            }
+        }
+        CType::Qualified { word, of } => match of.and_then(|of| info.kind(of)) {
+            // Of a pointer it comes behind the star.
+            Some(CType::Pointer { to, .. }) => below(*to, &format!("* {}", joined(word, inner))),
+            _ => format!("{word} {}", below(*of, inner)),
+        },
+        CType::Array { of, counts } => {
+            let space = if inner.is_empty() || inner.starts_with('[') { " " } else { "" };
+            let text = format!("{inner}{}", dimensions(counts));
+            let found = below(*of, &text);
+            if space.is_empty() { found } else { found.replace("  ", " ") }
+        }
+        CType::Function { result, parameters } => {
+            let list: Vec<String> = parameters.iter().map(|of| below(*of, "")).collect();
+            let list = if list.is_empty() { "void".to_owned() } else { list.join(", ") };
+            below(*result, &format!("{inner}({list})"))
+        }
+    }
+}
+
+fn tag(keyword: &str, name: Option<&str>) -> String {
+    match name {
+        Some(name) => format!("{keyword} {name}"),
+        None => format!("{keyword} {{...}}"),
+    }
+}
+
+/// A type with the members of a struct or union and the constants of an enumeration, without its names, as `ptype` has it.
+pub(super) fn whole(info: &DebugInfo, kind: Kind) -> String {
+    if kind.stars > 0 {
+        let inner = whole(info, Kind { stars: kind.stars - 1, ..kind });
+        return starred(&inner);
+    }
+    body(info, kind.id, DEEPEST)
+}
+
+fn starred(inner: &str) -> String {
+    if inner.ends_with('*') { format!("{inner}*") } else { format!("{inner} *") }
+}
+
+fn body(info: &DebugInfo, id: Option<TypeId>, depth: u32) -> String {
+    let Some(kind) = id.and_then(|id| info.kind(id)).filter(|_| depth > 0) else { return "void".to_owned() };
+    match kind {
+        CType::Named { of, .. } => body(info, *of, depth - 1),
+        CType::Qualified { word, of } => match info.plain(*of).and_then(|of| info.kind(of)) {
+            Some(CType::Pointer { .. }) => format!("{} {word}", body(info, *of, depth - 1)),
+            _ => format!("{word} {}", body(info, *of, depth - 1)),
+        },
+        CType::Pointer { to, .. } => match info.plain(*to).and_then(|to| info.kind(to)) {
+            Some(CType::Array { .. } | CType::Function { .. }) => of_type(info, id, "", DEEPEST),
+            _ => starred(&body(info, *to, depth - 1)),
+        },
+        CType::Array { of, counts } => format!("{} {}", body(info, *of, depth - 1), dimensions(counts)),
+        CType::Record { keyword, name, members, .. } => {
+            let mut text =
+                format!("{} {{\n", name.as_ref().map_or((*keyword).to_owned(), |name| format!("{keyword} {name}")));
+            for member in members {
+                let own = match (&member.name, member.of.and_then(|of| info.kind(of))) {
+                    (None, Some(CType::Record { .. })) => body(info, member.of, depth - 1).replace('\n', "\n    "),
+                    (name, _) => of_type(info, member.of, name.as_deref().unwrap_or_default(), DEEPEST),
+                };
+                let bits = member.bits.map_or(String::new(), |(_, size)| format!(" : {size}"));
+                text.push_str(&format!("    {own}{bits};\n"));
+            }
+            text + "}"
+        }
+        CType::Enum { name, values, .. } => {
+            let mut next = 0;
+            let each = values.iter().map(|(name, value)| {
+                let text = if *value == next { name.clone() } else { format!("{name} = {value}") };
+                next = value.wrapping_add(1);
+                text
+            });
+            let each: Vec<String> = each.collect();
+            let head = name.as_ref().map_or("enum".to_owned(), |name| format!("enum {name}"));
+            format!("{head} {{{}}}", each.join(", "))
+        }
+        CType::Base { .. } | CType::Function { .. } => of_type(info, id, "", DEEPEST),
+    }
+}
+
+/// The type that a text names: `uint8_t`, `struct order *`, `unsigned char`. Nothing where it names none.
+pub(super) fn named(info: &DebugInfo, text: &str) -> Option<Kind> {
+    let text = text.trim();
+    let bare = text.trim_end_matches(|c: char| c == '*' || c.is_whitespace());
+    let stars = text[bare.len()..].matches('*').count();
+    let words: Vec<&str> = bare.split_whitespace().filter(|word| !matches!(*word, "const" | "volatile")).collect();
+    let stars = u32::try_from(stars).ok()?;
+    if words == ["void"] {
+        return Some(Kind { id: None, stars, taken: 0 });
+    }
+    let wanted = canonical(&words);
+    let is = |kind: &CType| match kind {
+        CType::Named { name, .. } => *name == words.join(" "),
+        CType::Base { name, .. } => canonical(&name.split_whitespace().collect::<Vec<_>>()) == wanted,
+        CType::Record { keyword, name: Some(name), members, .. } => {
+            words == [keyword, name.as_str()] && !members.is_empty()
+        }
+        CType::Enum { name: Some(name), .. } => words == ["enum", name.as_str()],
+        _ => false,
+    };
+    let found = info.kinds().find(|(_, kind)| is(kind)).map(|(id, _)| id)?;
+    Some(Kind { id: Some(found), stars, taken: 0 })
+}
+
+/// `long unsigned int` and `unsigned long` are one type: its words in order, without `int` where others say enough.
+fn canonical(words: &[&str]) -> Vec<String> {
+    let mut words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+    let is_char = words.iter().any(|word| word == "char");
+    if words.len() > 1 && !is_char {
+        words.retain(|word| !matches!(word.as_str(), "int" | "signed"));
+    }
+    if words.is_empty() || words == ["signed"] {
+        return vec!["int".to_owned()];
+    }
+    words.sort();
+    words
+}

@@ -1,0 +1,435 @@
+//! Objects of C: variables, what pointers point to, members, elements; and values with a type of C.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use emu_core::chip::Family;
+use emu_core::image::{AVR_DATA, BaseEncoding, ByteAt, CType, DebugInfo, VariableInfo};
+
+use super::calls::{CallFrame, CallStack, View, memory_at};
+use super::expr::{Expr, Operator};
+use super::kinds::{Kind, Kinds as _};
+use super::place::Place;
+use super::target::Target;
+
+/// Where a byte of an object is on a machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cell {
+    /// In a memory.
+    Memory(&'static str, u32),
+    /// Nowhere, but its value is known.
+    Value(u8),
+    /// The compiler has optimized it away.
+    Gone,
+    /// No memory has such an address, or no call is in the function that has it.
+    Missing,
+}
+
+/// What an object is taken from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Base {
+    /// A variable: the code in which it is known (everywhere where there is none), and the level of frames to begin with.
+    Variable { variable: Arc<VariableInfo>, known: Vec<Range<u32>>, level: usize },
+    /// Memory at an address.
+    At(Box<Expr>),
+    /// A value that is in no place.
+    Value(Box<Expr>),
+    /// The address of an object.
+    AddressOf(Box<ObjectExpr>),
+}
+
+/// An object of C, or a value with a type.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ObjectExpr {
+    pub(super) calls: CallStack,
+    base: Base,
+    /// Its type.
+    pub kind: Kind,
+    /// Bytes from the beginning of the base.
+    offset: u32,
+    /// Elements from there on, and the bytes of one.
+    indices: Vec<(Expr, u32)>,
+    /// A bit field: its first bit, and bits.
+    bits: Option<(u32, u32)>,
+}
+
+impl ObjectExpr {
+    /// A variable.
+    pub(super) fn variable(
+        calls: CallStack,
+        variable: &VariableInfo,
+        known: Vec<Range<u32>>,
+        level: usize,
+    ) -> ObjectExpr {
+        let kind = Kind::new(variable.of);
+        ObjectExpr::of(calls, Base::Variable { variable: Arc::new(variable.clone()), known, level }, kind)
+    }
+
+    /// Memory at an address.
+    pub(super) fn at(calls: CallStack, addr: Expr, kind: Kind) -> ObjectExpr {
+        ObjectExpr::of(calls, Base::At(Box::new(addr)), kind)
+    }
+
+    /// A value.
+    pub(super) fn value_of(calls: CallStack, value: Expr, kind: Kind) -> ObjectExpr {
+        ObjectExpr::of(calls, Base::Value(Box::new(value)), kind)
+    }
+
+    fn of(calls: CallStack, base: Base, kind: Kind) -> ObjectExpr {
+        ObjectExpr { calls, base, kind, offset: 0, indices: Vec::new(), bits: None }
+    }
+
+    /// The types and functions of the program.
+    #[must_use]
+    pub fn info(&self) -> &DebugInfo {
+        &self.calls.info
+    }
+
+    /// Its type without names and qualifiers; nothing for pointers that the program does not have, and for `void`.
+    #[must_use]
+    pub fn shape(&self) -> Option<&CType> {
+        self.info().shape(self.kind)
+    }
+
+    /// What a pointer points to, or the elements of an array; nothing where it is neither.
+    #[must_use]
+    pub fn target_kind(&self) -> Option<Kind> {
+        if let Some(stars) = self.kind.stars.checked_sub(1) {
+            return Some(Kind { stars, ..self.kind });
+        }
+        match self.shape()? {
+            CType::Pointer { to, .. } => Some(Kind::new(*to)),
+            CType::Array { .. } => self.info().element(self.kind),
+            _ => None,
+        }
+    }
+
+    /// It is an array, whose value is the address of its first element.
+    #[must_use]
+    pub fn is_array(&self) -> bool {
+        matches!(self.shape(), Some(CType::Array { .. }))
+    }
+
+    /// `*p`, or the element `[index]`.
+    ///
+    /// # Errors
+    /// It is no pointer and no array, or the size of what it points to is not known.
+    pub(super) fn element(&self, index: Expr) -> Result<ObjectExpr, String> {
+        let kind = self
+            .target_kind()
+            .ok_or_else(|| format!("`{}` is no pointer and no array", self.info().kind_text(self.kind)))?;
+        let size = self.info().size_of(kind);
+        if index == Expr::Number(0) && !self.is_array() {
+            return Ok(ObjectExpr::at(self.calls.clone(), Expr::Object(Box::new(self.clone())), kind));
+        }
+        let size = size.filter(|size| *size > 0).ok_or("the size of what it points to is not known")?;
+        if self.is_array() {
+            let mut found = ObjectExpr { kind, ..self.clone() };
+            match index {
+                Expr::Number(n) if n >= 0 && found.indices.is_empty() => {
+                    let bytes = u32::try_from(n).ok().and_then(|n| n.checked_mul(size));
+                    found.offset = bytes.and_then(|n| found.offset.checked_add(n)).ok_or("that index is too large")?;
+                }
+                index => found.indices.push((index, size)),
+            }
+            return Ok(found);
+        }
+        let addr = self.moved(Operator::Add, index, size);
+        Ok(ObjectExpr::at(self.calls.clone(), addr, kind))
+    }
+
+    /// A pointer so many elements further on or back.
+    fn moved(&self, operator: Operator, by: Expr, size: u32) -> Expr {
+        let by = Expr::Binary(Operator::Mul, Box::new(by), Box::new(Expr::Number(size.into())));
+        Expr::Binary(operator, Box::new(Expr::Object(Box::new(self.clone()))), Box::new(by))
+    }
+
+    /// `p + n`, `p - n` for pointers and arrays; nothing where it is neither.
+    pub(super) fn offset_by(&self, operator: Operator, by: &Expr) -> Option<ObjectExpr> {
+        let kind = self.target_kind()?;
+        let size = self.info().size_of(kind).unwrap_or(1).max(1);
+        let kind = Kind { stars: kind.stars + 1, ..kind };
+        let from = if self.is_array() { self.address().ok()? } else { self.clone() };
+        Some(ObjectExpr::value_of(self.calls.clone(), from.moved(operator, by.clone(), size), kind))
+    }
+
+    /// Its address.
+    ///
+    /// # Errors
+    /// It is a value, or a bit field.
+    pub(super) fn address(&self) -> Result<ObjectExpr, String> {
+        if self.bits.is_some() || matches!(self.base, Base::Value(_) | Base::AddressOf(_)) {
+            return Err("it has no address".to_owned());
+        }
+        let kind = Kind { stars: self.kind.stars + 1, ..self.kind };
+        Ok(ObjectExpr::of(self.calls.clone(), Base::AddressOf(Box::new(self.clone())), kind))
+    }
+
+    /// A member, also one of an unnamed struct or union within it; of what it points to where it is a pointer.
+    ///
+    /// # Errors
+    /// It has none, or none of that name.
+    pub(super) fn member(&self, name: &str) -> Result<ObjectExpr, String> {
+        let Some(CType::Record { .. }) = self.shape() else {
+            if self.target_kind().is_some() && !self.is_array() {
+                return self.element(Expr::Number(0))?.member(name);
+            }
+            return Err(format!("there is no member `{name}`: its type is {}", self.info().kind_text(self.kind)));
+        };
+        let Some((offset, bits, of)) = self.info().member(self.kind.id, name, 8) else {
+            let names = self.info().member_names(self.kind.id).join(", ");
+            return Err(format!("{} has no member `{name}`; it has {names}", self.info().kind_text(self.kind)));
+        };
+        let offset = self.offset.checked_add(offset).ok_or("that member is too far away")?;
+        Ok(ObjectExpr { kind: Kind::new(of), offset, bits, ..self.clone() })
+    }
+
+    /// Bytes of it; those that a bit field lies in.
+    #[must_use]
+    pub fn bytes(&self) -> Option<u32> {
+        match self.bits {
+            Some((first, size)) => Some((first + size).div_ceil(8)),
+            None => self.info().size_of(self.kind),
+        }
+    }
+
+    /// The frame in which a variable is known.
+    fn frame(&self, target: &dyn Target, known: &[Range<u32>], level: usize) -> Option<CallFrame> {
+        let is_known = |frame: &CallFrame| {
+            let byte = emu_core::image::FrameView::byte(&View { target, frame });
+            known.iter().any(|range| range.contains(&byte))
+        };
+        if level == 0
+            && let Some(frame) = self.calls.frame(target, 0).filter(is_known)
+        {
+            return Some(frame);
+        }
+        self.calls.frames(target).into_iter().skip(level).find(is_known)
+    }
+
+    /// Where its bytes are.
+    #[must_use]
+    pub fn cells(&self, target: &dyn Target) -> Vec<Cell> {
+        const MOST: u32 = 1 << 16;
+        let bytes = self.bytes().unwrap_or(0).min(MOST);
+        let missing = || vec![Cell::Missing; bytes as usize];
+        let index = self.indices.iter().try_fold(i64::from(self.offset), |sum, (index, size)| {
+            sum.checked_add(index.value(target)?.checked_mul(i64::from(*size))?)
+        });
+        let Some(first) = index else { return missing() };
+        let chip = target.chip();
+        let in_memory = |address: u32| match memory_at(chip, address) {
+            Some((space, addr)) if target.peek(space, addr).is_some() => Cell::Memory(space, addr),
+            _ => Cell::Missing,
+        };
+        match &self.base {
+            Base::At(addr) => {
+                let addr = addr.value(target).and_then(|addr| addr.checked_add(first));
+                let Some(addr) = addr.and_then(|addr| u32::try_from(addr).ok()) else { return missing() };
+                let addr = if addr < 0x1_0000 { addr | AVR_DATA } else { addr };
+                (0..bytes).map(|n| in_memory(addr.saturating_add(n))).collect()
+            }
+            Base::Value(_) | Base::AddressOf(_) => {
+                let Some(value) = self.number(target) else { return missing() };
+                let value = value.to_le_bytes();
+                (0..bytes as usize).map(|n| value.get(n).copied().map_or(Cell::Missing, Cell::Value)).collect()
+            }
+            Base::Variable { variable, known, level } => {
+                let frame = match known.is_empty() {
+                    true => self.calls.frame(target, 0),
+                    false => self.frame(target, known, *level),
+                };
+                let Some(frame) = frame else { return missing() };
+                let view = View { target, frame: &frame };
+                let byte = emu_core::image::FrameView::byte(&view);
+                let all = self.info().place(variable, self.info().function_at(byte), &view);
+                let cell = |at: ByteAt| match at {
+                    ByteAt::Memory(address) => in_memory(address),
+                    ByteAt::Register(number) => match frame.saved.get(usize::from(number)) {
+                        Some(saved) => Cell::Memory(chip.ram, saved.unwrap_or(number.into())),
+                        None => Cell::Missing,
+                    },
+                    ByteAt::Value(value) => Cell::Value(value),
+                    ByteAt::Gone => Cell::Gone,
+                };
+                // What lies behind the end of an array in memory is memory too.
+                let at = |n: u32| {
+                    let n = first.checked_add(n.into())?;
+                    match (usize::try_from(n).ok().and_then(|n| all.get(n)), all.first()) {
+                        (Some(at), _) => Some(cell(*at)),
+                        (None, Some(ByteAt::Memory(address))) => {
+                            let n = i32::try_from(n).ok()?;
+                            Some(in_memory(address.checked_add_signed(n)?))
+                        }
+                        _ => None,
+                    }
+                };
+                (0..bytes).map(|n| at(n).unwrap_or(Cell::Missing)).collect()
+            }
+        }
+    }
+
+    /// The value of a number, character, pointer, enumeration or truth value, or of the first bytes of anything else: a number or
+    /// nothing. An array is the address of its first element where its address is meant.
+    #[must_use]
+    pub fn number(&self, target: &dyn Target) -> Option<i64> {
+        match &self.base {
+            Base::Value(value) => {
+                let value = value.value(target)?;
+                let Some(bytes) = self.bytes().filter(|bytes| *bytes < 8) else { return Some(value) };
+                let unused = 64 - 8 * bytes.max(1);
+                Some(if self.is_signed() {
+                    value << unused >> unused
+                } else {
+                    ((value as u64) << unused >> unused) as i64
+                })
+            }
+            Base::AddressOf(object) => object.start(target),
+            _ => {
+                let cells = self.cells(target);
+                let bytes: Option<Vec<u8>> = cells.iter().take(8).map(|cell| cell.value(target)).collect();
+                number(&bytes?, self.bits, self.is_signed())
+            }
+        }
+    }
+
+    /// The address of its first byte: in data memory without the offset of the ELF file.
+    fn start(&self, target: &dyn Target) -> Option<i64> {
+        let chip = target.chip();
+        match self.cells(target).first()? {
+            Cell::Memory(space, addr) if *space == chip.ram && (*addr >= 32 || chip.family != Family::Avr) => {
+                Some((*addr).into())
+            }
+            Cell::Memory(space, addr) if *space == chip.code => Some((*addr).into()),
+            Cell::Memory(space, addr) if *space != chip.ram => {
+                Some(i64::from(chip.elf.iter().find(|window| window.name == *space)?.start + addr))
+            }
+            _ => None,
+        }
+    }
+
+    pub(super) fn is_signed(&self) -> bool {
+        match self.shape() {
+            Some(CType::Base { encoding, .. }) => matches!(encoding, BaseEncoding::Signed | BaseEncoding::SignedChar),
+            Some(CType::Enum { values, .. }) => values.iter().any(|(_, value)| *value < 0),
+            _ => false,
+        }
+    }
+
+    /// The place that it is now, if it is one of up to four bytes or a bit.
+    #[must_use]
+    pub fn place(&self, target: &dyn Target) -> Option<Place> {
+        let cells = self.cells(target);
+        let &Cell::Memory(space, addr) = cells.first()? else { return None };
+        let row = (0u32..).zip(&cells).take(4).all(|(n, cell)| *cell == Cell::Memory(space, addr + n));
+        match self.bits {
+            Some((bit, 1)) => Some(Place::Bit { space, addr: addr + bit / 8, bit: (bit % 8) as u8 }),
+            Some(_) => None,
+            None => row.then_some(Place::Memory {
+                space,
+                addr,
+                bytes: cells.len().clamp(1, 4) as u8,
+                signed: self.is_signed(),
+            }),
+        }
+    }
+
+    /// The writes that give it another value: places of single bytes and bits, and what each gets.
+    ///
+    /// # Errors
+    /// It cannot be set, or not to this value.
+    pub(super) fn writes(&self, target: &dyn Target, value: i64) -> Result<Vec<(Place, i64)>, String> {
+        if matches!(self.shape(), Some(CType::Base { encoding: BaseEncoding::Float, .. })) {
+            return Err("numbers with a point cannot be set; set their bytes".to_owned());
+        }
+        let cells = self.cells(target);
+        let bits = self.bits.map_or(8 * cells.len() as u32, |(_, size)| size);
+        let (least, most) = match bits {
+            0..64 => (
+                if self.is_signed() || self.bits.is_none() { -(1i64 << bits.saturating_sub(1)) } else { 0 },
+                (1i64 << bits) - 1,
+            ),
+            _ => (i64::MIN, i64::MAX),
+        };
+        if !(least..=most).contains(&value) {
+            return Err(format!("{value} does not fit: the values are {least} to {most}"));
+        }
+        let byte = |n: usize| match cells.get(n) {
+            Some(Cell::Memory(space, addr)) => Ok((*space, *addr)),
+            Some(Cell::Gone | Cell::Value(_)) => {
+                Err("the compiler has optimized it away: there is no place to set".to_owned())
+            }
+            _ => Err("it is in no memory".to_owned()),
+        };
+        if let Some((first, size)) = self.bits {
+            return (0..size)
+                .map(|n| {
+                    let (space, addr) = byte(((first + n) / 8) as usize)?;
+                    Ok((Place::Bit { space, addr, bit: ((first + n) % 8) as u8 }, value >> n & 1))
+                })
+                .collect();
+        }
+        let bytes = value.to_le_bytes();
+        (0..cells.len().min(8))
+            .map(|n| {
+                let (space, addr) = byte(n)?;
+                Ok((Place::Memory { space, addr, bytes: 1, signed: false }, bytes.get(n).copied().unwrap_or(0).into()))
+            })
+            .collect()
+    }
+
+    /// It has one value, but lies in no place of up to four bytes.
+    pub(super) fn needs_parts(&self, target: &dyn Target) -> bool {
+        match self.shape() {
+            Some(CType::Record { .. } | CType::Array { .. }) => false,
+            Some(CType::Base { encoding: BaseEncoding::Float, .. }) => true,
+            _ => self.bytes().is_none_or(|bytes| bytes > 4) || self.place(target).is_none(),
+        }
+    }
+
+    /// A variable that is known where the machine is.
+    #[must_use]
+    pub fn is_known(&self, target: &dyn Target) -> bool {
+        match &self.base {
+            Base::Variable { known, level, .. } if !known.is_empty() => self.frame(target, known, *level).is_some(),
+            _ => true,
+        }
+    }
+
+    /// The bit field that it is.
+    pub(super) fn bit_field(&self) -> Option<(u32, u32)> {
+        self.bits
+    }
+
+    /// The address that it is computed from, or that of its base.
+    pub(super) fn is_of_time(&self) -> bool {
+        match &self.base {
+            Base::At(of) | Base::Value(of) => of.is_of_time(),
+            _ => false,
+        }
+    }
+}
+
+impl Cell {
+    /// The byte now.
+    #[must_use]
+    pub fn value(self, target: &dyn Target) -> Option<u8> {
+        match self {
+            Cell::Memory(space, addr) => target.peek(space, addr),
+            Cell::Value(value) => Some(value),
+            Cell::Gone | Cell::Missing => None,
+        }
+    }
+}
+
+/// The number that up to eight bytes are, the lowest first; of a bit field its bits.
+pub(super) fn number(bytes: &[u8], bits: Option<(u32, u32)>, signed: bool) -> Option<i64> {
+    if bytes.is_empty() || bytes.len() > 8 {
+        return None;
+    }
+    let all = bytes.iter().rev().fold(0u64, |high, byte| high << 8 | u64::from(*byte));
+    let (first, size) = bits.unwrap_or((0, 8 * bytes.len() as u32));
+    let unused = 64 - size.clamp(1, 64);
+    let low = all >> first.min(63) << unused;
+    Some(if signed { low as i64 >> unused } else { (low >> unused) as i64 })
+}

@@ -1,0 +1,302 @@
+//! Expressions out of their text.
+
+use super::ctype;
+use super::expr::{Expr, Operator};
+use super::kinds::{Kind, Kinds as _};
+use super::object::ObjectExpr;
+use super::place::Place;
+use super::scope::{Here, Scope};
+use crate::text::unescape;
+
+/// Deepest nesting, so that no text can exhaust the stack.
+const DEEPEST: u32 = 100;
+
+/// Most operators, for the same reason: a row of them is a tree as deep as it is long.
+const MOST: u32 = 1_000;
+
+/// Operators by how tightly they bind; longer spellings before those that they begin with.
+#[rustfmt::skip]
+const OPERATORS: &[(&str, Operator, u8)] = &[
+    ("||", Operator::Or, 1), ("&&", Operator::And, 2),
+    ("==", Operator::Eq, 6), ("!=", Operator::Ne, 6),
+    ("<<", Operator::Shl, 8), (">>", Operator::Shr, 8), ("<=", Operator::Le, 7), (">=", Operator::Ge, 7),
+    ("<", Operator::Lt, 7), (">", Operator::Gt, 7), ("|", Operator::BitOr, 3), ("^", Operator::BitXor, 4), ("&", Operator::BitAnd, 5),
+    ("+", Operator::Add, 9), ("-", Operator::Sub, 9), ("*", Operator::Mul, 10), ("/", Operator::Div, 10), ("%", Operator::Rem, 10),
+];
+
+/// Reads an expression.
+///
+/// # Errors
+/// What is wrong with it, in a sentence.
+pub(super) fn parse(scope: &Scope, here: Option<&Here>, text: &str) -> Result<Expr, String> {
+    let mut parser = Parser { scope, here, text, rest: text.trim(), depth: 0, operators: 0 };
+    let expr = parser.binary(0)?;
+    match parser.rest {
+        "" => Ok(expr),
+        rest => Err(format!("`{rest}` in `{text}` makes no sense there")),
+    }
+}
+
+struct Parser<'a> {
+    scope: &'a Scope,
+    /// Where the machine is, for what has a name there only.
+    here: Option<&'a Here>,
+    text: &'a str,
+    rest: &'a str,
+    depth: u32,
+    operators: u32,
+}
+
+impl<'a> Parser<'a> {
+    fn take(&mut self, wanted: &str) -> bool {
+        match self.rest.strip_prefix(wanted) {
+            Some(rest) => {
+                self.rest = rest.trim_start();
+                true
+            }
+            None => false,
+        }
+    }
+
+    fn binary(&mut self, least: u8) -> Result<Expr, String> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return Err("the expression is nested too deeply".to_owned());
+        }
+        let mut left = self.unary()?;
+        while let Some(&(sign, operator, binds)) = OPERATORS.iter().find(|(sign, ..)| self.rest.starts_with(sign)) {
+            if binds <= least {
+                break;
+            }
+            self.operators += 1;
+            if self.operators > MOST {
+                return Err(format!("the expression has more than {MOST} operators"));
+            }
+            self.take(sign);
+            let right = self.binary(binds)?;
+            left = combined(operator, left, right);
+        }
+        self.depth -= 1;
+        Ok(left)
+    }
+
+    fn unary(&mut self) -> Result<Expr, String> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return Err("the expression is nested too deeply".to_owned());
+        }
+        let sign = ['-', '!', '~', '+', '*', '&', '('].into_iter().find(|sign| self.rest.starts_with(*sign));
+        let expr = match sign {
+            Some('(') => match self.cast() {
+                Some((here, kind)) => {
+                    Expr::Object(Box::new(ObjectExpr::value_of(here.calls.clone(), self.unary()?, kind)))
+                }
+                None => {
+                    self.take("(");
+                    let inner = self.binary(0)?;
+                    self.close(")")?;
+                    self.parts(inner)?
+                }
+            },
+            Some('*') => {
+                self.take("*");
+                match self.unary()? {
+                    Expr::Object(object) if object.target_kind().is_some() => {
+                        Expr::Object(Box::new(object.element(Expr::Number(0))?))
+                    }
+                    address => Expr::At(self.scope.chip().ram, Box::new(address)),
+                }
+            }
+            Some('&') => {
+                self.take("&");
+                self.address()?
+            }
+            Some('+') => {
+                self.take("+");
+                self.unary()?
+            }
+            Some(sign) => {
+                self.rest = self.rest[1..].trim_start();
+                Expr::Unary(sign, Box::new(self.unary()?))
+            }
+            None => {
+                let atom = self.atom()?;
+                self.parts(atom)?
+            }
+        };
+        self.depth -= 1;
+        Ok(expr)
+    }
+
+    fn close(&mut self, sign: &str) -> Result<(), String> {
+        if self.take(sign) { Ok(()) } else { Err(format!("a {sign} is missing in `{}`", self.text)) }
+    }
+
+    /// `(type)`; nothing where what is in the parentheses is none.
+    fn cast(&mut self) -> Option<(&'a Here, Kind)> {
+        let here = self.here?;
+        let (inner, rest) = self.rest.strip_prefix('(')?.split_once(')')?;
+        let kind = ctype::named(&here.calls.info, inner)?;
+        self.rest = rest.trim_start();
+        Some((here, kind))
+    }
+
+    /// `&x`.
+    fn address(&mut self) -> Result<Expr, String> {
+        let width = |space: &str| i64::from(self.scope.chip().width(space).max(1));
+        let nothing = format!("`{}` has no address", self.rest);
+        match self.unary()? {
+            Expr::Object(object) => object.address().map(|address| Expr::Object(Box::new(address))),
+            Expr::Place(Place::Memory { space, addr, .. }) => Ok(Expr::Number(i64::from(addr) / width(space))),
+            Expr::At(_, addr) => Ok(*addr),
+            // A function or label stands for its address.
+            Expr::Number(number) => Ok(Expr::Number(number)),
+            _ => Err(nothing),
+        }
+    }
+
+    /// What may follow an object: `.member`, `->member`, `[index]`, and `.3` for a bit.
+    fn parts(&mut self, mut of: Expr) -> Result<Expr, String> {
+        loop {
+            of = match of {
+                of if self.rest.starts_with('[') => {
+                    self.take("[");
+                    let index = self.binary(0)?;
+                    self.close("]")?;
+                    indexed(of, index)?
+                }
+                Expr::Object(object) if self.rest.starts_with("->") || self.rest.starts_with('.') => {
+                    let rest = self.rest.trim_start_matches("->").trim_start_matches('.');
+                    if rest.starts_with(|c: char| c.is_ascii_digit()) {
+                        return self.bits(Expr::Object(object));
+                    }
+                    let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
+                    self.rest = rest[end..].trim_start();
+                    Expr::Object(Box::new(object.member(&rest[..end])?))
+                }
+                of => return self.bits(of),
+            };
+        }
+    }
+
+    /// `.3` behind an object, or something in parentheses.
+    fn bits(&mut self, of: Expr) -> Result<Expr, String> {
+        let Some(rest) = self.rest.strip_prefix('.') else { return Ok(of) };
+        let digits = rest.len() - rest.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+        let bit = rest[..digits].parse().ok().filter(|bit| *bit < 64);
+        self.rest = rest[digits..].trim_start();
+        bit.map(|bit| Expr::Bit(Box::new(of), bit))
+            .ok_or_else(|| format!("no bit is named behind the . in `{}`", self.text))
+    }
+
+    /// `sizeof x`, `sizeof (type)`.
+    fn size(&mut self) -> Result<Expr, String> {
+        if let Some((here, kind)) = self.cast() {
+            let size = here.calls.info.size_of(kind).ok_or("the size of that type is not known")?;
+            return Ok(Expr::Number(size.into()));
+        }
+        let bytes = match self.unary()? {
+            Expr::Object(object) => object.bytes(),
+            Expr::Place(Place::Memory { bytes, .. }) => Some(bytes.into()),
+            _ => None,
+        };
+        bytes.map(|bytes| Expr::Number(bytes.into())).ok_or_else(|| "it has no size".to_owned())
+    }
+
+    fn atom(&mut self) -> Result<Expr, String> {
+        if let Some(rest) = self.rest.strip_prefix('\'') {
+            // Behind a backslash a ' ends nothing, and neither does a backslash begin anything.
+            let mut escaped = false;
+            let end = rest.char_indices().find_map(|(at, c)| {
+                let ends = c == '\'' && !escaped && at > 0;
+                escaped = c == '\\' && !escaped;
+                ends.then_some(at)
+            });
+            let end = end.ok_or_else(|| format!("a ' is missing in `{}`", self.text))?;
+            let bytes = unescape(&rest[..end])?;
+            self.rest = rest[end + 1..].trim_start();
+            return match bytes.as_slice() {
+                [byte] => Ok(Expr::Number((*byte).into())),
+                _ => Err(format!("'{}' is not one byte", &rest[..end])),
+            };
+        }
+        let word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | ':' | '$' | '@' | '#');
+        let end = self.rest.find(|c: char| !word(c)).unwrap_or(self.rest.len());
+        let end = self.scope.mangled_name(self.rest).map_or(end, |name| name.max(end));
+        let (name, rest) = self.rest.split_at(end);
+        // What is behind a variable of C is a member of it, or a bit.
+        let (head, _) = name.split_at(name.find('.').unwrap_or(name.len()));
+        if let Some(object) = self.here.and_then(|here| self.scope.variable(here, head)) {
+            self.rest = self.rest[head.len()..].trim_start();
+            return Ok(Expr::Object(Box::new(object)));
+        }
+        self.rest = rest.trim_start();
+        if name == "sizeof" {
+            return self.size();
+        }
+        if name.is_empty() {
+            let found = self.rest.chars().next().map_or("nothing".to_owned(), |c| format!("`{c}`"));
+            return Err(format!("a number or a name is wanted in `{}`, not {found}", self.text));
+        }
+        if name.starts_with(|c: char| c.is_ascii_digit()) && !name.contains(':') {
+            return number(name).map(Expr::Number);
+        }
+        let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_');
+        match self.scope.named(name) {
+            // As gdb says it, where the program tells of its variables.
+            Err(_) if self.here.is_some() && plain => {
+                Err(format!("no symbol `{name}` is known here; {} is memory", self.scope.source().names.example()))
+            }
+            found => found,
+        }
+    }
+}
+
+/// A number: decimal, 0x, 0b or 0o, with underscores.
+fn number(text: &str) -> Result<i64, String> {
+    let plain = text.replace('_', "").to_ascii_lowercase();
+    let radix = [("0x", 16), ("0b", 2), ("0o", 8)];
+    let found = radix.into_iter().find_map(|(prefix, radix)| Some((plain.strip_prefix(prefix)?, radix)));
+    let (digits, radix) = found.unwrap_or((&plain, 10));
+    let wrong = || format!("`{text}` is no number; write 418, 0x1a2 or 0b101");
+    if digits.starts_with(['+', '-']) {
+        return Err(wrong());
+    }
+    i64::from_str_radix(digits, radix).map_err(|_| wrong())
+}
+
+/// Two operands; to a pointer whole elements are added.
+fn combined(operator: Operator, left: Expr, right: Expr) -> Expr {
+    let pointer = |of: &Expr| of.object().filter(|object| object.target_kind().is_some()).cloned();
+    let moved = match (operator, pointer(&left), pointer(&right)) {
+        (Operator::Add | Operator::Sub, Some(pointer), None) => pointer.offset_by(operator, &right),
+        (Operator::Add, None, Some(pointer)) => pointer.offset_by(operator, &left),
+        (Operator::Sub, Some(of), Some(_)) => {
+            let size = of.target_kind().and_then(|kind| of.info().size_of(kind)).unwrap_or(1).max(1);
+            let bytes = Expr::Binary(operator, Box::new(left), Box::new(right));
+            return Expr::Binary(Operator::Div, Box::new(bytes), Box::new(Expr::Number(size.into())));
+        }
+        _ => None,
+    };
+    match moved {
+        Some(moved) => Expr::Object(Box::new(moved)),
+        None => Expr::Binary(operator, Box::new(left), Box::new(right)),
+    }
+}
+
+/// An element; of memory without a type it is a byte.
+fn indexed(of: Expr, index: Expr) -> Result<Expr, String> {
+    match (of, index) {
+        (Expr::Object(object), index) => Ok(Expr::Object(Box::new(object.element(index)?))),
+        (Expr::Place(Place::Memory { space, addr, .. }), Expr::Number(index)) => {
+            let addr = i64::from(addr).checked_add(index).and_then(|addr| u32::try_from(addr).ok());
+            let addr = addr.ok_or("that index is too large")?;
+            Ok(Expr::Place(Place::Memory { space, addr, bytes: 1, signed: false }))
+        }
+        (Expr::Place(Place::Memory { space, addr, .. }), index) => Ok(Expr::At(
+            space,
+            Box::new(Expr::Binary(Operator::Add, Box::new(Expr::Number(addr.into())), Box::new(index))),
+        )),
+        _ => Err("only memory has elements".to_owned()),
+    }
+}
