@@ -185,7 +185,10 @@ impl<'a> Asm<'a> {
             if !again || self.stopped() {
                 break;
             }
-            let open = moving.len() + self.symbols.all().iter().filter(|(_, symbol)| symbol.value.unknown).count();
+            let all = self.symbols.all();
+            let unknown =
+                all.iter().filter(|(name, symbol)| symbol.value.unknown && moving.binary_search(name).is_err());
+            let open = moving.len() + unknown.count();
             if open < least {
                 (least, since) = (open, self.pass);
             }

@@ -103,6 +103,7 @@ impl Known {
     /// What both know.
     fn meet(&mut self, other: &Known) {
         self.next = self.next.max(other.next);
+        self.loaded = None;
         if self.acc != other.acc {
             self.acc = self.fresh();
         }

@@ -114,7 +114,7 @@ pub(super) fn last_write(shell: &mut Shell, args: &str, out: &mut String) -> Don
         return Ok(());
     }
     let Some((cycle, hit)) = found else {
-        out.push_str(&format!("{text} was not written in this history\n"));
+        out.push_str(&format!("{text} did not change in this history\n"));
         return Ok(());
     };
     let value = match (hit.old, hit.new) {

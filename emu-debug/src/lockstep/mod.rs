@@ -20,6 +20,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use emu_core::chip::Family;
 use emu_core::cpu::{Cpu, Probe, Stop};
 
 use crate::seer;
@@ -213,6 +214,7 @@ pub fn compare<C: Cpu>(cpu: &mut C, peer: &mut dyn Peer, terms: &Terms) -> io::R
         } else {
             peer.step()
         };
+        let answer = answer.and_then(|view| catch_up(cpu, peer, begun, view, kept, terms));
         let theirs = match answer {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {
                 return report(Outcome::Same { end: End::Interrupted }, cycle, last);
@@ -226,9 +228,6 @@ pub fn compare<C: Cpu>(cpu: &mut C, peer: &mut dyn Peer, terms: &Terms) -> io::R
             (*cpu, entered.0, what) = (further, vector, Vec::new());
             other_sleeps += u64::from(shift != begun);
             begun = shift;
-        }
-        if !what.is_empty() && catches_up(cpu, peer, begun, kept.min(WORDS), terms) {
-            what.clear();
         }
         steps += 1;
         if last.len() >= terms.last.max(1) {
@@ -303,13 +302,32 @@ fn follow<C: Cpu>(
     None
 }
 
-/// Words that a chip ignores at most where it reads its program memory.
-const WORDS: u64 = 2;
+/// Words that a PIC16 ignores behind a read or write of its program memory (DS30292, 4.4 and 4.5).
+const IGNORED_WORDS: u64 = 2;
 
-/// Lets the peer step over so many words that it takes one by one where our machine ignores them, up to where both are alike.
-fn catches_up<C: Cpu>(cpu: &C, peer: &mut dyn Peer, begun: u64, words: u64, terms: &Terms) -> bool {
-    let alike = |theirs: View| differences(&view(cpu, &theirs, begun), &theirs, terms).is_empty();
-    (0..words).any(|_| peer.step().is_ok_and(alike))
+/// Lets the peer step over the words that a PIC16 has ignored in the `kept` cycles before its instruction, where the peer executes them one by
+/// one. Returns the peer's view after them, or `view` where the peer is not behind.
+fn catch_up<C: Cpu>(
+    cpu: &C,
+    peer: &mut dyn Peer,
+    begun: u64,
+    view_before: View,
+    kept: u64,
+    terms: &Terms,
+) -> io::Result<View> {
+    let mut theirs = view_before;
+    if kept == 0 || cpu.chip().family != Family::Pic16 {
+        return Ok(theirs);
+    }
+    for _ in 0..kept.min(IGNORED_WORDS) {
+        let ours = view(cpu, &theirs, begun);
+        let is_behind = theirs.cycle.zip(ours.cycle).is_some_and(|(theirs, ours)| theirs < ours);
+        if !is_behind || differences(&ours, &theirs, terms).is_empty() {
+            break;
+        }
+        theirs = peer.step()?;
+    }
+    Ok(theirs)
 }
 
 /// Instructions within which an interrupt is looked for that one of the two has entered.
