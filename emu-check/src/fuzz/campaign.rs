@@ -337,9 +337,10 @@ impl Record {
             let Finding { number, mcu, what, replay, .. } = finding;
             out += &format!("\nprogram {number} on {mcu}:\n{}\nreplay: {replay}\n", what.trim_end());
         }
-        out += match self.findings.len() {
-            0 => "no differences\n",
-            _ => "differences were found\n",
+        out += &match self.findings.len() {
+            0 => "no differences\n".to_owned(),
+            1 => "1 finding\n".to_owned(),
+            findings => format!("{findings} findings\n"),
         };
         out
     }
