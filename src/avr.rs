@@ -200,7 +200,7 @@ pub fn out_of_code(chip: &Chip, image: &Image, wiring: &Wiring) -> String {
     let loader = first.filter(|addr| *addr > 0 && !begins).and_then(|at| Some((at, part.boot_fuse(fuses, at)?)));
     let loader = loader.map_or(String::new(), |(at, (byte, value))| {
         let name = ["low", "high", "extended"].get(usize::from(byte)).copied().unwrap_or_default();
-        format!("; --fuse {name}=0x{value:02X} begins with the boot loader at 0x{at:X}")
+        format!("; --fuse {name}=0x{value:02X} begins with the boot loader at 0x{at:X}, with --no-start-up at once")
     });
     format!("{loader}; --reading erased=nop runs on through it, as the chip does")
 }

@@ -121,6 +121,9 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> Result<u8, Failure> {
             }
         }
     }
+    if let ([chip], false) = (chips.as_slice(), all) {
+        programs.iter().for_each(|read| read.note_other_chip(chip));
+    }
     if let Some(image) = &args.image {
         return foreign(args, image, &chips, &programs, terminal);
     }

@@ -7,7 +7,7 @@ use clap::{Arg, Command, Error};
 use emu_core::chip::Chip;
 
 use crate::family::chips;
-use diag::nearest;
+use diag::{distance, nearest};
 
 /// Names that people give to chips and boards, the row that is nearest, and what the two have in common.
 const ALIASES: &[(&str, &str, &str)] = &[
@@ -54,7 +54,7 @@ const VERSIONS: &[(&str, &str)] = &[
 ];
 
 /// What makers' tools leave out of a name, or write instead: 89s52, 16f877a, m328p, mega328p.
-const PREFIXES: &[(&str, &str)] = &[("", "at"), ("", "pic"), ("p", "pic"), ("m", "atmega"), ("mega", "atmega")];
+const PREFIXES: &[(&str, &str)] = &[("", ""), ("", "at"), ("", "pic"), ("p", "pic"), ("m", "atmega"), ("mega", "atmega")];
 
 /// The row of the chip `name` (case aside): its own, or that of the chip of which it is a version.
 pub fn row(name: &str) -> Option<&'static Chip> {
@@ -72,12 +72,17 @@ pub fn chip(name: &str) -> Result<&'static Chip, String> {
     if let Some(chip) = row(&name) {
         return Ok(chip);
     }
-    if let Some((_, chip, why)) = ALIASES.iter().find(|(alias, ..)| *alias == name) {
+    // Names with more around them: PIC16F877-20/P, Arduino Uno.
+    let plain = name.split(['-', '/']).next().unwrap_or_default();
+    let last = name.split_whitespace().next_back().unwrap_or_default();
+    if let Some((_, chip, why)) = ALIASES.iter().find(|(alias, ..)| *alias == name || *alias == last) {
         return Err(format!("no chip of this name; the nearest is `{chip}`: {why} (`emu chips` lists all)"));
     }
-    let whole = |&(short, long): &(&str, &str)| row(&format!("{long}{}", name.strip_prefix(short)?));
+    let whole = |&(short, long): &(&str, &str)| row(&format!("{long}{}", plain.strip_prefix(short)?));
     let whole = PREFIXES.iter().find_map(whole).map(|chip| chip.name);
-    match whole.or_else(|| nearest(&name, chips().map(|chip| chip.name))) {
+    // A number that is another by more than a letter is another chip.
+    let near = || nearest(&name, chips().map(|chip| chip.name)).filter(|near| distance(&name, near) <= 1);
+    match whole.or_else(near) {
         Some(near) => Err(format!("no chip of this name; did you mean `{near}`? (`emu chips` lists all)")),
         None => {
             let names: Vec<&str> = chips().map(|chip| chip.name).collect();

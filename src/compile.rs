@@ -150,7 +150,10 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
     }
     let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
     let chip = match args.mcu {
-        Some(chip) => chip,
+        Some(chip) => {
+            read.note_other_chip(chip.name);
+            chip
+        }
         None => family::chip(read.chip()?).map_err(Failure::Usage)?,
     };
     let options = Options {

@@ -17,7 +17,7 @@ use crate::codes::{A_SOURCE, OTHER_PROCESSOR, OTHER_PROGRAM, UNREADABLE, about_f
 use crate::fail::Failure;
 use crate::guess::guess;
 use crate::report::{Terminal, Texts, report};
-use crate::{asm, family};
+use crate::{asm, family, output};
 
 /// Largest file, in bytes.
 const MAX_BYTES: u64 = 64 << 20;
@@ -223,6 +223,19 @@ impl Read {
             };
             Failure::Usage(format!("{why}; give --mcu CHIP (`emu chips` lists them)"))
         })
+    }
+}
+
+impl Read {
+    /// Prints a note where MICRO= names another chip than `chip`, which --mcu names. Versions of one chip, whose names begin alike
+    /// (atmega328, 328p), are no others.
+    pub fn note_other_chip(&self, chip: &str) {
+        let named = self.program.settings.micro.as_deref().and_then(ladder::chip_of);
+        let Some(named) = named.filter(|named| !named.starts_with(chip) && !chip.starts_with(named)) else { return };
+        output::tell(&format!(
+            "note: {} is drawn for {named} (MICRO=); --mcu has it run on {chip}\n",
+            self.program.file
+        ));
     }
 }
 

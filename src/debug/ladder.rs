@@ -42,6 +42,7 @@ impl Subject {
             return Err(Failure::Usage(why));
         }
         let read = input::program(&self.file, self.dialect, true, terminal)?;
+        read.note_other_chip(chip.name);
         let options = Options {
             mcu: chip.name.to_owned(),
             pins: self.pins.clone(),
