@@ -2,7 +2,7 @@
 //!
 //! A block is a run of `$ emu ..` lines, each followed by what it prints (standard output, then standard error). A line of
 //! `...` stands for any number of lines. Blocks of one page share a folder in which `examples` is that of the repository.
-//! `UPDATE=1` writes the pages anew, but for blocks with `...`.
+//! `EMU_BLESS=1` writes the pages anew, but for blocks with `...`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -106,7 +106,7 @@ fn every_command_of_the_pages_prints_what_they_say() {
                 }
             }
         }
-        if std::env::var_os("UPDATE").is_some() {
+        if std::env::var_os("EMU_BLESS").is_some() {
             fs::write(&page, out).expect("the page can be written");
         }
     }
