@@ -251,7 +251,11 @@ fn plan(seed: u64) -> Plan<Avr> {
     let options = Options {
         hz: pick(rng, &[1_000_000, 8_000_000, 16_000_000, 100_000]),
         start_up: rng.one_in(4),
-        readings: Readings { edges_wake: pick(rng, &[None, Some(false), Some(true)]), icr_only_as_top: rng.one_in(4) },
+        readings: Readings {
+            edges_wake: pick(rng, &[None, Some(false), Some(true)]),
+            icr_only_as_top: rng.one_in(4),
+            erased_is_nop: false,
+        },
         ..Options::at(0)
     };
     let bytes = text.words.iter().flat_map(|word| word.to_le_bytes()).collect();
