@@ -1,6 +1,7 @@
 //! Emulated instruction cycles of the PIC16 per host second, and the price of a snapshot.
 //!
-//! The programs are those of `benches/speedpic.sh`, which compares them with gpsim: HEX files that gpasm made of the sources beside them.
+//! The programs are those of `benches/speedpic.sh`, which compares them with gpsim: HEX files that gpasm made of
+//! the sources beside them.
 
 // Criterion's macro makes a public function without a doc comment.
 #![allow(missing_docs)]

@@ -1,9 +1,10 @@
-//! Every command of the README, of `docs/cli.md`, of the pages of the full screens and of the tutorials runs as typed.
+//! Every command of the README, of `docs/cli.md`, of the full screens' pages and of the tutorials runs as typed.
 //!
-//! A `console` block is a run of `$ emu ..` lines, each followed by what it prints (standard output, then standard error). A line of
-//! `...` stands for any number of lines. A `sh` block has a command a line, of which those of `emu` are run: the exit code must be 0,
-//! or the one that the line's comment names (`# exit code 1`). Blocks of one page share a folder in which `examples` is that
-//! of the repository. `EMU_BLESS=1` writes the pages anew, but for blocks with `...`, and the pictures of `docs/pictures`.
+//! A `console` block is a run of `$ emu ..` lines, each followed by what it prints (standard output, then
+//! standard error). A line of `...` stands for any number of lines. A `sh` block has a command a line, of which
+//! those of `emu` are run: the exit code must be 0, or the one that the line's comment names (`# exit code 1`).
+//! Blocks of one page share a folder in which `examples` is that of the repository. `EMU_BLESS=1` writes the
+//! pages anew, but for blocks with `...`, and the pictures of `docs/pictures`.
 
 mod docs {
     pub mod picture;
@@ -17,7 +18,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Splits a command line as a shell would split the simple ones of the pages: spaces, quotes around words, a comment at the end.
+/// Splits a command line as a shell splits simple ones: spaces, quotes around words, a comment at the end.
 fn words(line: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut quote = None;
@@ -90,7 +91,8 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// The command of `emu` in a line of a `sh` block, and the exit code that the line wants. `None` for other programs.
+/// The command of `emu` in a line of a `sh` block and the exit code that the line wants; `None` for other
+/// programs.
 fn shell_command(line: &str) -> Option<(String, i32)> {
     let line = line.replacen("cargo run --release -- ", "emu ", 1);
     if !line.starts_with("emu ") {

@@ -1,4 +1,5 @@
-//! A drawing in characters, as `emu draw` prints it, as an SVG picture: wires and rails become lines, all else stays text.
+//! A drawing in characters, as `emu draw` prints it, as an SVG picture: wires and rails become lines, all else
+//! stays text.
 
 use std::fmt::Write as _;
 
