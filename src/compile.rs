@@ -150,10 +150,7 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
     }
     let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
     let chip = match args.mcu {
-        Some(chip) => {
-            read.note_other_chip(chip.name);
-            chip
-        }
+        Some(chip) => chip,
         None => family::chip(read.chip()?).map_err(Failure::Usage)?,
     };
     let options = Options {
@@ -166,6 +163,7 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
         Ok(compiled) => compiled,
         Err(refusals) => return Err(Failure::Refused(refusals, read.texts)),
     };
+    read.note_other_chip(chip.name);
     let mut map = serde_json::to_string_pretty(&compiled.map).map_err(|e| Failure::writing("map", &e.into()))?;
     map.push('\n');
     let text = match args.emit {

@@ -1,4 +1,4 @@
-//! Sizes and times beside LDmicro's, on its own programs: the table of docs/code-size.md. `UPDATE=1` writes it anew.
+//! Sizes and times beside LDmicro's, on its own programs: the table of docs/code-size.md. `EMU_BLESS=1` writes it anew.
 //!
 //! The programs are LDmicro's and not part of this repository: the folder `EMU_CORPUS` has them, else `../shared/ld`; without
 //! one the page is left as it is.
@@ -37,7 +37,7 @@ timer, measured on the emulated chip by `emu check` with its default stimulus. L
 the same programs and chips; its clocks are those of its AVR code on the emulated chip, give or take 10. \"Share\" is ours
 of the better of the two. The programs are LDmicro's regression tests and samples, which are not part of this repository.
 
-The table is written by `EMU_CORPUS=folder UPDATE=1 cargo test --release --test code_size`, which also fails when a share is above 50 %.
+The table is written by `EMU_CORPUS=folder EMU_BLESS=1 cargo test --release --test code_size`, which also fails when a share is above 50 %.
 
 | program | chip | ours | LDmicro 5.4 | LDmicro 2.3 | share | clocks a scan, mean | LDmicro 5.4 | LDmicro 2.3 | share |
 |---|---|---|---|---|---|---|---|---|---|
@@ -83,9 +83,9 @@ fn half_of_ldmicro() {
         }
     }
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/code-size.md");
-    if std::env::var_os("UPDATE").is_some() {
+    if std::env::var_os("EMU_BLESS").is_some() {
         fs::write(&path, &page).expect("the page is written");
     }
     assert!(above.is_empty(), "{above:#?}");
-    assert_eq!(fs::read_to_string(&path).unwrap_or_default(), page, "UPDATE=1 writes docs/code-size.md anew");
+    assert_eq!(fs::read_to_string(&path).unwrap_or_default(), page, "EMU_BLESS=1 writes docs/code-size.md anew");
 }

@@ -1,4 +1,4 @@
-//! The pages of instructions and of chips are what the tables say. `UPDATE=1 cargo test -p emu-avr --test docs` writes them anew.
+//! The pages of instructions and of chips are what the tables say. `EMU_BLESS=1 cargo test -p emu-avr --test docs` writes them anew.
 
 use std::fs;
 
@@ -20,11 +20,11 @@ fn the_page_of_instructions_is_the_table() {
     for (name, syntax, target, text) in emu_avr::isa::ALIASES {
         page.push_str(&format!("| `{name} {syntax}` | `{target} {}` |\n", text.replace(',', ", ")));
     }
-    if std::env::var_os("UPDATE").is_some() {
+    if std::env::var_os("EMU_BLESS").is_some() {
         fs::write(path, &page).expect("the page can be written");
     }
     let found = fs::read_to_string(path).unwrap_or_default();
-    assert!(found == page, "docs/isa/avr.md is not what the table says; run with UPDATE=1");
+    assert!(found == page, "docs/isa/avr.md is not what the table says; run with EMU_BLESS=1");
 }
 
 /// What a line of a unit is called by the data sheets.
@@ -140,9 +140,9 @@ fn the_page_of_chips_is_what_the_rows_say() {
         let (_, after) = rest.split_once(&end).expect("the end of the table");
         wanted = format!("{before}{begin}{table}\n{end}{after}");
     }
-    if std::env::var_os("UPDATE").is_some() {
+    if std::env::var_os("EMU_BLESS").is_some() {
         fs::write(path, &wanted).expect("the page can be written");
     } else {
-        assert!(page == wanted, "docs/chips/avr.md is not what the rows say; run with UPDATE=1");
+        assert!(page == wanted, "docs/chips/avr.md is not what the rows say; run with EMU_BLESS=1");
     }
 }

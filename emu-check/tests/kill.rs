@@ -1,7 +1,7 @@
 //! What a check finds: compilers with one fault each, for a chip of every family, and whether a check with its defaults tells
 //! their images from right ones. `docs/kill.md` explains it.
 //!
-//! `UPDATE=1 cargo test --release -p emu-check --features mutants --test kill -- --ignored` writes the figures of docs/kill.md and
+//! `EMU_BLESS=1 cargo test --release -p emu-check --features mutants --test kill -- --ignored` writes the figures of docs/kill.md and
 //! the survivors in kill.txt anew: the reasons that stand there stay, and where none does `?` asks for one.
 #![cfg(feature = "mutants")]
 
@@ -51,7 +51,7 @@ fn faults_are_found() {
 #[test]
 #[ignore = "takes minutes; it is what writes the figures of docs/kill.md"]
 fn kill_table() {
-    let update = std::env::var("UPDATE").is_ok();
+    let update = std::env::var("EMU_BLESS").is_ok();
     let samples = campaign(&FAMILIES, Size { again: update, ..WHOLE });
     let path = common::beside("../docs/kill.md");
     let page = fs::read_to_string(&path).expect("docs/kill.md");

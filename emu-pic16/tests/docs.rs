@@ -1,4 +1,4 @@
-//! The page of instructions is what the table says. `UPDATE=1 cargo test -p emu-pic16 --test docs` writes it anew.
+//! The page of instructions is what the table says. `EMU_BLESS=1 cargo test -p emu-pic16 --test docs` writes it anew.
 
 use std::fs;
 
@@ -13,9 +13,9 @@ fn the_page_of_instructions_is_the_table() {
          Mid-Range MCU Family Reference\nManual, DS33023, section 29.\n\n",
     );
     page.push_str(&emu_core::table::markdown(emu_pic16::isa::ROWS));
-    if std::env::var_os("UPDATE").is_some() {
+    if std::env::var_os("EMU_BLESS").is_some() {
         fs::write(path, &page).expect("the page can be written");
     }
     let found = fs::read_to_string(path).unwrap_or_default();
-    assert!(found == page, "docs/isa/pic16.md is not what the table says; run with UPDATE=1");
+    assert!(found == page, "docs/isa/pic16.md is not what the table says; run with EMU_BLESS=1");
 }

@@ -42,7 +42,6 @@ impl Subject {
             return Err(Failure::Usage(why));
         }
         let read = input::program(&self.file, self.dialect, true, terminal)?;
-        read.note_other_chip(chip.name);
         let options = Options {
             mcu: chip.name.to_owned(),
             pins: self.pins.clone(),
@@ -53,6 +52,7 @@ impl Subject {
             Ok(compiled) => compiled,
             Err(refusals) => return Err(Failure::Refused(refusals, read.texts)),
         };
+        read.note_other_chip(chip.name);
         let view = View::new(read.program, compiled.map, chip);
         let view = view.map_err(|faults| Failure::Refused(faults, Texts::default()))?;
         Ok(Compiled { view, hex: compiled.hex })

@@ -69,8 +69,8 @@ impl Part {
             Site::Twi(twi::Reg::TWAMR) => 0xFE,
             Site::Adc(ADCSRB) if today => 0x47,
             Site::Adc(ADCSRB) => 0x07,
-            Site::Adc(ADMUX) if today => 0xEF,
-            Site::Adc(DIDR0) => 0x3F,
+            Site::Adc(ADMUX) if today => 0xE0 | self.adc.mux,
+            Site::Adc(DIDR0) => self.adc.didr0,
             Site::Comparator(comparator::Reg::DIDR1) => 0x03,
             Site::Eeprom(eeprom::Reg::EECR) => {
                 if today {
@@ -82,12 +82,14 @@ impl Part {
             Site::Eeprom(eeprom::Reg::EEARH) => (self.chip.eeprom.saturating_sub(1) >> 8) as u8,
             Site::Spm(spm::Reg::SPMCSR) if !today => 0xDF,
             Site::Watchdog(guard::Reg::WDTCSR) if !today => 0x1F,
-            Site::External(EICRA) if today => 0x0F,
+            Site::External(EICRA) if today => self.external.senses(),
             Site::External(EIMSK) => self.external.inputs(),
             Site::External(PCICR) => (0..4).fold(0, |bits, n| bits | u8::from(self.external.pins(n) != 0) << n),
             Site::External(reg @ (PCMSK0 | PCMSK1 | PCMSK2)) => self.external.pins(reg as usize - PCMSK0 as usize),
             Site::Own(Own::MCUCR) => self.mcucr,
-            Site::Own(Own::MCUSR | Own::SMCR) => 0x0F,
+            // Chips of today have JTRF beside JTD, bit 7 of MCUCR.
+            Site::Own(Own::MCUSR) => 0x0F | self.mcucr >> 3 & JTRF,
+            Site::Own(Own::SMCR) => 0x0F,
             Site::Own(Own::CLKPR) => 0x8F,
             Site::Own(Own::PRR) => self.prr.iter().fold(0, |bits, row| bits | 1 << row.0),
             Site::Own(Own::GTCCR) => 0x83,

@@ -1,5 +1,5 @@
 //! The cycle facts of the ATmega328P: a program that measures them runs here and under simavr; here all are as the data sheet
-//! says, and the page docs/chips/atmega328p.md shows them. `UPDATE=1` writes its table anew.
+//! says, and the page docs/chips/atmega328p.md shows them. `EMU_BLESS=1` writes its table anew.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -130,9 +130,9 @@ fn every_cycle_fact_is_as_the_data_sheet_says() {
     let (before, rest) = page.split_once(BEGIN).expect("the beginning of the facts");
     let (_, after) = rest.split_once(END).expect("the end of the facts");
     let wanted = format!("{before}{BEGIN}\n{counts}{table}\n{END}{after}");
-    if std::env::var_os("UPDATE").is_some() {
+    if std::env::var_os("EMU_BLESS").is_some() {
         fs::write(path, &wanted).expect("the page can be written");
     } else {
-        assert!(page == wanted, "docs/chips/atmega328p.md is not what was measured; run with UPDATE=1");
+        assert!(page == wanted, "docs/chips/atmega328p.md is not what was measured; run with EMU_BLESS=1");
     }
 }

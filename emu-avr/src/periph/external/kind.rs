@@ -66,6 +66,12 @@ impl Kind {
         ((1u16 << self.ints) - 1) as u8
     }
 
+    /// The bits of EICRA that exist on chips where it is a register of its own: ISCn1 and ISCn0 of INT0 to INT3.
+    #[must_use]
+    pub const fn senses(&self) -> u8 {
+        ((1u16 << (2 * if self.ints > 4 { 4 } else { self.ints })) - 1) as u8
+    }
+
     /// The bits of PCMSK0 to PCMSK3 that there are, by number.
     #[must_use]
     pub fn pins(&self, group: usize) -> u8 {
