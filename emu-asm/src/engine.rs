@@ -11,7 +11,7 @@ use diag::{Diagnostic, Pos, Severity, nearest};
 use emu_core::chip::Chip;
 
 use crate::dialect::Dialect;
-use crate::expr::{Names, Value, evaluate};
+use crate::expr::{Value, evaluate};
 use crate::fault::Fault;
 use crate::files::{Files, Texts};
 use crate::known::Known;
@@ -20,7 +20,7 @@ use crate::reader::{Cond, Frame, Macro};
 use crate::statement::code_end;
 use crate::symbols::{Kind, Symbols};
 use crate::table::Table;
-use crate::text::{Line, trim};
+use crate::text::{BACKSLASH, Line, trim};
 
 /// Passes in which nothing more settles until names that still move are an error; each of a chain of names may wait for the next.
 const PASSES: u32 = 20;
@@ -89,6 +89,8 @@ pub(crate) struct Asm<'a> {
     pub numbered: HashMap<String, u32>,
     /// Length of the instruction in the unit of addresses while its operands are read, where the dialect counts from its end.
     pub behind: i64,
+    /// The line's word is a directive with a dot.
+    pub dotted: bool,
     /// The last instruction stood at an odd address.
     pub odd: bool,
     /// The address of the line.
@@ -150,6 +152,7 @@ impl<'a> Asm<'a> {
             numbered: HashMap::new(),
             behind: 0,
             line_at: 0,
+            dotted: false,
             odd: false,
             astray: false,
             out: Output::new(chip, d),
@@ -283,7 +286,7 @@ impl<'a> Asm<'a> {
             Some(line) => self.texts.pos(line, &fault.at),
             None => (self.texts.name(0).to_owned(), Pos::default()),
         };
-        let cause = fault.cause + &self.chain();
+        let cause = fault.cause.replace(BACKSLASH, "\\") + &self.chain();
         self.faults.push((Diagnostic::new(fault.severity, fault.code, &file, pos, cause, fault.hint), fault.name));
     }
 
@@ -359,6 +362,13 @@ impl<'a> Asm<'a> {
         found.map_err(|fault| self.tell(fault)).ok()
     }
 
+    /// The value of a condition of C's preprocessor, where names without a value are 0.
+    pub fn c_value(&mut self, text: &str, range: Range<usize>) -> i64 {
+        let found = evaluate(self.d, text, range, self);
+        self.undefined.clear();
+        found.map_err(|fault| self.tell(fault)).map_or(0, |value| value.n)
+    }
+
     /// The value of `text[range]` where it decides about addresses or lines: 0 while it is not known.
     pub fn number(&mut self, text: &str, range: Range<usize>) -> Option<i64> {
         self.value(text, range).map(|value| if value.unknown { 0 } else { value.n })
@@ -384,7 +394,7 @@ impl<'a> Asm<'a> {
     }
 
     /// The name as `chips` has it.
-    fn as_read<'n>(&self, name: &'n str) -> Cow<'n, str> {
+    pub fn as_read<'n>(&self, name: &'n str) -> Cow<'n, str> {
         if self.d.any_case { Cow::Owned(name.to_ascii_lowercase()) } else { Cow::Borrowed(name) }
     }
 
@@ -411,88 +421,4 @@ impl<'a> Asm<'a> {
     pub fn image_address(&self) -> u64 {
         self.out.image_address()
     }
-}
-
-impl Names for Asm<'_> {
-    fn name(&mut self, name: &str, at: Range<usize>) -> Result<Value, Fault> {
-        if let Some((value, given)) = self.symbols.read(name, self.d.any_case, self.pass) {
-            self.forward |= !given || value.unknown;
-            let alias =
-                self.symbols.get(name, self.d.any_case).is_some_and(|symbol| matches!(symbol.kind, Kind::Alias { .. }));
-            return if alias { Err(register(name, at)) } else { Ok(value) };
-        }
-        if let Some(value) = self.known.get(name) {
-            let name = self.as_read(name).into_owned();
-            self.chips.insert(name);
-            return Ok(value);
-        }
-        if let Some(n) = (self.d.hooks.names)(&self.own, name) {
-            let name = self.as_read(name).into_owned();
-            self.chips.insert(name);
-            return Ok(Value::of(n));
-        }
-        if self.is_register(name) {
-            return Err(register(name, at));
-        }
-        self.forward = true;
-        if self.pass > 1 && (self.d.hooks.external)(self, name) {
-            let line = self.line.clone();
-            self.externals.entry(name.to_owned()).or_insert((line, at));
-            return Ok(Value { label: true, ..Value::default() });
-        }
-        if self.pass > 1 {
-            let shown = name.split('\u{1}').next().unwrap_or(name);
-            let fault = if self.externs.contains(shown) {
-                let cause = format!("`{shown}` is extern: another module gives it, and one module is assembled here");
-                Fault::new(
-                    "ASM049",
-                    at,
-                    cause,
-                    "include the source that gives it, or take the module out of the program",
-                )
-            } else {
-                let hint = "give it with equ, or as a label; names of registers and bits are those of the chip";
-                Fault::new("ASM006", at, format!("`{shown}` is not defined"), hint).near(shown)
-            };
-            self.undefined.push(fault);
-        }
-        Ok(Value { unknown: true, ..Value::default() })
-    }
-
-    fn here(&self, token: &str) -> i64 {
-        let here = if self.d.here_is_line && token != "." { self.line_at } else { self.out.here() };
-        here + self.behind
-    }
-
-    fn radix(&self) -> u32 {
-        self.radix
-    }
-
-    fn local(&self, digits: &str, way: u8) -> String {
-        let given = self.numbered.get(digits).copied().unwrap_or(0);
-        match way {
-            b'f' => format!("{digits}\u{1}{}", given + 1),
-            b'b' => format!("{digits}\u{1}{given}"),
-            _ => format!("{digits}$\u{1}{}", self.stretch),
-        }
-    }
-}
-
-impl Asm<'_> {
-    /// The word is a register of the core, or another word of the instructions' syntax.
-    pub fn is_register(&self, name: &str) -> bool {
-        let lower = name.to_ascii_lowercase();
-        self.table.words.binary_search(&lower).is_ok() || self.chip_register(name)
-    }
-
-    /// The word is one that only some kind of operand knows. Where case matters, the pointers of the syntax may be names of variables.
-    pub fn chip_register(&self, name: &str) -> bool {
-        let pointer = !self.d.any_case && self.table.words.binary_search(&name.to_ascii_lowercase()).is_ok();
-        !pointer && self.table.kinds.iter().any(|kind| (kind.named)(name).is_some())
-    }
-}
-
-fn register(name: &str, at: Range<usize>) -> Fault {
-    let cause = format!("`{name}` is a register of the core and no number");
-    Fault::new("ASM008", at, cause, "give the names of your own program other names than registers have")
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::dialect::{Dialect, Op};
+use crate::dialect::{Arithmetic, Dialect, Op};
 use crate::fault::Fault;
 use crate::number::{self, quoted};
 use crate::text::{begins_name, behind_name, byte, piece, skip_space};
@@ -35,6 +35,8 @@ pub(crate) trait Names {
     fn here(&self, token: &str) -> i64;
     /// The radix of a number that says nothing of it.
     fn radix(&self) -> u32;
+    /// How values are divided, shifted and compared here.
+    fn arithmetic(&self) -> Arithmetic;
     /// The name under which the local label `1:` is kept that `1f` or `1b` means, or that of `12$`.
     fn local(&self, digits: &str, way: u8) -> String;
 }
@@ -104,16 +106,19 @@ impl Parser<'_> {
     fn apply(&self, op: Op, left: Value, right: Value, at: Range<usize>) -> Result<Value, Fault> {
         let unknown = left.unknown || right.unknown;
         let (a, b) = (left.n, right.n);
+        let arithmetic = self.names.arithmetic();
+        let unsigned = |n| arithmetic.operand(n);
+        let compared = unsigned(a).cmp(&unsigned(b));
         let truth = |yes: bool| if yes { self.d.truth } else { 0 };
         let n = match op {
             Op::Mul => a.wrapping_mul(b),
-            Op::Div | Op::Mod if b == 0 && unknown => 0,
-            Op::Div | Op::Mod if b == 0 => {
+            Op::Div | Op::Mod if unsigned(b) == 0 && unknown => 0,
+            Op::Div | Op::Mod if unsigned(b) == 0 => {
                 let cause = "the expression divides by zero";
                 return Err(Fault::new("ASM009", at, cause, "look at the value on the right of the operator"));
             }
-            Op::Div => a.wrapping_div(b),
-            Op::Mod => a.wrapping_rem(b),
+            Op::Div => unsigned(a).wrapping_div(unsigned(b)),
+            Op::Mod => unsigned(a).wrapping_rem(unsigned(b)),
             Op::Add => a.wrapping_add(b),
             Op::Sub => a.wrapping_sub(b),
             Op::Shl | Op::Shr if unknown && !(0..64).contains(&b) => 0,
@@ -122,17 +127,17 @@ impl Parser<'_> {
                 return Err(Fault::new("ASM003", at, cause, "shift by 0 to 63"));
             }
             Op::Shl => u32::try_from(b).ok().and_then(|b| a.checked_shl(b)).unwrap_or(0),
-            Op::Shr => u32::try_from(b).ok().and_then(|b| a.checked_shr(b)).unwrap_or(0),
+            Op::Shr => u32::try_from(b).ok().and_then(|b| unsigned(a).checked_shr(b)).unwrap_or(0),
             Op::And => a & b,
             Op::Or => a | b,
             Op::Xor => a ^ b,
             Op::OrNot => a | !b,
-            Op::Equal => truth(a == b),
-            Op::Unequal => truth(a != b),
-            Op::Less => truth(a < b),
-            Op::LessEqual => truth(a <= b),
-            Op::Greater => truth(a > b),
-            Op::GreaterEqual => truth(a >= b),
+            Op::Equal => truth(compared.is_eq()),
+            Op::Unequal => truth(compared.is_ne()),
+            Op::Less => truth(compared.is_lt()),
+            Op::LessEqual => truth(compared.is_le()),
+            Op::Greater => truth(compared.is_gt()),
+            Op::GreaterEqual => truth(compared.is_ge()),
             Op::BothTrue => truth_of(a != 0 && b != 0),
             Op::EitherTrue => truth_of(a != 0 || b != 0),
             Op::BitOf if unknown => 0,

@@ -3,9 +3,12 @@
 //! ```text
 //!   lib.rs        assemble a source, one instruction     dialect/   what families do differently, as tables
 //!   engine.rs     passes, names, complaints              statement.rs  one line: labels and its word
-//!   reader.rs     files, macros, repetitions, conditions  macros.rs  arguments and texts put in
+//!                                                          given.rs  names that are words of directives
+//!   reader.rs     files, macros, repetitions, conditions  macros.rs  macros, texts for names
+//!   arguments.rs  arguments of macros, put in
 //!   matching.rs   operands against the forms              table.rs   an instruction table made ready for that
-//!   expr.rs       expressions     number.rs  numbers      symbols.rs names from pass to pass   known.rs  the chip's names
+//!   expr.rs       expressions     names.rs   what names stand for in them
+//!   number.rs     numbers         symbols.rs names from pass to pass   known.rs  the chip's names
 //!   sections.rs   which there are, and their order
 //!   output.rs     bytes into memories                     listing.rs the listing     codes.rs  the codes of complaints
 //! ```
@@ -15,17 +18,20 @@
 
 #![forbid(unsafe_code)]
 
+mod arguments;
 mod codes;
 mod dialect;
 mod engine;
 mod expr;
 mod fault;
 mod files;
+mod given;
 mod known;
 mod listing;
 mod macros;
 mod matching;
 mod named;
+mod names;
 mod number;
 mod output;
 mod reader;

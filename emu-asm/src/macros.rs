@@ -1,8 +1,11 @@
 //! Macros and texts that stand for others.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
+use std::ops::Range;
 use std::rc::Rc;
 
+use crate::arguments::{Join, arguments, name_at, param, parts, put_in, skip_comma, unescape};
 use crate::dialect::{Dialect, Flow};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
@@ -57,12 +60,13 @@ impl Asm<'_> {
             return self.tell(Fault::new("ASM023", call.word.clone(), "the macro has no name", hint));
         }
         let written = call.get(name.clone()).to_owned();
-        let params = parts(self.d, text, params).into_iter().map(|part| param(call.get(part))).collect();
+        let join = Join::of(self.d, call.get(call.word.clone()));
+        let params = parts(self.d, text, params, join).into_iter().map(|part| param(call.get(part))).collect();
         let mut locals = Vec::new();
         for line in body.iter() {
             locals.extend(self.locals_of(line));
         }
-        let found = Macro { name: written.clone(), params, locals, body };
+        let found = Macro { name: written.clone(), params, locals, body, join };
         self.macros.insert(written.to_ascii_lowercase(), Rc::new(found));
     }
 
@@ -88,8 +92,9 @@ impl Asm<'_> {
         let number = self.calls;
         let mut values: Vec<(String, Option<String>)> = found.params.iter().map(|p| (p.name.clone(), None)).collect();
         let mut next = 0;
-        for range in arguments(self.d, call.text, call.rest.clone()) {
-            let text = call.get(range.clone());
+        for range in arguments(self.d, call.text, call.rest.clone(), found.join) {
+            let written = self.argument(call, range.clone(), found.join);
+            let text = written.as_ref();
             let named = text.split_once('=').and_then(|(name, value)| {
                 let at = found.params.iter().position(|p| p.name == name.trim())?;
                 Some((at, value.trim()))
@@ -134,8 +139,22 @@ impl Asm<'_> {
         let locals = found.locals.iter().map(|name| (name.clone(), format!("{name}?{number}")));
         let values: Vec<(String, String)> =
             values.into_iter().map(|(name, value)| (name, value.unwrap_or_default())).chain(locals).collect();
-        let lines = found.body.iter().map(|line| put_in(self.d, line, &values, number)).collect();
+        let lines = found.body.iter().map(|line| put_in(self.d, line, &values, number, found.join)).collect();
         self.enter(found, lines, call);
+    }
+
+    /// The text of an argument. In ASM51 and ASEM-51 `%` in front of it gives its value, and in angles `!` keeps the next character.
+    fn argument<'t>(&mut self, call: &Call<'t>, range: Range<usize>, join: Join) -> Cow<'t, str> {
+        let text = call.get(range.clone());
+        let in_angles = byte(call.text, range.start.wrapping_sub(1)) == b'<';
+        // `%101` is a number itself.
+        let value = text.strip_prefix('%').filter(|rest| !in_angles && rest.contains(|c| !matches!(c, '0' | '1')));
+        match value {
+            _ if join != Join::And => text.into(),
+            Some(_) => self.number(call.text, range.start + 1..range.end).unwrap_or(0).to_string().into(),
+            None if in_angles && text.contains('!') => unescape(text).into(),
+            None => text.into(),
+        }
     }
 
     /// Defines the names given from outside and those of the chip.
@@ -145,6 +164,17 @@ impl Asm<'_> {
         for (name, text) in all {
             self.defines.insert(name, Rc::new(Define { params: None, text }));
         }
+    }
+
+    /// What stands for a name; those given from outside are known in any case of their letters where labels are.
+    pub fn define_of(&self, name: &str) -> Option<&Rc<Define>> {
+        self.defines.get(name).or_else(|| self.defines.get(self.given_name(name)?))
+    }
+
+    /// The name given from outside that `name` is.
+    pub fn given_name(&self, name: &str) -> Option<&str> {
+        let is_it = |given: &str| given == name || self.d.any_case && given.eq_ignore_ascii_case(name);
+        self.given.iter().map(|(given, _)| given.as_str()).find(|given| is_it(given))
     }
 
     /// A text stands for a name.
@@ -189,7 +219,7 @@ impl Asm<'_> {
             name = skip_space(text, name + usize::from(bracket));
             let mut end = behind_name(text, name, false);
             let found = text.get(name..end).filter(|name| !name.is_empty())?;
-            let known = self.defines.contains_key(found) || self.known.get(found).is_some();
+            let known = self.define_of(found).is_some() || self.known.get(found).is_some();
             if bracket {
                 end = skip_space(text, end) + 1;
             }
@@ -224,22 +254,16 @@ impl Asm<'_> {
     fn put_texts(&self, code: &str, out: &mut Changed, within: &mut Vec<String>, old: Option<usize>) -> bool {
         let (mut at, mut done, mut any) = (0, 0, false);
         while at < code.len() && out.text.len() < LONGEST {
-            let end = behind_name(code, at, !self.d.dot_is_bit);
-            if end == at {
-                // Digits and letters that stand together are one number.
-                at = match byte(code, at) {
-                    c if c.is_ascii_digit() => {
-                        at + code
-                            .get(at..)
-                            .map_or(1, |rest| rest.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(rest.len()))
-                    }
-                    _ => step(code, at),
-                };
-                continue;
-            }
+            let end = match name_at(self.d, code, at) {
+                Ok(end) => end,
+                Err(behind) => {
+                    at = behind;
+                    continue;
+                }
+            };
             let name = code.get(at..end).unwrap_or_default();
             // B'1010' is a number.
-            let found = if byte(code, end) == b'\'' { None } else { self.defines.get(name).cloned() };
+            let found = if byte(code, end) == b'\'' { None } else { self.define_of(name).cloned() };
             let found = found.filter(|_| within.len() < DEEPEST && !within.iter().any(|n| n == name));
             let put = found.and_then(|define| self.text_of(code, end, &define));
             if let Some((text, behind)) = put {
@@ -279,11 +303,11 @@ impl Asm<'_> {
         let values: Vec<(String, String)> = params.iter().cloned().zip(given).collect();
         let line = Line { text: define.text.as_str().into(), file: 0, number: 0, map: None };
         let plain = Dialect { plain_arguments: true, ..*self.d };
-        Some((put_in(&plain, &line, &values, 0).text.to_string(), (at + 1).min(code.len())))
+        Some((put_in(&plain, &line, &values, 0, Join::Nothing).text.to_string(), (at + 1).min(code.len())))
     }
 }
 
-fn copy(out: &mut Changed, code: &str, range: std::ops::Range<usize>, old: Option<usize>) {
+fn copy(out: &mut Changed, code: &str, range: Range<usize>, old: Option<usize>) {
     if range.is_empty() {
         return;
     }
@@ -291,160 +315,4 @@ fn copy(out: &mut Changed, code: &str, range: std::ops::Range<usize>, old: Optio
         Some(old) => out.put(code.get(range).unwrap_or_default(), old),
         None => out.copy(code, range),
     }
-}
-
-/// Arguments between commas, each without the angles that may be around it in the dialects that have them: `<1, 2>, <>`.
-pub(crate) fn arguments(d: &Dialect, text: &str, range: std::ops::Range<usize>) -> Vec<std::ops::Range<usize>> {
-    if !d.hooks.angles || !text.get(range.clone()).is_some_and(|all| all.contains('<')) {
-        return parts(d, text, range);
-    }
-    let mut all = Vec::new();
-    let mut at = range.start;
-    loop {
-        let start = skip_space(text, at).min(range.end);
-        let next = match in_angles(text, start..range.end) {
-            Some(inside) => {
-                let behind = skip_space(text, inside.end + 1);
-                all.push(inside);
-                behind
-            }
-            None => {
-                let first = cut(text, start..range.end).first().map_or(start..range.end, |first| {
-                    let comma = skip_space(text, first.end);
-                    start..comma
-                });
-                all.push(trim(text, first.clone()));
-                first.end
-            }
-        };
-        if next >= range.end {
-            return all;
-        }
-        at = next + 1;
-    }
-}
-
-/// What stands in the angles at the front of `range`, which a comma or its end follows.
-fn in_angles(text: &str, range: std::ops::Range<usize>) -> Option<std::ops::Range<usize>> {
-    let (mut depth, mut at) = (0u32, range.start);
-    while at < range.end {
-        match byte(text, at) {
-            b'<' => depth += 1,
-            b'>' => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-        if depth == 0 {
-            let behind = skip_space(text, at + 1);
-            let ends = behind >= range.end || byte(text, behind) == b',';
-            return (at > range.start && ends).then_some(range.start + 1..at);
-        }
-        at = step(text, at);
-    }
-    None
-}
-
-/// Pieces between commas, and in dialects that have it so between spaces, where no operator stands on either side.
-fn parts(d: &Dialect, text: &str, range: std::ops::Range<usize>) -> Vec<std::ops::Range<usize>> {
-    let pieces = cut(text, range);
-    if !d.spaced_arguments {
-        return pieces;
-    }
-    let mut all = Vec::new();
-    for piece in pieces {
-        let (mut start, mut at, mut depth) = (piece.start, piece.start, 0u32);
-        while at < piece.end {
-            match byte(text, at) {
-                b'(' | b'[' => depth += 1,
-                b')' | b']' => depth = depth.saturating_sub(1),
-                b' ' | b'\t' if depth == 0 => {
-                    let next = skip_space(text, at);
-                    let before = byte(text, at.saturating_sub(1));
-                    let value =
-                        |c: u8| c.is_ascii_alphanumeric() || matches!(c, b'_' | b'.' | b'"' | b'\'' | b'\\' | b'$');
-                    if (value(before) || before == b')') && (value(byte(text, next)) || byte(text, next) == b'(') {
-                        all.push(start..at);
-                        start = next;
-                    }
-                    at = next;
-                    continue;
-                }
-                _ => {}
-            }
-            at = step(text, at);
-        }
-        all.push(start..piece.end);
-    }
-    all
-}
-
-fn skip_comma(text: &str, at: usize) -> usize {
-    let at = skip_space(text, at);
-    if byte(text, at) == b',' { at + 1 } else { at }
-}
-
-/// `a`, `a=1`, `a:req`, `a:vararg`, `\a`.
-fn param(text: &str) -> Param {
-    let (name, default) =
-        text.split_once('=').map_or((text, None), |(name, value)| (name, Some(value.trim().to_owned())));
-    let (name, kind) = name.split_once(':').unwrap_or((name, ""));
-    let kind = kind.trim();
-    Param {
-        name: name.trim().trim_start_matches(['\\', '?']).to_owned(),
-        default,
-        label: name.trim().starts_with('?'),
-        required: kind.eq_ignore_ascii_case("req"),
-        rest: kind.eq_ignore_ascii_case("vararg"),
-    }
-}
-
-/// The line with values for names: `\name` everywhere, and in dialects that have it so the name alone outside quotes. `\@`
-/// is the number of the call, `\()` nothing.
-pub(crate) fn put_in(d: &Dialect, line: &Line, values: &[(String, String)], number: u32) -> Line {
-    let text: &str = &line.text;
-    let plain = d.plain_arguments && !values.is_empty();
-    if !plain && !text.contains('\\') {
-        return line.clone();
-    }
-    let mut out = Changed::default();
-    let end = code_end(d, text);
-    let (mut at, mut done) = (0, 0);
-    let put = |out: &mut Changed, done: &mut usize, from: usize, to: usize, value: &str| {
-        out.copy(text, *done..from);
-        out.put(value, from);
-        *done = to;
-    };
-    while at < text.len() {
-        if byte(text, at) == b'\\' {
-            let name_end = behind_name(text, at + 1, false);
-            let name = text.get(at + 1..name_end).unwrap_or_default();
-            if let Some((_, value)) = values.iter().find(|(n, _)| n == name) {
-                put(&mut out, &mut done, at, name_end, value);
-                at = name_end;
-            } else if byte(text, at + 1) == b'@' {
-                put(&mut out, &mut done, at, at + 2, &number.to_string());
-                at += 2;
-            } else if text.get(at + 1..at + 3) == Some("()") {
-                put(&mut out, &mut done, at, at + 3, "");
-                at += 3;
-            } else {
-                at += 1;
-            }
-            continue;
-        }
-        let name_end = behind_name(text, at, !d.dot_is_bit);
-        let here = plain && at < end;
-        if here && name_end > at {
-            let name = text.get(at..name_end).unwrap_or_default();
-            if let Some((_, value)) = values.iter().find(|(n, _)| n == name) {
-                put(&mut out, &mut done, at, name_end, value);
-            }
-            at = name_end;
-        } else if here && !text.get(at..step(text, at)).unwrap_or_default().contains('\\') {
-            at = step(text, at);
-        } else {
-            at += text.get(at..).and_then(|rest| rest.chars().next()).map_or(1, char::len_utf8);
-        }
-    }
-    out.copy(text, done..text.len());
-    out.into_line(line)
 }

@@ -54,6 +54,9 @@ impl Asm<'_> {
             self.tell(Fault::new(code, all, cause, hint));
             return None;
         }
+        if self.d.hooks.is_sdas && matches!(mnemonic, "push" | "pop") && written.eq_ignore_ascii_case("a") {
+            return self.instruction("acc", mnemonic, 0..0, 0..3);
+        }
         let found = match self.general(text, mnemonic, &operands, rest.clone()) {
             Some(mnemonic) => self.encode(text, mnemonic, word, rest, 0),
             None => self.encode(text, mnemonic, word, rest, 0),
@@ -283,8 +286,17 @@ impl Asm<'_> {
             let cause = format!("{} has more than 32 bits", value.n);
             return Operand::Wrong(3, Fault::new("ASM003", range, cause, "use a value in range"));
         };
-        let low_byte = value.label && !kind.wide && kind.name == "constant" && d.hooks.is_sdas;
+        let low_byte = !kind.wide && kind.name == "constant" && d.hooks.is_sdas;
+        if low_byte && !value.label && !value.unknown && !(-256..256).contains(&n) {
+            let cause = format!("{n} does not fit into 8 bits: its upper bits are left out");
+            let hint = "give the bits that are meant with & or `#<`";
+            self.notes.push(Fault::new("ASM030", range.clone(), cause, hint).warning());
+        }
         let n = if low_byte { n & 0xFF } else { n };
+        // R0 to R7 are words, so that the address of a register of the chip is for another form, or for none.
+        if d.dot_is_bit && value.register && kind.name.starts_with("register") {
+            return Operand::Not;
+        }
         let meant = if value.register { (kind.register)(n) } else { (kind.number)(n, site) };
         match meant {
             Ok(value_here) => Operand::Value(value_here, !value.unknown),

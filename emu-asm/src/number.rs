@@ -4,7 +4,7 @@ use diag::text::byte_of;
 
 use crate::dialect::{Dialect, Form};
 use crate::fault::Fault;
-use crate::text::byte;
+use crate::text::{BACKSLASH, byte};
 
 /// The number that begins at `at`: its length and value; `None` where none begins.
 ///
@@ -12,6 +12,13 @@ use crate::text::byte;
 /// Digits that the form does not have, and values over 32 bits.
 pub(crate) fn read(d: &Dialect, radix: u32, text: &str, at: usize) -> Result<Option<(usize, i64)>, Fault> {
     let Some(rest) = text.get(at..) else { return Ok(None) };
+    // `1010$1010b`: the digits in groups, as in ASEM-51.
+    if let Some((len, digits)) = grouped(d, rest)
+        && let Ok(Some((taken, n))) = read(d, radix, &digits, 0)
+        && taken == digits.len()
+    {
+        return Ok(Some((len, n)));
+    }
     for form in d.numbers {
         if let Some((skip, digits, radix, behind)) = take(*form, rest, radix) {
             let len = skip + digits.len() + behind;
@@ -27,6 +34,15 @@ pub(crate) fn read(d: &Dialect, radix: u32, text: &str, at: usize) -> Result<Opt
     let hint =
         format!("{} is the radix of a number that says nothing of it; see docs/formats/asm.md for the forms", radix);
     Err(Fault::new("ASM010", at..at + run.len().max(1), format!("`{run}` is no number"), hint))
+}
+
+/// The number at the front whose digits stand in groups with `$` between them: its length, and its digits alone.
+fn grouped(d: &Dialect, rest: &str) -> Option<(usize, String)> {
+    let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '$').unwrap_or(rest.len());
+    let run = rest.get(..end)?;
+    let groups = d.hooks.digit_groups && run.starts_with(|c: char| c.is_ascii_digit()) && run.contains('$');
+    let whole = groups && !run.ends_with('$') && !run.contains("$$");
+    whole.then(|| (end, run.replace('$', "")))
 }
 
 /// The letters and digits at the front.
@@ -202,7 +218,7 @@ pub(crate) fn character(text: &str, at: usize) -> (usize, u8) {
 /// The byte of the file at `at`, and how long it is in the text: a character that stands for a byte takes several there.
 pub(crate) fn byte_at(text: &str, at: usize) -> (usize, u8) {
     let c = text.get(at..).and_then(|rest| rest.chars().next());
-    match c.and_then(|c| Some((c.len_utf8(), byte_of(c)?))) {
+    match c.and_then(|c| Some((c.len_utf8(), if c == BACKSLASH { b'\\' } else { byte_of(c)? }))) {
         Some(found) => found,
         None => (1, byte(text, at)),
     }

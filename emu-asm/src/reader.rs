@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::rc::Rc;
 
+use crate::arguments::{Join, put_in};
 use crate::dialect::Flow;
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
@@ -44,7 +45,7 @@ enum Turn {
     /// It is read again so many times.
     Again(u64),
     /// It is read again for each of these texts, the last first.
-    Texts(String, Vec<String>, Rc<[Line]>),
+    Texts(String, Vec<String>, Rc<[Line]>, Join),
     /// It is read again while the condition of this line holds, from this byte on; the turns so far.
     While(Line, usize, u32),
 }
@@ -76,6 +77,8 @@ pub(crate) struct Macro {
     pub locals: Vec<String>,
     /// Its lines.
     pub body: Rc<[Line]>,
+    /// What joins arguments to the text beside them.
+    pub join: Join,
 }
 
 impl Asm<'_> {
@@ -84,7 +87,7 @@ impl Asm<'_> {
         if !self.is_text(file, 0..0) {
             return;
         }
-        let lines = self.texts.lines(file);
+        let lines = self.lines_of(file);
         self.push(lines, Turn::File, None);
         while let Some(line) = self.next_line() {
             self.line = Some(line.clone());
@@ -94,6 +97,16 @@ impl Asm<'_> {
             }
         }
         self.line = None;
+    }
+
+    /// The lines of a file as the dialect takes them.
+    fn lines_of(&self, file: u32) -> Rc<[Line]> {
+        let lines = self.texts.lines(file);
+        let plain = self.d.hooks.plain_backslashes;
+        match lines.iter().any(|line| plain(line).is_some()) {
+            true => lines.iter().map(|line| plain(line).unwrap_or_else(|| line.clone())).collect(),
+            false => lines,
+        }
     }
 
     /// Tells of a text in an encoding that is not read.
@@ -163,9 +176,9 @@ impl Asm<'_> {
                 *left = left.saturating_sub(1);
                 (*left > 0).then_some(None)
             }
-            Turn::Texts(name, texts, body) => texts.pop().map(|text| {
+            Turn::Texts(name, texts, body, join) => texts.pop().map(|text| {
                 let values = [(name.clone(), text)];
-                Some(body.iter().map(|line| crate::macros::put_in(self.d, line, &values, 0)).collect())
+                Some(body.iter().map(|line| put_in(self.d, line, &values, 0, *join)).collect())
             }),
             Turn::While(line, from, turns) => {
                 *turns += 1;
@@ -343,7 +356,11 @@ impl Asm<'_> {
             None => {}
             Some(name) => {
                 texts.reverse();
-                self.push(Rc::default(), Turn::Texts(name, texts, body), None);
+                self.push(
+                    Rc::default(),
+                    Turn::Texts(name, texts, body, Join::of(self.d, call.get(call.word.clone()))),
+                    None,
+                );
             }
         }
     }
@@ -404,7 +421,7 @@ impl Asm<'_> {
                 if !self.is_text(file, call.rest.clone()) {
                     return;
                 }
-                let lines = self.texts.lines(file);
+                let lines = self.lines_of(file);
                 self.push(lines, Turn::File, None);
             }
             Err((cause, why)) => {

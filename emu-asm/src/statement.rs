@@ -82,6 +82,11 @@ impl Asm<'_> {
         let asks = directive.is_some_and(|d| matches!(d.does, Do::Flow(Flow::Elif(_))));
         let decided = self.decide_defined(line, end);
         let (line, end) = decided.as_ref().map_or((line, end), |line| (line, line.text.len()));
+        if let Some(label) = first.label.clone().filter(|_| self.reading() && !keeps)
+            && self.is_given_outside(&line.text, label)
+        {
+            return self.list(line);
+        }
         let expanded = if keeps || !(self.reading() || asks) { None } else { self.expand(line, end) };
         match expanded {
             Some(line) => {
@@ -170,6 +175,7 @@ impl Asm<'_> {
                 if let (Some(flow), true) =
                     (flow, matches!(flow, Some(Flow::If(_) | Flow::Elif(_) | Flow::Else | Flow::Endif)))
                 {
+                    self.dotted = word.starts_with('.');
                     self.flow(flow, &Call { text, label: None, word: head.word, rest: head.rest });
                 }
                 return;
@@ -204,6 +210,7 @@ impl Asm<'_> {
 
     fn word(&mut self, directive: Option<&'static Directive>, flow: Option<Flow>, call: &Call<'_>) {
         let word = call.get(call.word.clone());
+        self.dotted = word.starts_with('.');
         let lower = word.to_ascii_lowercase();
         if let Some(found) = self.macros.get(&lower).cloned() {
             return self.call_macro(&found, call);
@@ -396,8 +403,9 @@ impl Asm<'_> {
         let first = self.directive_of(get(name.clone()));
         let first_names = first.is_some_and(|d| d.label == Label::Name);
         // `RS equ P1.0`: a name of the program that is a directive elsewhere.
-        let own = about && self.is_given(first, get(name.clone()), get(second.end..end));
-        if own || about && !first_names && (!known || column_one) {
+        let runs = matches!(first, Some(Directive { does: Do::Run(_), .. }));
+        let own = about && runs && self.is_given(first, text, name.clone(), second.end..end);
+        if own || about && !first_names && (!known || column_one && !runs) {
             return Head { label: Some(name), address: false, rest: second.end..end, word: second };
         }
         let label = column_one && !known && (self.d.column_one || self.is_word(get(second.clone())));
@@ -405,14 +413,6 @@ impl Asm<'_> {
             return Head { label: Some(name), address: true, rest: second.end..end, word: second };
         }
         Head { word: name, rest: name_end..end, ..none }
-    }
-
-    /// The word of a directive is a name here, which the directive behind it gives the value `rest`.
-    fn is_given(&self, first: Option<&Directive>, word: &str, rest: &str) -> bool {
-        let Some(Directive { name, does: Do::Run(_), .. }) = first else { return false };
-        let value = !matches!(rest.trim_start().bytes().next(), None | Some(b',' | b'='));
-        let lists = ["extrn", "extern", "public", "globl", "global"];
-        value && !word.starts_with(['.', '#', '$']) && !lists.contains(name) && !self.macros.contains_key(*name)
     }
 
     /// A label with a colon, or two, and what stands behind it.

@@ -3,6 +3,9 @@
 use std::ops::Range;
 use std::rc::Rc;
 
+/// The character for a backslash that begins no escape, from the private use that [`diag::text`] leaves alone.
+pub(crate) const BACKSLASH: char = '\u{EF5C}';
+
 /// A line to be read: of a file, or of a macro with its arguments put in.
 #[derive(Debug, Clone)]
 pub(crate) struct Line {

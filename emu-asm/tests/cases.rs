@@ -97,6 +97,11 @@ fn data_and_places() {
 }
 
 #[test]
+fn sources_after_asm51_and_its_like() {
+    check("asm51.txt");
+}
+
+#[test]
 fn areas_of_a_module() {
     check("areas.txt");
 }
@@ -151,7 +156,7 @@ fn texts_in_any_encoding() {
     let cases: &[(&str, &[u8], &str)] = &[
         ("pic16f84a", b" org 0\n dt \"\xBFA\"\n", "= flash 0000: BF 34 41 34\n"),
         ("pic16f84a", " org 0\n dt \"\u{bf}A\"\n".as_bytes(), "= flash 0000: C2 34 BF 34 41 34\n"),
-        ("8051", b" db \"\xE9\", '\xE9', \"\\\xE9\" ; \xE9\n", "= code 0000: E9 E9 E9\n"),
+        ("8051", b" db \"\xE9\", '\xE9', \"\\\xE9\" ; \xE9\n", "= code 0000: E9 E9 5C E9\n"),
         ("8051", b" .ascii /\x80\xFF/\n", "= code 0000: 80 FF\n"),
         ("atmega328p", b".ascii \"\xC3\xA9\xE9\"\n .byte 0\n", "= flash 0000: C3 A9 E9 00\n"),
         ("8051", "; \u{e9}\n include \"latin.inc\"\n m \"\u{e9}\"\n".as_bytes(), "= code 0000: E9 C3 A9\n"),

@@ -77,6 +77,7 @@ pub(super) const AP101: Dialect = Dialect {
     operators: super::C_OPERATORS,
     unary: super::C_UNARY,
     truth: 1,
+    arithmetic: super::Arithmetic::Signed,
     controls: false,
     numbered_labels: false,
     dollar_labels: false,

@@ -47,6 +47,7 @@ pub(super) const AVR: Dialect = Dialect {
         ("_SFR_IO_ADDR", 12, |n| n - 0x20), ("_SFR_MEM_ADDR", 12, |n| n), ("_BV", 12, |n| 1i64.checked_shl(n as u32).unwrap_or(0)),
     ],
     truth: -1,
+    arithmetic: super::Arithmetic::Signed,
     controls: false,
     numbered_labels: true,
     dollar_labels: false,

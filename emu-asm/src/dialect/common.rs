@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use super::{Directive, Flow, Provided, Turns};
+use crate::arguments::{Join, arguments};
 use crate::dialect::Holds;
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::known::Known;
-use crate::macros::arguments;
 use crate::number::string;
 use crate::symbols::Kind;
 use crate::text::{behind_name, byte, cut, skip_space, trim};
@@ -295,6 +295,9 @@ fn message(asm: &mut Asm<'_>, call: &Call<'_>, error: bool) {
 }
 
 pub(super) fn if_true(asm: &mut Asm<'_>, call: &Call<'_>) -> bool {
+    if call.get(call.word.clone()).starts_with('#') {
+        return asm.c_value(call.text, call.rest.clone()) != 0;
+    }
     asm.number(call.text, call.rest.clone()).is_some_and(|n| n != 0)
 }
 
@@ -319,7 +322,7 @@ fn are_alike(call: &Call<'_>) -> bool {
 pub(super) fn is_defined(asm: &mut Asm<'_>, call: &Call<'_>, wanted: bool) -> bool {
     let name = call.get(trim(call.text, call.rest.clone()));
     let symbol = asm.symbols.get(name, asm.d.any_case).is_some_and(|symbol| symbol.pass == asm.pass);
-    let found = symbol || asm.defines.contains_key(name) || asm.known.get(name).is_some();
+    let found = symbol || asm.define_of(name).is_some() || asm.known.get(name).is_some();
     found == wanted
 }
 
@@ -330,7 +333,8 @@ fn times(asm: &mut Asm<'_>, call: &Call<'_>) -> Turns {
 
 fn each(asm: &mut Asm<'_>, call: &Call<'_>) -> Turns {
     wanted(asm, call);
-    let mut parts = arguments(asm.d, call.text, call.rest.clone()).into_iter();
+    let mut parts =
+        arguments(asm.d, call.text, call.rest.clone(), Join::of(asm.d, call.get(call.word.clone()))).into_iter();
     let name = parts.next().map_or("", |part| call.get(part)).to_owned();
     let list: Vec<Range<usize>> = parts.collect();
     // `irp x, <1, 2>`: the list in angles.
@@ -346,7 +350,8 @@ fn each(asm: &mut Asm<'_>, call: &Call<'_>) -> Turns {
 
 fn each_character(asm: &mut Asm<'_>, call: &Call<'_>) -> Turns {
     wanted(asm, call);
-    let mut parts = arguments(asm.d, call.text, call.rest.clone()).into_iter();
+    let mut parts =
+        arguments(asm.d, call.text, call.rest.clone(), Join::of(asm.d, call.get(call.word.clone()))).into_iter();
     let name = parts.next().map_or("", |part| call.get(part)).to_owned();
     let text = parts.next().map_or("", |part| call.get(part)).trim_matches('"');
     Turns { name: Some(name), texts: text.chars().map(String::from).collect(), count: 0 }

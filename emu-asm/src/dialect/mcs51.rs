@@ -17,7 +17,7 @@ use emu_core::chip::Chip;
 use super::common::{constant, if_true, include, is_blank, is_defined, no_effect, nothing};
 use text::{End, Size};
 
-use super::{Dialect, Directive, Flow, Form, Holds, Hooks, Op, Own, Provided, SectionRow};
+use super::{Arithmetic, Dialect, Directive, Flow, Form, Holds, Hooks, Op, Own, Provided, SectionRow};
 use crate::engine::{Asm, Call};
 use crate::expr::Value;
 use crate::fault::Fault;
@@ -55,18 +55,18 @@ pub(super) const MCS51: Dialect = Dialect {
     here: &["$", ".", "*"],
     here_is_line: true,
     here_is_behind: false,
-    // The order of as31 and sdas8051; words bind as in Intel's ASM51.
+    // Signs in the order of as31 and sdas8051; words as in Intel's ASM51 ("MCS-51 Macro Assembler User's Guide", operators).
     operators: &[
         (".", 12, Op::BitOf),
         ("*", 10, Op::Mul), ("/", 10, Op::Div), ("%", 10, Op::Mod), ("mod", 10, Op::Mod),
-        ("<<", 8, Op::Shl), (">>", 8, Op::Shr), ("shl", 8, Op::Shl), ("shr", 8, Op::Shr),
+        ("<<", 8, Op::Shl), (">>", 8, Op::Shr), ("shl", 10, Op::Shl), ("shr", 10, Op::Shr),
         ("+", 9, Op::Add), ("-", 9, Op::Sub),
         ("==", 7, Op::Equal), ("=", 7, Op::Equal), ("<>", 7, Op::Unequal), ("!=", 7, Op::Unequal),
         ("<", 7, Op::Less), ("<=", 7, Op::LessEqual), (">", 7, Op::Greater), (">=", 7, Op::GreaterEqual),
         ("eq", 7, Op::Equal), ("ne", 7, Op::Unequal), ("lt", 7, Op::Less), ("le", 7, Op::LessEqual),
         ("gt", 7, Op::Greater), ("ge", 7, Op::GreaterEqual),
         ("&", 5, Op::And), ("and", 5, Op::And),
-        ("^", 6, Op::Xor), ("xor", 4, Op::Xor), ("|", 3, Op::Or), ("or", 3, Op::Or),
+        ("^", 6, Op::Xor), ("xor", 3, Op::Xor), ("|", 3, Op::Or), ("or", 3, Op::Or),
         ("&&", 2, Op::BothTrue), ("||", 1, Op::EitherTrue),
     ],
     unary: &[
@@ -74,7 +74,8 @@ pub(super) const MCS51: Dialect = Dialect {
         ("not", 6, |n| !n), ("low", 11, |n| n & 0xFF), ("high", 11, |n| n >> 8 & 0xFF),
         ("<", 11, |n| n & 0xFF), (">", 11, |n| n >> 8 & 0xFF),
     ],
-    truth: 1,
+    truth: -1,
+    arithmetic: Arithmetic::Unsigned(16),
     controls: true,
     numbered_labels: false,
     dollar_labels: true,
@@ -86,7 +87,7 @@ pub(super) const MCS51: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[],
-    hooks: Hooks { names: own_name, external, angles: true, complements: true, code_end: Some(text::any_code_end), no_bytes: area::why_no_bytes, general: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..Hooks::NONE },
+    hooks: Hooks { names: own_name, external, angles: true, complements: true, digit_groups: true, code_end: Some(text::any_code_end), plain_backslashes: text::plain_backslashes, no_bytes: area::why_no_bytes, general: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..Hooks::NONE },
     directives: &[
         Directive::run("defb", super::common::bytes),
         Directive::run("db", |asm, call| text::data(asm, call, Size::Byte, false)),
@@ -160,7 +161,7 @@ pub(super) const MCS51: Dialect = Dialect {
         // Controls of AX51 that give names values, and then those without effect, such as `$MOD52` and `$NOLIST`.
         Directive::run("$set", |asm, call| set_names(asm, call, None)),
         Directive::run("$reset", |asm, call| set_names(asm, call, Some(0))),
-        Directive::run("$", no_effect),
+        Directive::run("$", control),
     ],
     provides,
     defines: |_| Vec::new(),
@@ -177,7 +178,15 @@ pub(super) const MCS51: Dialect = Dialect {
 /// The same for sdas8051: a source with directives that as31 and ASM51 lack.
 const SDAS: Dialect = Dialect {
     comments: &[";"],
-    hooks: Hooks { is_sdas: true, quoted: Some(text::quoted_at), code_end: Some(text::code_end), ..MCS51.hooks },
+    truth: 1,
+    arithmetic: Arithmetic::Unsigned(32),
+    hooks: Hooks {
+        is_sdas: true,
+        quoted: Some(text::quoted_at),
+        code_end: Some(text::code_end),
+        plain_backslashes: |_| None,
+        ..MCS51.hooks
+    },
     ..MCS51
 };
 
@@ -185,7 +194,7 @@ const SDAS: Dialect = Dialect {
 /// has.
 fn provides(_: &Chip, include: &str) -> Provided {
     let stem = include.split('.').next().unwrap_or(include);
-    let makers = ["at", "reg", "regx", "mod", "sfr", "i", "p"];
+    let makers = ["at", "reg", "reg_c", "regx", "mod", "sfr", "stc", "i", "p"];
     let number = stem.trim_start_matches(|c: char| !c.is_ascii_digit());
     let maker = stem.strip_suffix(number).unwrap_or_default().trim_end_matches(['_', '-']);
     let known = maker.is_empty() || makers.contains(&maker);
@@ -196,8 +205,31 @@ fn provides(_: &Chip, include: &str) -> Provided {
 #[rustfmt::skip]
 const LISTS: &[&str] = &[
     "51", "52", "8031", "8032", "8051", "8052", "8751", "8752", "80c31", "80c32", "80c51", "80c52", "87c51", "87c52", "89c51", "89c52",
-    "89s51", "89s52", "89c1051", "89c2051", "89c4051", "89x51", "89x52", "89x051", "1051", "2051", "4051",
+    "51f", "8051sfr", "83c51", "83c52", "89c51rc", "89c52rc", "89c5xrc", "892051", "894051", "89s8252", "89s8253", "89s51", "89s52", "89c1051", "89c2051", "89c4051", "89x51", "89x52", "89x051", "1051", "2051", "4051",
 ];
+
+/// Controls of the listing, of the object file and of the chip's names that stand at the head of public sources (A51, "Control
+/// directives"; ASEM-51, "Assembler controls"). Others are told.
+#[rustfmt::skip]
+const CONTROLS: &[&str] = &[
+    "builtin", "case", "co", "cond", "condonly", "da", "date", "db", "debug", "ej", "eject", "ep", "erf", "errorprint", "ge", "gen", "genonly", "go",
+    "incdir", "la", "language", "li", "list", "ma", "macro", "mo", "mod51", "mr", "mpl", "nobuiltin", "noco", "nocond", "noda", "nodb", "nodebug", "noep", "noge", "nogen", "noli", "nolines",
+    "nolist", "nolst", "nomacro", "noma", "nomo", "nomod51", "noob", "noobject", "nopaging", "nopi", "noprint", "nopr", "noregisterbank", "norb", "nosb", "nosymbols", "nosymlist",
+    "nosy", "notabs", "noxr", "noxref", "object", "oj", "pagelength", "paging", "pagewidth", "philips", "pi", "pl", "pr", "print", "pw", "rb", "registerbank", "restore",
+    "rs", "sa", "save", "sb", "symbols", "symlist", "sy", "tabs", "title", "tt", "wo", "xr", "xref",
+];
+
+/// A control without effect.
+fn control(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let name = call.get(call.word.clone()).trim_start_matches('$').to_ascii_lowercase();
+    let chips = name
+        .trim_start_matches("no")
+        .strip_prefix("mod")
+        .is_some_and(|chip| chip.starts_with(|c: char| c.is_ascii_digit()));
+    if !chips && !CONTROLS.contains(&name.as_str()) {
+        no_effect(asm, call);
+    }
+}
 
 /// `$SET (DEBUG, LEVEL=2)` and `$RESET (DEBUG)`: values for `$IF`.
 fn set_names(asm: &mut Asm<'_>, call: &Call<'_>, fixed: Option<i64>) {

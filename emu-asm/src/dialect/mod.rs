@@ -17,6 +17,7 @@ use emu_core::table::Row;
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::reader::Block;
+use crate::text::Line;
 
 /// A unary operator or a function of one value: token, how strongly what follows must bind, what it does.
 pub(crate) type Unary = (&'static str, u8, fn(i64) -> i64);
@@ -60,6 +61,8 @@ pub(crate) struct Dialect {
     pub unary: &'static [Unary],
     /// What a comparison that holds gives.
     pub truth: i64,
+    /// How values are divided, shifted and compared.
+    pub arithmetic: Arithmetic,
     /// Lines that begin with `$` and a word are controls of the assembler.
     pub controls: bool,
     /// Labels are numbers, `1f` and `1b` mean the next and the last of them.
@@ -126,10 +129,14 @@ pub(crate) struct Hooks {
     pub is_sdas: bool,
     /// The value in quotes that begins at a byte of the text, and where it ends.
     pub quoted: Option<Quoted>,
+    /// The line with what stands for backslashes that are plain characters; none where there are none.
+    pub plain_backslashes: fn(&Line) -> Option<Line>,
     /// Where the comment of a line begins.
     pub code_end: Option<fn(&str) -> usize>,
     /// Why bytes have no place in the current section: cause and hint.
     pub no_bytes: fn(&Asm<'_>) -> Option<(String, String)>,
+    /// Digits of a number may stand in groups: `1010$1010b`.
+    pub digit_groups: bool,
     /// Values may be complements of any value that fits: `not 0F0h` is a byte.
     pub complements: bool,
     /// Arguments of macros may stand in angles.
@@ -153,8 +160,10 @@ impl Hooks {
         external: |_, _| false,
         is_sdas: false,
         quoted: None,
+        plain_backslashes: |_| None,
         code_end: None,
         no_bytes: |_| None,
+        digit_groups: false,
         complements: false,
         angles: false,
         general: &[],
@@ -253,6 +262,25 @@ pub(crate) enum Form {
     Quoted,
     /// Digits in the radix that holds.
     Plain,
+}
+
+/// How values are divided, shifted to the right and compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Arithmetic {
+    /// With their signs, in 64 bits.
+    Signed,
+    /// Negative ones as their complements of so many bits, in lines of as31's dotted directives with their signs.
+    Unsigned(u32),
+}
+
+impl Arithmetic {
+    /// The value as it is divided, shifted or compared.
+    pub fn operand(self, n: i64) -> i64 {
+        match self {
+            Arithmetic::Unsigned(bits) if n < 0 => n & ((1 << bits.min(62)) - 1),
+            _ => n,
+        }
+    }
 }
 
 /// A binary operator.

@@ -82,6 +82,7 @@ pub(super) const PIC16: Dialect = Dialect {
         ("low", 11, |n| n & 0xFF), ("high", 11, |n| n >> 8 & 0xFF), ("upper", 11, |n| n >> 16 & 0xFF),
     ],
     truth: 1,
+    arithmetic: super::Arithmetic::Signed,
     controls: false,
     numbered_labels: false,
     dollar_labels: false,

@@ -14,7 +14,7 @@ use super::super::common::{bytes, value_of, wanted, words};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
 use crate::number::byte_at;
-use crate::text::{byte, cut, skip_space, step, trim};
+use crate::text::{BACKSLASH, Changed, Line, byte, cut, skip_space, step, trim};
 
 /// What stands at the end of a text in memory.
 #[derive(Clone, Copy)]
@@ -99,6 +99,47 @@ fn close(line: &str, range: Range<usize>) -> Option<usize> {
         from = at + 2;
     }
 }
+
+/// The line of a source for ASM51 and its like, where a backslash in quotes is a character like others. Lines with a directive of
+/// text, or with a dot in front, are as31's or sdas8051's; `'\n'` alone is a character of as31 in the operands of instructions.
+pub(super) fn plain_backslashes(line: &Line) -> Option<Line> {
+    let text: &str = &line.text;
+    if !text.contains('\\') {
+        return None;
+    }
+    let between = |c: char| c.is_whitespace() || matches!(c, ':' | '"' | '\'');
+    let words = || text.split(between).filter(|word| !word.is_empty()).take(2);
+    let data = words().any(|word| DATA.iter().any(|known| word.eq_ignore_ascii_case(known)));
+    if end(text).is_some() || words().any(|word| word.starts_with(['.', '#', '$']) && word.len() > 1) {
+        return None;
+    }
+    let (mut changed, mut done, mut at) = (Changed::default(), 0, 0);
+    while at < text.len() {
+        let mark = byte(text, at);
+        if mark == b';' || text.get(at..).is_some_and(|rest| rest.starts_with("//")) {
+            break;
+        }
+        let rest = text.get(at + 1..).unwrap_or_default();
+        let Some(len) = rest.find(mark as char).filter(|_| matches!(mark, b'\'' | b'"')) else {
+            at += 1;
+            continue;
+        };
+        let inside = rest.get(..len).unwrap_or_default();
+        let is_escape = !data && inside.len() == 2 && inside.starts_with('\\');
+        for (found, _) in inside.match_indices('\\').filter(|_| !is_escape) {
+            let old = at + 1 + found;
+            changed.copy(text, done..old);
+            changed.put(BACKSLASH.encode_utf8(&mut [0; 4]), old);
+            done = old + 1;
+        }
+        at += len + 2;
+    }
+    changed.copy(text, done..text.len());
+    (done > 0).then(|| changed.into_line(line))
+}
+
+/// Directives without a dot that take texts of ASM51.
+const DATA: &[&str] = &["db", "defb", "dw", "defw", "byte", "word", "fcb", "fdb"];
 
 /// The first character, an escape taken as what it stands for: its length and code.
 fn character(bytes: &[u8]) -> Option<(usize, u8)> {

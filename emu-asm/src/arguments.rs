@@ -1,0 +1,316 @@
+//! Arguments of macros: cut apart, and put into lines for the names of parameters.
+
+use std::ops::Range;
+
+use crate::dialect::Dialect;
+use crate::macros::Param;
+use crate::statement::code_end;
+use crate::text::{Changed, Line, begins_name, behind_name, byte, cut, skip_space, step, trim};
+
+/// What joins an argument to the text beside it in the lines of a macro, and is left out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Join {
+    /// Nothing does.
+    Nothing,
+    /// `l&n` and `'&n'`, as in ASM51 and ASEM-51 (its manual, "Macro expansion").
+    And,
+    /// `l'n` and `n'_x`, as in sdas8051 (`asmcro.c`).
+    Quote,
+}
+
+impl Join {
+    /// That of a macro or repetition begun by the word of a directive: one with a dot is sdas8051's.
+    pub fn of(d: &Dialect, word: &str) -> Join {
+        match word.starts_with('.') || d.hooks.is_sdas {
+            _ if !d.hooks.angles => Join::Nothing,
+            true => Join::Quote,
+            false => Join::And,
+        }
+    }
+}
+
+/// Where the name at `at` ends for which a text may stand; else where to go on: behind a number, behind the dot between a
+/// byte and a bit, behind a text in quotes or one character.
+pub(crate) fn name_at(d: &Dialect, text: &str, at: usize) -> Result<usize, usize> {
+    let c = byte(text, at);
+    // Digits and letters that stand together are one number.
+    if c.is_ascii_digit() {
+        let rest = text.get(at..).unwrap_or_default();
+        return Err(at + rest.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(rest.len()));
+    }
+    // `P1.n`: the name begins behind the dot; that of `.n` begins with it.
+    if c == b'.' && d.dot_is_bit && ends_value(byte(text, at.wrapping_sub(1))) {
+        return Err(at + 1);
+    }
+    match behind_name(text, at, !d.dot_is_bit) {
+        end if end > at => Ok(end),
+        _ => Err(step(text, at)),
+    }
+}
+
+/// A value may end with this character.
+fn ends_value(c: u8) -> bool {
+    c.is_ascii_alphanumeric() || matches!(c, b'_' | b'?' | b'$' | b')' | b']') || c >= 0x80
+}
+
+/// Arguments between commas, each without the angles that may be around it in the dialects that have them: `<1, 2>, <>`.
+pub(crate) fn arguments(d: &Dialect, text: &str, range: Range<usize>, join: Join) -> Vec<Range<usize>> {
+    if !d.hooks.angles || !text.get(range.clone()).is_some_and(|all| all.contains('<')) {
+        return parts(d, text, range, join);
+    }
+    let mut all = Vec::new();
+    let mut at = range.start;
+    loop {
+        let start = skip_space(text, at).min(range.end);
+        let next = match in_angles(text, start..range.end) {
+            Some(inside) => {
+                let behind = skip_space(text, inside.end + 1);
+                all.push(inside);
+                behind
+            }
+            None => {
+                let first = cut(text, start..range.end).first().map_or(start..range.end, |first| {
+                    let comma = skip_space(text, first.end);
+                    start..comma
+                });
+                all.push(trim(text, first.clone()));
+                first.end
+            }
+        };
+        if next >= range.end {
+            return all;
+        }
+        at = next + 1;
+    }
+}
+
+/// What stands in the angles at the front of `range`, which a comma or its end follows.
+fn in_angles(text: &str, range: Range<usize>) -> Option<Range<usize>> {
+    let (mut depth, mut at) = (0u32, range.start);
+    while at < range.end {
+        match byte(text, at) {
+            b'!' => at += 1,
+            b'<' => depth += 1,
+            b'>' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth == 0 {
+            let behind = skip_space(text, at + 1);
+            let ends = behind >= range.end || byte(text, behind) == b',';
+            return (at > range.start && ends).then_some(range.start + 1..at);
+        }
+        at = step(text, at);
+    }
+    None
+}
+
+/// Pieces between commas, and for avr-as and sdas8051 between spaces, where no operator stands on either side.
+pub(crate) fn parts(d: &Dialect, text: &str, range: Range<usize>, join: Join) -> Vec<Range<usize>> {
+    let pieces = cut(text, range);
+    if !d.spaced_arguments && join != Join::Quote {
+        return pieces;
+    }
+    let mut all = Vec::new();
+    for piece in pieces {
+        let (mut start, mut at, mut depth) = (piece.start, piece.start, 0u32);
+        while at < piece.end {
+            match byte(text, at) {
+                b'(' | b'[' => depth += 1,
+                b')' | b']' => depth = depth.saturating_sub(1),
+                b' ' | b'\t' if depth == 0 => {
+                    let next = skip_space(text, at);
+                    let before = byte(text, at.saturating_sub(1));
+                    let value =
+                        |c: u8| c.is_ascii_alphanumeric() || matches!(c, b'_' | b'.' | b'"' | b'\'' | b'\\' | b'$');
+                    let begins = value(byte(text, next)) || matches!(byte(text, next), b'(' | b'#' | b'@');
+                    let end_of = |from: usize| behind_name(text, from, false).min(piece.end);
+                    let front = text.get(start..at).unwrap_or_default();
+                    let operator =
+                        is_operator(d, front) || is_operator(d, text.get(next..end_of(next)).unwrap_or_default());
+                    if (value(before) || before == b')') && begins && !operator {
+                        all.push(start..at);
+                        start = next;
+                    }
+                    at = next;
+                    continue;
+                }
+                _ => {}
+            }
+            at = step(text, at);
+        }
+        all.push(start..piece.end);
+    }
+    all
+}
+
+pub(crate) fn skip_comma(text: &str, at: usize) -> usize {
+    let at = skip_space(text, at);
+    if byte(text, at) == b',' { at + 1 } else { at }
+}
+
+/// The last word of `text` is an operator.
+fn is_operator(d: &Dialect, text: &str) -> bool {
+    let last = text.rsplit(|c: char| !c.is_ascii_alphanumeric()).next().unwrap_or_default();
+    let tokens = d.operators.iter().map(|(token, ..)| *token).chain(d.unary.iter().map(|(token, ..)| *token));
+    let mut words = tokens.filter(|token| token.starts_with(|c: char| c.is_ascii_alphabetic()));
+    words.any(|token| last.eq_ignore_ascii_case(token))
+}
+
+/// The text of an argument without the `!` in front of characters that would mean something else: `<a!,b!>>`.
+pub(crate) fn unescape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text.chars().peekable();
+    while let Some(c) = rest.next() {
+        match rest.peek() {
+            Some(next) if c == '!' && !next.is_ascii_alphanumeric() && *next != '=' => out.extend(rest.next()),
+            _ => out.push(c),
+        }
+    }
+    out
+}
+
+/// `a`, `a=1`, `a:req`, `a:vararg`, `\a`.
+pub(crate) fn param(text: &str) -> Param {
+    let (name, default) =
+        text.split_once('=').map_or((text, None), |(name, value)| (name, Some(value.trim().to_owned())));
+    let (name, kind) = name.split_once(':').unwrap_or((name, ""));
+    let kind = kind.trim();
+    Param {
+        name: name.trim().trim_start_matches(['\\', '?']).to_owned(),
+        default,
+        label: name.trim().starts_with('?'),
+        required: kind.eq_ignore_ascii_case("req"),
+        rest: kind.eq_ignore_ascii_case("vararg"),
+    }
+}
+
+/// The line with values for names: `\name` everywhere, and in dialects that have it so the name alone outside quotes. `\@`
+/// is the number of the call, `\()` nothing.
+pub(crate) fn put_in(d: &Dialect, line: &Line, values: &[(String, String)], number: u32, join: Join) -> Line {
+    let text: &str = &line.text;
+    let plain = d.plain_arguments && !values.is_empty();
+    if !plain && !text.contains('\\') {
+        return line.clone();
+    }
+    let mut put = Putting { text, values, out: Changed::default(), done: 0, all: d.hooks.is_sdas };
+    let end = code_end(d, text);
+    let mut at = 0;
+    while at < text.len() {
+        if byte(text, at) == b'\\' {
+            at = put.marked(at, number);
+            continue;
+        }
+        if !plain || at >= end {
+            at += text.get(at..).and_then(|rest| rest.chars().next()).map_or(1, char::len_utf8);
+            continue;
+        }
+        at = match name_at(d, text, at) {
+            Ok(name_end) => put.name(at..name_end, join),
+            // `x'n`: what the quote joins.
+            Err(_) if join == Join::Quote && put.joins(at) => at + 1,
+            Err(behind) => {
+                if matches!(byte(text, at), b'\'' | b'"') {
+                    put.within(at..behind, join, number);
+                }
+                behind
+            }
+        };
+    }
+    put.out.copy(text, put.done..text.len());
+    put.out.into_line(line)
+}
+
+/// A line into which values are put.
+struct Putting<'t> {
+    text: &'t str,
+    values: &'t [(String, String)],
+    out: Changed,
+    /// What stands before this is in `out`.
+    done: usize,
+    /// A quote beside a parameter joins whatever else it stands beside.
+    all: bool,
+}
+
+impl<'t> Putting<'t> {
+    /// The value of the parameter that stands there.
+    fn value(&self, at: Range<usize>) -> Option<&'t str> {
+        let name = self.text.get(at)?;
+        self.values.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
+    }
+
+    /// Puts a value in for what stands there; behind it.
+    fn put(&mut self, at: Range<usize>, value: &str) -> usize {
+        if self.done < at.start {
+            self.out.copy(self.text, self.done..at.start);
+        }
+        self.out.put(value, at.start);
+        self.done = at.end;
+        at.end
+    }
+
+    /// The backslash that stands there, with what it stands in front of; behind them.
+    fn marked(&mut self, at: usize, number: u32) -> usize {
+        let name_end = behind_name(self.text, at + 1, false);
+        if let Some(value) = self.value(at + 1..name_end) {
+            self.put(at..name_end, value)
+        } else if byte(self.text, at + 1) == b'@' {
+            self.put(at..at + 2, &number.to_string())
+        } else if self.text.get(at + 1..at + 3) == Some("()") {
+            self.put(at..at + 3, "")
+        } else {
+            at + 1
+        }
+    }
+
+    /// The name that stands there, with what joins it to its neighbours left out where it is a parameter; behind it.
+    fn name(&mut self, at: Range<usize>, join: Join) -> usize {
+        let Some(value) = self.value(at.clone()) else { return at.end };
+        let mark = match join {
+            Join::Nothing => return self.put(at, value),
+            Join::And => b'&',
+            Join::Quote => b'\'',
+        };
+        let before =
+            at.start > self.done && byte(self.text, at.start - 1) == mark && (self.is_name(at.start - 1) || self.all);
+        let next = byte(self.text, at.end + 1);
+        // In front of a number `&` is the operator.
+        let joins = begins_name(next) && next != b'.' || next == b'$' || self.all;
+        let behind = byte(self.text, at.end) == mark && joins;
+        self.put(at.start - usize::from(before)..at.end + usize::from(behind), value)
+    }
+
+    /// A name, and no number, ends there, or a value was put in there.
+    fn is_name(&self, end: usize) -> bool {
+        let front = self.text.get(..end).unwrap_or_default();
+        let word = front.rfind(|c: char| !c.is_ascii_alphanumeric() && !matches!(c, '_' | '?' | '$'));
+        let first = byte(front, word.map_or(0, |at| at + 1));
+        end == self.done && end > 0 || begins_name(first)
+    }
+
+    /// The quote that stands there joins a name to the parameter behind it.
+    fn joins(&self, at: usize) -> bool {
+        let name = at + 1..behind_name(self.text, at + 1, false);
+        byte(self.text, at) == b'\'' && (self.is_name(at) || self.all) && self.value(name).is_some()
+    }
+
+    /// Puts values in for `\name`, `&name` and `&name&` within a text in quotes.
+    fn within(&mut self, at: Range<usize>, join: Join, number: u32) {
+        let mut next = at.start;
+        let is_mark = |c: char| c == '\\' || c == '&' && join == Join::And;
+        while let Some(mark) = self.text.get(next..at.end).and_then(|rest| rest.find(is_mark)).map(|found| next + found)
+        {
+            if byte(self.text, mark) == b'\\' {
+                next = self.marked(mark, number);
+                continue;
+            }
+            let end = behind_name(self.text, mark + 1, false).min(at.end);
+            next = mark + 1;
+            if let Some(value) = self.value(mark + 1..end) {
+                // `&a&b`: the second mark is the one in front of `b`.
+                let behind = behind_name(self.text, end + 1, false);
+                let closes = byte(self.text, end) == b'&' && self.value(end + 1..behind).is_none();
+                next = self.put(mark..end + usize::from(closes), value);
+            }
+        }
+    }
+}
