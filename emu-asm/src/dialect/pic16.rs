@@ -46,7 +46,7 @@ pub(crate) struct State {
 #[rustfmt::skip]
 const FOREIGN: &[&str] = &[
     "ds", "byte", "word", "ascii", "asciz", "rept", "irp", "irpc", "endr", "warning", "undef", "undefine",
-    "ifeq", "ifne", "ifgt", "ifge", "iflt", "ifle", "ifb", "ifnb", "ifc", "ifnc", "ifnotdef",
+    "ifeq", "ifne", "ifgt", "ifge", "iflt", "ifle", "ifb", "ifnb", "ifc", "ifnc", "ifnotdef", "elif", "elseif",
 ];
 
 /// Directives for debuggers, and the macros of gputils' `coff.inc` that tell gpsim something.
