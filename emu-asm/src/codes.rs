@@ -65,7 +65,7 @@ pub const CODES: &[Code] = &[
         explain: "Something was put at an address before. The message says by which line. Mend: move one of them with org." },
     Code { code: "ASM020", title: "there is no memory here",
         explain: "The program puts bytes where the chip has no memory that an image fills: behind the end of program memory, or in RAM. \
-                  Mend: make the program smaller, take a larger chip, correct org, or reserve RAM with ds." },
+                  Mend: make the program smaller, take a larger chip, correct org, or reserve RAM with ds (res on the PIC16)." },
     Code { code: "ASM021", title: "a word has bits that its memory has not",
         explain: "Program words of the PIC16 have 14 bits, so nothing above 3FFFh can lie there." },
     Code { code: "ASM022", title: "an instruction at an odd address",

@@ -130,6 +130,8 @@ pub(crate) struct Hooks {
     pub code_end: Option<fn(&str) -> usize>,
     /// Why bytes have no place in the current section: cause and hint.
     pub no_bytes: fn(&Asm<'_>) -> Option<(String, String)>,
+    /// Values have 32 bits with a sign, and what is above is cut off; those of others have 64.
+    pub is_32: bool,
     /// Values may be complements of any value that fits: `not 0F0h` is a byte.
     pub complements: bool,
     /// Arguments of macros may stand in angles.
@@ -155,6 +157,7 @@ impl Hooks {
         quoted: None,
         code_end: None,
         no_bytes: |_| None,
+        is_32: false,
         complements: false,
         angles: false,
         general: &[],
@@ -385,6 +388,11 @@ impl Directive {
 }
 
 impl Dialect {
+    /// A value with the bits that values have.
+    pub fn fit(&self, n: i64) -> i64 {
+        if self.hooks.is_32 { i64::from(n as i32) } else { n }
+    }
+
     /// The dialect of a chip.
     pub fn of(chip: &Chip) -> &'static Dialect {
         match chip.family {

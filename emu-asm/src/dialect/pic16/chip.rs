@@ -77,7 +77,12 @@ pub(super) fn list(asm: &mut Asm<'_>, call: &Call<'_>) {
         match text.split_once('=') {
             Some((key, value)) if key.trim().eq_ignore_ascii_case("r") => set_radix(asm, value, part),
             Some((key, value)) if key.trim().eq_ignore_ascii_case("f") => {
-                asm.own.pic16.is_inhx8m = value.trim().eq_ignore_ascii_case("inhx8m");
+                let form = value.trim().to_ascii_lowercase();
+                asm.own.pic16.is_inhx8m = form == "inhx8m";
+                if !matches!(form.as_str(), "inhx8m" | "inhx32") {
+                    let cause = format!("a HEX file is not written as `{form}`");
+                    asm.tell(Fault::new("ASM023", part, cause, "write f=inhx32, as without it, or f=inhx8m"));
+                }
             }
             _ => {}
         }
@@ -252,17 +257,37 @@ pub(super) fn pageselw(asm: &mut Asm<'_>, call: &Call<'_>) {
     }
 }
 
+/// `include <p16f873.inc>`: from here on the names of the chip are defined.
+pub(super) fn include(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let written = call.get(trim(call.text, call.rest.clone())).to_ascii_lowercase();
+    let name = written.trim_matches(|c| matches!(c, '"' | '\'' | '<' | '>' | ' '));
+    let base = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    asm.own.pic16.includes_chip |= chip_of(base).is_some();
+    super::super::common::include(asm, call);
+}
+
+/// The chip that an include is for: `16f873` of `p16f873.inc`.
+fn chip_of(include: &str) -> Option<&str> {
+    let named = include.strip_prefix('p')?.strip_suffix(".inc")?;
+    named.starts_with(|c: char| c.is_ascii_digit()).then_some(named)
+}
+
+/// A name is defined; the chip's own are from its include on.
+pub(super) fn is_defined(asm: &mut Asm<'_>, call: &Call<'_>) -> bool {
+    let name = call.get(trim(call.text, call.rest.clone()));
+    let is_given = asm.symbols.get(name, asm.d.any_case).is_some_and(|symbol| symbol.pass == asm.pass);
+    let by_chip = asm.own.pic16.includes_chip && asm.known.get(name).is_some();
+    is_given || by_chip || asm.defines.contains_key(name)
+}
+
 /// `p16f873.inc` gives the names that the chip has anyway; what `coff.inc` defines is for gpsim and debuggers.
 pub(super) fn provides(chip: &Chip, include: &str) -> Provided {
     if include == "coff.inc" {
         return Provided::Chip;
     }
-    let Some(named) = include.strip_prefix('p').and_then(|rest| rest.strip_suffix(".inc")) else { return Provided::No };
+    let Some(named) = chip_of(include) else { return Provided::No };
     if named == bare(chip.name) {
         return Provided::Chip;
-    }
-    if !named.starts_with(|c: char| c.is_ascii_digit()) {
-        return Provided::No;
     }
     let cause = format!("`{include}` is for another chip than the {}", chip.name);
     let hint = format!("name that chip with --mcu pic{named}, or include p{}.inc", bare(chip.name));

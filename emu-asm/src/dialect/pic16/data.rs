@@ -110,8 +110,11 @@ pub(super) fn cells(asm: &mut Asm<'_>, call: &Call<'_>) {
     }
 }
 
-/// A RETLW for each byte.
+/// A RETLW for each byte; the bytes themselves where variables begin with them.
 pub(super) fn table(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if super::link::in_initial(asm) {
+        return bytes(asm, call);
+    }
     for (byte, part) in all_bytes(asm, call) {
         give(asm, RETLW | u16::from(byte), part);
     }
