@@ -151,6 +151,9 @@ pub const CODES: &[Code] = &[
     Code { code: "ASM051", title: "operands of an instruction that takes none",
         explain: "A warning: `nop`, `clrw`, `return` and their like take no operands, and what is written behind them is left out, as with gpasm \
                   and MPASM, whose warning 211 this is. Fix: take it away, or put a `;` before it if it is a comment." },
+    Code { code: "ASM052", title: "a name is asked for above the line that gives it",
+        explain: "A warning: `ifdef` or `ifndef` asks for a name that the program gives further down. It is not defined there. gpasm reads a source \
+                  twice, takes the name as defined the second time, and makes other code of it. Fix: give the name above the line." },
     Code { code: "ASM060", title: "AP101's configuration cannot be read",
         explain: "One of the directives clock, inputs, mode, period, channels, program, module and TIM lacks a value or has one that the \
                   machine does not have. docs/formats/asm.md lists them; docs/chips/ap101.md says what they mean." },

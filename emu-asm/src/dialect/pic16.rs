@@ -40,6 +40,8 @@ pub(crate) struct State {
     modules: Vec<link::ModuleSection>,
     /// The include of a chip was read: its names are defined.
     includes_chip: bool,
+    /// What `ifdef` and `ifndef` asked for that was not defined there.
+    asked: Vec<chip::Asked>,
     /// `list f=inhx8m`.
     pub is_inhx8m: bool,
 }
@@ -98,8 +100,8 @@ pub(super) const PIC16: Dialect = Dialect {
     hooks: Hooks { check, cut: fields::cut, drops_operands: true, dotted: DOTTED, foreign: FOREIGN, place: link::place, value_names: true, is_32: true, no_bytes, ..Hooks::NONE },
     directives: &[
         Directive::run("include", chip::include),
-        Directive::flow("ifdef", Flow::If(|asm, call| chip::is_defined(asm, call))),
-        Directive::flow("ifndef", Flow::If(|asm, call| !chip::is_defined(asm, call))),
+        Directive::flow("ifdef", Flow::If(|asm, call| chip::is_defined(asm, call, true))),
+        Directive::flow("ifndef", Flow::If(|asm, call| chip::is_defined(asm, call, false))),
         Directive::named("org", org),
         Directive::run("dw", data::words),
         Directive::run("word", data::words),
@@ -170,7 +172,7 @@ pub(super) const PIC16: Dialect = Dialect {
     provides: chip::provides,
     defines: chip::defines,
     refuses: |_, _| None,
-    finish: chip::give_settings,
+    finish: chip::finish,
     sections: &[SectionRow { name: "code", space: "", holds: Holds::Image, behind: None }],
 };
 
