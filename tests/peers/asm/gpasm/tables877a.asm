@@ -3,10 +3,13 @@
 ; Values that variables begin with, by all directives that give some.
         list    p=16f877a
 v       idata
-a       dt      4, 5
-b       dt      "abc", 0
-c       db      6, "de"
-d       dw      7
+k1      dt      4, 5
+k2      dt      "abc", 0
+k3      db      6, "de"
+k4      dw      7, "abc"
+k5      data    1, "abc"
+k6      da      0x1234, "ab"
+k7      de      1, "ab"
 start   code    0
-        goto    start
+main    goto    main
         end
