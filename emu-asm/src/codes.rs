@@ -65,7 +65,7 @@ pub const CODES: &[Code] = &[
         explain: "Something was put at an address before. The message says by which line. Mend: move one of them with org." },
     Code { code: "ASM020", title: "there is no memory here",
         explain: "The program puts bytes where the chip has no memory that an image fills: behind the end of program memory, or in RAM. \
-                  Mend: make the program smaller, take a larger chip, correct org, or reserve RAM with ds." },
+                  Mend: make the program smaller, take a larger chip, correct org, or reserve RAM with ds (res on the PIC16)." },
     Code { code: "ASM021", title: "a word has bits that its memory has not",
         explain: "Program words of the PIC16 have 14 bits, so nothing above 3FFFh can lie there." },
     Code { code: "ASM022", title: "an instruction at an odd address",
@@ -151,6 +151,9 @@ pub const CODES: &[Code] = &[
     Code { code: "ASM051", title: "operands of an instruction that takes none",
         explain: "A warning: `nop`, `clrw`, `return` and their like take no operands, and what is written behind them is left out, as with gpasm \
                   and MPASM, whose warning 211 this is. Fix: take it away, or put a `;` before it if it is a comment." },
+    Code { code: "ASM052", title: "a name is asked for above the line that gives it",
+        explain: "A warning: `ifdef` or `ifndef` asks for a name that the program gives further down. It is not defined there. gpasm reads a source \
+                  twice, takes the name as defined the second time, and makes other code of it. Fix: give the name above the line." },
     Code { code: "ASM060", title: "AP101's configuration cannot be read",
         explain: "One of the directives clock, inputs, mode, period, channels, program, module and TIM lacks a value or has one that the \
                   machine does not have. docs/formats/asm.md lists them; docs/chips/ap101.md says what they mean." },

@@ -122,6 +122,8 @@ impl Parser<'_> {
             Op::Add => a.wrapping_add(b),
             Op::Sub => a.wrapping_sub(b),
             Op::Shl | Op::Shr if unknown && !(0..64).contains(&b) => 0,
+            // Shifted by all its bits or by a negative count, a value is its sign, as in gpasm; to the left too.
+            Op::Shl | Op::Shr if self.d.hooks.is_32 && !(0..32).contains(&b) => a >> 63,
             Op::Shl | Op::Shr if !(0..64).contains(&b) => {
                 let cause = format!("values of 64 bits cannot be shifted by {b}");
                 return Err(Fault::new("ASM003", at, cause, "shift by 0 to 63"));
@@ -151,7 +153,7 @@ impl Parser<'_> {
         };
         // The difference of two addresses is a number.
         let label = if op == Op::Sub { left.label != right.label } else { left.label || right.label };
-        Ok(Value { n, unknown, register: false, label })
+        Ok(Value { n: self.d.fit(n), unknown, register: false, label })
     }
 
     fn unary(&mut self) -> Result<Value, Fault> {
@@ -168,7 +170,7 @@ impl Parser<'_> {
             Some(&(token, power, fun)) => {
                 self.at += token.len();
                 let inner = self.binary(power)?;
-                Value { n: fun(inner.n), register: false, ..inner }
+                Value { n: self.d.fit(fun(inner.n)), register: false, ..inner }
             }
             None => self.primary()?,
         };
@@ -194,7 +196,7 @@ impl Parser<'_> {
         }
         if let Some((len, value)) = number::read(self.d, self.names.radix(), self.text, start)? {
             self.at += len;
-            return Ok(Value::of(value));
+            return Ok(Value::of(self.d.fit(value)));
         }
         let rest = self.text.get(start..).unwrap_or_default();
         if let Some(token) = self.d.here.iter().find(|token| rest.starts_with(**token) && alone(rest, token)) {

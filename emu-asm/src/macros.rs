@@ -39,8 +39,19 @@ pub(crate) struct Define {
 
 /// Texts within texts.
 const DEEPEST: usize = 32;
+/// Bytes that are read while a line has its names replaced, those of texts within texts counted too.
+const MOST: usize = 1 << 20;
 /// Bytes that a line may grow to.
 const LONGEST: usize = 1 << 16;
+
+/// The names whose texts are being put in.
+#[derive(Default)]
+struct Within {
+    /// The names, the outermost first; an empty one is the argument of a text.
+    names: Vec<String>,
+    /// Bytes read so far.
+    read: usize,
+}
 
 impl Asm<'_> {
     /// Begins a macro: its lines up to `endm` are kept.
@@ -238,7 +249,13 @@ impl Asm<'_> {
         }
         let mut changed = Changed::default();
         let code = line.text.get(..end).unwrap_or_default();
-        if !self.put_texts(code, &mut changed, &mut Vec::new(), None) {
+        let mut within = Within::default();
+        if !self.put_texts(code, &mut changed, &mut within, None) {
+            return None;
+        }
+        if within.read >= MOST {
+            let cause = format!("the texts that stand for names of the line come to more than {MOST} characters");
+            self.tell(Fault::new("ASM014", 0..end, cause, "look for texts that stand in each other"));
             return None;
         }
         if changed.text.len() >= LONGEST {
@@ -251,7 +268,7 @@ impl Asm<'_> {
     }
 
     /// Copies `code` with texts put in; true where there was one. `old` is the place for all of it where it is itself a text.
-    fn put_texts(&self, code: &str, out: &mut Changed, within: &mut Vec<String>, old: Option<usize>) -> bool {
+    fn put_texts(&self, code: &str, out: &mut Changed, within: &mut Within, old: Option<usize>) -> bool {
         let (mut at, mut done, mut any) = (0, 0, false);
         while at < code.len() && out.text.len() < LONGEST {
             let end = match name_at(self.d, code, at) {
@@ -264,14 +281,16 @@ impl Asm<'_> {
             let name = code.get(at..end).unwrap_or_default();
             // B'1010' is a number.
             let found = if byte(code, end) == b'\'' { None } else { self.define_of(name).cloned() };
-            let found = found.filter(|_| within.len() < DEEPEST && !within.iter().any(|n| n == name));
-            let put = found.and_then(|define| self.text_of(code, end, &define));
+            let open = within.read < MOST && within.names.len() < DEEPEST;
+            let found = found.filter(|_| open && !within.names.iter().any(|n| n == name));
+            let put = found.and_then(|define| self.text_of(code, end, &define, within));
             if let Some((text, behind)) = put {
                 copy(out, code, done..at, old);
                 any = true;
-                within.push(name.to_owned());
+                within.read += text.len();
+                within.names.push(name.to_owned());
                 self.put_texts(&text, out, within, Some(old.unwrap_or(at)));
-                within.pop();
+                within.names.pop();
                 (at, done) = (behind, behind);
             } else {
                 at = end;
@@ -282,7 +301,7 @@ impl Asm<'_> {
     }
 
     /// The text that stands for a name which ends at `end`, and where what it replaces ends.
-    fn text_of(&self, code: &str, end: usize, define: &Define) -> Option<(String, usize)> {
+    fn text_of(&self, code: &str, end: usize, define: &Define, within: &mut Within) -> Option<(String, usize)> {
         let Some(params) = &define.params else { return Some((define.text.clone(), end)) };
         let open = skip_space(code, end);
         if byte(code, open) != b'(' {
@@ -298,8 +317,16 @@ impl Asm<'_> {
             }
             at = step(code, at);
         }
-        let given: Vec<String> =
-            cut(code, open + 1..at).into_iter().map(|range| code.get(range).unwrap_or_default().to_owned()).collect();
+        within.read += at - open + define.text.len() + 1;
+        // What is given has its texts put in first, so that a text may stand in itself: `X(X(2))`.
+        within.names.push(String::new());
+        let mut put = |range| {
+            let mut changed = Changed::default();
+            self.put_texts(code.get(range).unwrap_or_default(), &mut changed, within, Some(0));
+            changed.text
+        };
+        let given: Vec<String> = cut(code, open + 1..at).into_iter().map(&mut put).collect();
+        within.names.pop();
         let values: Vec<(String, String)> = params.iter().cloned().zip(given).collect();
         let line = Line { text: define.text.as_str().into(), file: 0, number: 0, map: None };
         let plain = Dialect { plain_arguments: true, ..*self.d };

@@ -22,7 +22,7 @@ pub(crate) fn read(d: &Dialect, radix: u32, text: &str, at: usize) -> Result<Opt
     for form in d.numbers {
         if let Some((skip, digits, radix, behind)) = take(*form, rest, radix) {
             let len = skip + digits.len() + behind;
-            return value(digits, radix)
+            return value(d, digits, radix)
                 .map(|n| Some((len, n)))
                 .map_err(|cause| Fault::new("ASM010", at..at + len, cause, "numbers have up to 32 bits"));
         }
@@ -109,7 +109,11 @@ fn take(form: Form, rest: &str, radix: u32) -> Option<(usize, &str, u32, usize)>
     }
 }
 
-fn value(digits: &str, radix: u32) -> Result<i64, String> {
+fn value(d: &Dialect, digits: &str, radix: u32) -> Result<i64, String> {
+    if d.hooks.is_32 {
+        let step = |n: i64, digit: u32| i64::from((n as u32).wrapping_mul(radix).wrapping_add(digit));
+        return Ok(digits.chars().filter_map(|c| c.to_digit(radix)).fold(0, step));
+    }
     let value = i64::from_str_radix(digits, radix).ok().filter(|n| *n <= 0xFFFF_FFFF);
     value.ok_or_else(|| format!("`{digits}` has more than 32 bits"))
 }

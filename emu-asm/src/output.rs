@@ -251,6 +251,8 @@ impl Asm<'_> {
         };
         let behind = end(self.out.code).map_or(0, |end| end.next_multiple_of(self.out.copied_align()));
         let mut lines = Vec::new();
+        // The stretch outside of all memories that is being read: the line that begins it, and its addresses.
+        let mut beyond: Option<(u32, Range<u64>)> = None;
         for run in &runs {
             self.out.shift(run);
             let copied = self.out.sections.get(run.section).is_some_and(|section| section.holds == Holds::Copied);
@@ -261,9 +263,18 @@ impl Asm<'_> {
                 window.start <= addr && addr + len <= window.end
             });
             let Some(index) = inside else {
-                self.outside(run.line, addr, len, &spaces);
+                match &mut beyond {
+                    Some((_, known)) if known.end == addr => known.end += len,
+                    _ => {
+                        let within = spaces.iter().map(window).find(|window| window.contains(&addr));
+                        let from = within.map_or(addr, |window| window.end);
+                        let next = Some((run.line, from..addr + len));
+                        self.outside(std::mem::replace(&mut beyond, next), &spaces);
+                    }
+                }
                 continue;
             };
+            self.outside(beyond.take(), &spaces);
             let (Some(space), Some(memory)) = (spaces.get(index), memories.get_mut(index)) else { continue };
             let start = (addr - u64::from(space.start)) as usize;
             if memory.len() < start + len as usize {
@@ -284,6 +295,7 @@ impl Asm<'_> {
                 lines.push((start as u32, run.line, len as u32));
             }
         }
+        self.outside(beyond, &spaces);
         for (space, memory) in spaces.iter().zip(&mut memories) {
             self.check_words(space, memory);
             self.out.segments.extend(segments(space, memory));
@@ -307,7 +319,9 @@ impl Asm<'_> {
         self.tell(Fault::new(code, whole, cause, hint));
     }
 
-    fn outside(&mut self, line: u32, addr: u64, len: u64, spaces: &[Space]) {
+    /// Tells of a stretch where there is no memory.
+    fn outside(&mut self, beyond: Option<(u32, Range<u64>)>, spaces: &[Space]) {
+        let Some((line, at)) = beyond else { return };
         let unit = u64::from(self.chip.width(self.chip.code));
         let list: Vec<String> = spaces
             .iter()
@@ -317,7 +331,7 @@ impl Asm<'_> {
                 format!("{} 0x{:04X} to 0x{:04X}", space.name, window.start / unit, window.end / unit - 1)
             })
             .collect();
-        let (first, last) = (addr / unit, (addr + len.max(1) - 1) / unit);
+        let (first, last) = (at.start / unit, (at.end.max(at.start + 1) - 1) / unit);
         let cause = format!("nothing can lie at 0x{first:04X} to 0x{last:04X} of the {}", self.chip.name);
         self.tell_at(line, "ASM020", cause, &format!("its memories: {}", list.join(", ")));
     }

@@ -395,9 +395,8 @@ impl Asm<'_> {
         let column_one = start == 0 && from == 0;
         // In column 1 a directive of other dialects may be a label: `byte xorwf sum, f`.
         let mnemonic = |range: &Range<usize>| !self.table.forms(&get(range.clone()).to_ascii_lowercase()).is_empty();
-        let foreign = second.is_empty()
-            && after >= end
-            && self.d.hooks.foreign.iter().any(|word| word.eq_ignore_ascii_case(get(name.clone())));
+        let foreign = self.d.hooks.foreign.iter().any(|word| word.eq_ignore_ascii_case(get(name.clone())))
+            && (second.is_empty() && after >= end || self.is_word(get(second.clone())));
         let in_front = column_one && self.d.column_one && (foreign || mnemonic(&second) && !mnemonic(&name));
         let known = self.is_word(get(name.clone())) && !(in_front && self.directive_of(get(name.clone())).is_some());
         let first = self.directive_of(get(name.clone()));

@@ -137,6 +137,8 @@ pub(crate) struct Hooks {
     pub no_bytes: fn(&Asm<'_>) -> Option<(String, String)>,
     /// Digits of a number may stand in groups: `1010$1010b`.
     pub digit_groups: bool,
+    /// Values have 32 bits with a sign, and what is above is cut off; those of others have 64.
+    pub is_32: bool,
     /// Values may be complements of any value that fits: `not 0F0h` is a byte.
     pub complements: bool,
     /// Arguments of macros may stand in angles.
@@ -164,6 +166,7 @@ impl Hooks {
         code_end: None,
         no_bytes: |_| None,
         digit_groups: false,
+        is_32: false,
         complements: false,
         angles: false,
         general: &[],
@@ -413,6 +416,11 @@ impl Directive {
 }
 
 impl Dialect {
+    /// A value with the bits that values have.
+    pub fn fit(&self, n: i64) -> i64 {
+        if self.hooks.is_32 { i64::from(n as i32) } else { n }
+    }
+
     /// The dialect of a chip.
     pub fn of(chip: &Chip) -> &'static Dialect {
         match chip.family {

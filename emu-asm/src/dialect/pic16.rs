@@ -38,6 +38,10 @@ pub(crate) struct State {
     settings: Option<[u16; 2]>,
     /// The sections of a relocatable source, in the order in which it begins them.
     modules: Vec<link::ModuleSection>,
+    /// The include of a chip was read: its names are defined.
+    includes_chip: bool,
+    /// What `ifdef` and `ifndef` asked for that was not defined there.
+    asked: Vec<chip::Asked>,
     /// `list f=inhx8m`.
     pub is_inhx8m: bool,
 }
@@ -46,7 +50,7 @@ pub(crate) struct State {
 #[rustfmt::skip]
 const FOREIGN: &[&str] = &[
     "ds", "byte", "word", "ascii", "asciz", "rept", "irp", "irpc", "endr", "warning", "undef", "undefine",
-    "ifeq", "ifne", "ifgt", "ifge", "iflt", "ifle", "ifb", "ifnb", "ifc", "ifnc", "ifnotdef",
+    "ifeq", "ifne", "ifgt", "ifge", "iflt", "ifle", "ifb", "ifnb", "ifc", "ifnc", "ifnotdef", "elif", "elseif",
 ];
 
 /// Directives for debuggers, and the macros of gputils' `coff.inc` that tell gpsim something.
@@ -94,8 +98,11 @@ pub(super) const PIC16: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[("W", 0), ("F", 1)],
-    hooks: Hooks { check, cut: fields::cut, drops_operands: true, dotted: DOTTED, foreign: FOREIGN, place: link::place, value_names: true, ..Hooks::NONE },
+    hooks: Hooks { check, cut: fields::cut, drops_operands: true, dotted: DOTTED, foreign: FOREIGN, place: link::place, value_names: true, is_32: true, no_bytes, ..Hooks::NONE },
     directives: &[
+        Directive::run("include", chip::include),
+        Directive::flow("ifdef", Flow::If(|asm, call| chip::is_defined(asm, call, true))),
+        Directive::flow("ifndef", Flow::If(|asm, call| chip::is_defined(asm, call, false))),
         Directive::named("org", org),
         Directive::run("dw", data::words),
         Directive::run("word", data::words),
@@ -166,7 +173,7 @@ pub(super) const PIC16: Dialect = Dialect {
     provides: chip::provides,
     defines: chip::defines,
     refuses: |_, _| None,
-    finish: chip::give_settings,
+    finish: chip::finish,
     sections: &[SectionRow { name: "code", space: "", holds: Holds::Image, behind: None }],
 };
 
@@ -257,18 +264,21 @@ fn step(asm: &mut Asm<'_>, call: &Call<'_>, new: fn(i64, i64) -> i64) {
         false => asm.value(call.text, rest),
     };
     let Some(by) = by else { return };
-    let shifts = matches!(call.get(call.word.clone()), "<<=" | ">>=");
-    if shifts && !by.unknown && !(0..64).contains(&by.n) {
-        let cause = format!("values of 64 bits cannot be shifted by {}", by.n);
-        return asm.tell(Fault::new("ASM003", call.rest.clone(), cause, "shift by 0 to 63"));
-    }
-    let value = Value { n: new(old.n, by.n), unknown: old.unknown || by.unknown, register: false, label: false };
+    let n = asm.d.fit(new(old.n, by.n));
+    let value = Value { n, unknown: old.unknown || by.unknown, register: false, label: false };
     asm.list_value(value);
     asm.define(name, value, Kind::Set, label);
 }
 
+/// Shifted by 32 or more, or by a negative count, a value is its sign.
 fn shift(n: i64, by: i64, shift: fn(i64, u32) -> Option<i64>) -> i64 {
-    u32::try_from(by).ok().and_then(|by| shift(n, by)).unwrap_or(0)
+    u32::try_from(by).ok().filter(|by| *by < 32).and_then(|by| shift(n, by)).unwrap_or(n >> 63)
+}
+
+/// What stands in for bytes of RAM.
+fn no_bytes(_: &Asm<'_>) -> Option<(String, String)> {
+    let cause = "nothing that a program holds can lie in a section of variables";
+    Some((cause.to_owned(), "reserve room with res, or give the values in an idata section".to_owned()))
 }
 
 /// `messg "text"`.

@@ -1,5 +1,7 @@
 //! What a source says of the chip, and what the chip says of a source: its name, its configuration, banks and pages.
 
+use std::ops::Range;
+
 use emu_core::chip::Chip;
 
 use super::link::ABSOLUTE;
@@ -7,7 +9,8 @@ use crate::dialect::Provided;
 use crate::dialect::common::{value_of, wanted};
 use crate::engine::{Asm, Call};
 use crate::fault::Fault;
-use crate::text::{cut, trim};
+use crate::symbols::Kind;
+use crate::text::{Line, cut, trim};
 
 /// Address of STATUS, and its bits that select a bank: RP0, RP1 for direct addresses, IRP for indirect ones.
 const STATUS: u16 = 0x03;
@@ -77,7 +80,12 @@ pub(super) fn list(asm: &mut Asm<'_>, call: &Call<'_>) {
         match text.split_once('=') {
             Some((key, value)) if key.trim().eq_ignore_ascii_case("r") => set_radix(asm, value, part),
             Some((key, value)) if key.trim().eq_ignore_ascii_case("f") => {
-                asm.own.pic16.is_inhx8m = value.trim().eq_ignore_ascii_case("inhx8m");
+                let form = value.trim().to_ascii_lowercase();
+                asm.own.pic16.is_inhx8m = form == "inhx8m";
+                if !matches!(form.as_str(), "inhx8m" | "inhx32") {
+                    let cause = format!("a HEX file is not written as `{form}`");
+                    asm.tell(Fault::new("ASM023", part, cause, "write f=inhx32, as without it, or f=inhx8m"));
+                }
             }
             _ => {}
         }
@@ -90,7 +98,7 @@ pub(super) fn radix(asm: &mut Asm<'_>, call: &Call<'_>) {
     set_radix(asm, call.get(rest.clone()), rest);
 }
 
-fn set_radix(asm: &mut Asm<'_>, name: &str, at: std::ops::Range<usize>) {
+fn set_radix(asm: &mut Asm<'_>, name: &str, at: Range<usize>) {
     asm.radix = match name.trim().to_ascii_lowercase().as_str() {
         "hex" => 16,
         "dec" => 10,
@@ -185,7 +193,7 @@ pub(super) fn settings(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// Gives the configuration words that `config` has put together.
-pub(super) fn give_settings(asm: &mut Asm<'_>) {
+fn give_settings(asm: &mut Asm<'_>) {
     let Some(words) = asm.own.pic16.settings.take() else { return };
     let count = if asm.known.get("_CONFIG2").is_some() { 2 } else { 1 };
     elsewhere(asm, CONFIG, |asm| words.iter().take(count).for_each(|word| asm.emit_words(&[*word], 0..0)));
@@ -252,17 +260,76 @@ pub(super) fn pageselw(asm: &mut Asm<'_>, call: &Call<'_>) {
     }
 }
 
+/// `include <p16f873.inc>`: from here on the names of the chip are defined.
+pub(super) fn include(asm: &mut Asm<'_>, call: &Call<'_>) {
+    let written = call.get(trim(call.text, call.rest.clone())).to_ascii_lowercase();
+    let name = written.trim_matches(|c| matches!(c, '"' | '\'' | '<' | '>' | ' '));
+    let base = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    asm.own.pic16.includes_chip |= chip_of(base).is_some();
+    super::super::common::include(asm, call);
+}
+
+/// The chip that an include is for: `16f873` of `p16f873.inc`.
+fn chip_of(include: &str) -> Option<&str> {
+    let named = include.strip_prefix('p')?.strip_suffix(".inc")?;
+    named.starts_with(|c: char| c.is_ascii_digit()).then_some(named)
+}
+
+/// A name that was not defined where the program asked for it.
+#[derive(Debug)]
+pub(super) struct Asked {
+    name: String,
+    at: Range<usize>,
+    line: Option<Line>,
+    /// By `ifdef`, not by `ifndef`.
+    wanted: bool,
+}
+
+/// A name is defined or not, as it is wanted; the chip's own are from its include on.
+pub(super) fn is_defined(asm: &mut Asm<'_>, call: &Call<'_>, wanted: bool) -> bool {
+    let at = trim(call.text, call.rest.clone());
+    let name = call.get(at.clone());
+    let is_given = asm.symbols.get(name, asm.d.any_case).is_some_and(|symbol| symbol.pass == asm.pass);
+    let by_chip = asm.own.pic16.includes_chip && asm.known.get(name).is_some();
+    let found = is_given || by_chip || asm.defines.contains_key(name);
+    if !found {
+        let line = asm.line.clone();
+        asm.own.pic16.asked.push(Asked { name: name.to_owned(), at, line, wanted });
+    }
+    found == wanted
+}
+
+/// Tells of names that are given behind the line which asks for them: gpasm knows them there, as it reads a source twice. A number
+/// that `ifndef` itself guards is the same in both, so labels alone count there.
+fn tell_late(asm: &mut Asm<'_>) {
+    for Asked { name, at, line, wanted } in std::mem::take(&mut asm.own.pic16.asked) {
+        let symbol = asm.symbols.get(&name, asm.d.any_case).filter(|symbol| symbol.pass == asm.pass);
+        let given = symbol.is_some_and(|symbol| wanted || matches!(symbol.kind, Kind::Label { .. }));
+        let by_chip = wanted && asm.own.pic16.includes_chip && asm.known.get(&name).is_some();
+        if given || by_chip {
+            asm.line = line;
+            let cause = format!("`{name}` is given below this line and is not defined here, but would be for gpasm");
+            let hint = "give it above, or ask for another name";
+            asm.tell(Fault::new("ASM052", at, cause, hint).warning());
+        }
+    }
+    asm.line = None;
+}
+
+/// What is done at the end of a pass.
+pub(super) fn finish(asm: &mut Asm<'_>) {
+    give_settings(asm);
+    tell_late(asm);
+}
+
 /// `p16f873.inc` gives the names that the chip has anyway; what `coff.inc` defines is for gpsim and debuggers.
 pub(super) fn provides(chip: &Chip, include: &str) -> Provided {
     if include == "coff.inc" {
         return Provided::Chip;
     }
-    let Some(named) = include.strip_prefix('p').and_then(|rest| rest.strip_suffix(".inc")) else { return Provided::No };
+    let Some(named) = chip_of(include) else { return Provided::No };
     if named == bare(chip.name) {
         return Provided::Chip;
-    }
-    if !named.starts_with(|c: char| c.is_ascii_digit()) {
-        return Provided::No;
     }
     let cause = format!("`{include}` is for another chip than the {}", chip.name);
     let hint = format!("name that chip with --mcu pic{named}, or include p{}.inc", bare(chip.name));

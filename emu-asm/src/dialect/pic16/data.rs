@@ -34,14 +34,7 @@ fn give(asm: &mut Asm<'_>, word: u16, part: Range<usize>) {
 /// Values one in a word, texts two characters in a word.
 pub(super) fn words(asm: &mut Asm<'_>, call: &Call<'_>) {
     if super::link::in_initial(asm) {
-        for part in wanted(asm, call) {
-            let bytes = match text_in(call, &part) {
-                Some(text) => text,
-                None => value_of(asm, call.text, part.clone(), 16).to_le_bytes().into_iter().take(2).collect(),
-            };
-            super::link::give_initial(asm, &bytes);
-        }
-        return;
+        return initial_words(asm, call);
     }
     for part in wanted(asm, call) {
         match text_in(call, &part) {
@@ -52,6 +45,22 @@ pub(super) fn words(asm: &mut Asm<'_>, call: &Call<'_>) {
             }
         }
     }
+}
+
+/// Words that variables begin with, low byte first; a text has one for each character and a 0 behind.
+fn initial_words(asm: &mut Asm<'_>, call: &Call<'_>) {
+    for part in wanted(asm, call) {
+        let words = match text_in(call, &part) {
+            Some(text) => text.into_iter().chain([0]).map(u16::from).collect(),
+            None => vec![value_of(asm, call.text, part.clone(), 16) as u16],
+        };
+        give_initial_words(asm, words);
+    }
+}
+
+fn give_initial_words(asm: &mut Asm<'_>, words: Vec<u16>) {
+    let bytes: Vec<u8> = words.into_iter().flat_map(u16::to_le_bytes).collect();
+    super::link::give_initial(asm, &bytes);
 }
 
 /// Two characters in a word, the first above.
@@ -92,6 +101,9 @@ pub(super) fn bytes(asm: &mut Asm<'_>, call: &Call<'_>) {
 
 /// Values one in a word, texts two characters of 7 bits in a word.
 pub(super) fn packed(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if super::link::in_initial(asm) {
+        return initial_words(asm, call);
+    }
     for part in wanted(asm, call) {
         match text_in(call, &part) {
             Some(text) => pairs(asm, &text, 7, part),
@@ -105,13 +117,21 @@ pub(super) fn packed(asm: &mut Asm<'_>, call: &Call<'_>) {
 
 /// Bytes one in a word.
 pub(super) fn cells(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if super::link::in_initial(asm) {
+        let words = all_bytes(asm, call).into_iter().map(|(byte, _)| byte.into()).collect();
+        return give_initial_words(asm, words);
+    }
     for (byte, part) in all_bytes(asm, call) {
         give(asm, byte.into(), part);
     }
 }
 
-/// A RETLW for each byte.
+/// A RETLW for each byte; where variables begin with them too, as gpasm has it.
 pub(super) fn table(asm: &mut Asm<'_>, call: &Call<'_>) {
+    if super::link::in_initial(asm) {
+        let words = all_bytes(asm, call).into_iter().map(|(byte, _)| RETLW | u16::from(byte)).collect();
+        return give_initial_words(asm, words);
+    }
     for (byte, part) in all_bytes(asm, call) {
         give(asm, RETLW | u16::from(byte), part);
     }

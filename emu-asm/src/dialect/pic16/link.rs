@@ -148,15 +148,17 @@ pub(super) fn give_initial(asm: &mut Asm<'_>, bytes: &[u8]) {
 const EVERYWHERE: Range<i64> = 0..i64::MAX;
 
 /// Sections whose name says where they lie, as gplink's scripts have it: PROG1, PROG2, .. are pages (PROG0 is the first on the
-/// PIC16F87 and 88 alone), IDLOCS the words for the identity, DEEPROM the EEPROM.
+/// PIC16F87 and 88 alone), PROG is the page of chips that have one (but for the PIC16F870 to 872, where it is PROG1), IDLOCS the
+/// words for the identity, DEEPROM the EEPROM.
 fn limits_of(asm: &Asm<'_>, section: &ModuleSection) -> Option<Range<i64>> {
     let name = asm.out.first.get(section.number).map_or("", |first| &first.name);
     let pages = i64::from(asm.chip.flash / asm.chip.word_bytes.max(1)).div_euclid(PAGE).max(1);
     let first = i64::from(!matches!(asm.chip.name, "pic16f87" | "pic16f88"));
+    let alone = pages == 1 && !matches!(asm.chip.name, "pic16f870" | "pic16f871" | "pic16f872");
     match name {
         "IDLOCS" => Some(ID..ID + 4),
-        "DEEPROM" => Some(EEPROM..EEPROM + i64::from(asm.chip.eeprom)),
-        "PROG" if pages == 1 => Some(0..PAGE),
+        "DEEPROM" if asm.chip.eeprom > 0 => Some(EEPROM..EEPROM + i64::from(asm.chip.eeprom)),
+        _ if alone => (name == "PROG").then_some(0..PAGE),
         _ => {
             let page = name.strip_prefix("PROG")?.parse::<i64>().ok()?.checked_sub(first)?;
             (0..pages).contains(&page).then_some(page * PAGE..(page + 1) * PAGE)
@@ -269,9 +271,10 @@ pub(super) fn place(asm: &mut Asm<'_>) -> bool {
     moved | moved_code
 }
 
-/// Addresses of the sections in the list `wanted` of lengths and what they are for, the largest first.
-fn by_size<T>(mut wanted: Vec<(i64, T)>) -> impl Iterator<Item = (i64, T)> {
-    wanted.retain(|(length, _)| *length > 0);
+/// Addresses of the sections in the list `wanted` of lengths and what they are for, the largest first. Those of `idata` alone
+/// count where they are empty, as gplink lists them all in `.cinit`.
+fn by_size<T>(mut wanted: Vec<(i64, T)>, is_initial: impl Fn(&T) -> bool) -> impl Iterator<Item = (i64, T)> {
+    wanted.retain(|(length, of)| *length > 0 || is_initial(of));
     wanted.sort_by_key(|(length, _)| -length);
     wanted.into_iter()
 }
@@ -279,12 +282,20 @@ fn by_size<T>(mut wanted: Vec<(i64, T)>) -> impl Iterator<Item = (i64, T)> {
 fn place_variables(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> bool {
     let mut free = ram(asm.chip);
     let variables = || sections.iter().filter(|section| section.kind != SectionKind::Code);
+    let mut taken: Vec<(Range<i64>, &ModuleSection)> = Vec::new();
     for section in variables().filter(|section| section.fixed) {
         let start = asm.out.extent(section.number).start;
-        free.iter_mut().for_each(|space| space.remove(&(start..start + section.longest)));
+        let range = start..start + section.longest;
+        let shared = |other: &Range<i64>| range.start.max(other.start)..range.end.min(other.end);
+        if let Some((other, with)) = taken.iter().find(|(other, _)| !shared(other).is_empty()) {
+            twice(asm, section, with, shared(other).start);
+        }
+        free.iter_mut().for_each(|space| space.remove(&range));
+        taken.push((range, section));
     }
     let mut moved = false;
-    for (length, section) in by_size(variables().filter(|s| !s.fixed).map(|s| (s.longest, s)).collect()) {
+    let wanted = variables().filter(|s| !s.fixed).map(|s| (s.longest, s)).collect();
+    for (length, section) in by_size(wanted, |section| section.kind == SectionKind::Initial) {
         let from = if section.kind == SectionKind::Shared { 2 } else { 0 };
         let found = free.iter_mut().skip(from).find_map(|space| space.take(length, &EVERYWHERE));
         match found {
@@ -314,7 +325,7 @@ fn place_code(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> (Vec<(ProgramPie
             _ => {}
         }
     }
-    let lists = sections.iter().filter(|section| section.kind == SectionKind::Initial && section.longest > 0).count();
+    let lists = sections.iter().filter(|section| section.kind == SectionKind::Initial).count();
     if lists > 0 {
         wanted.push((2 + 6 * lists as i64, ProgramPiece::List));
     }
@@ -330,7 +341,8 @@ fn place_code(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> (Vec<(ProgramPie
     let wanted = wanted.into_iter().map(|(length, piece)| (length, (piece, limits(&piece))));
     let (named, others): (Vec<_>, Vec<_>) = wanted.partition(|(_, (_, limits))| limits.is_some());
     let (mut places, mut moved) = (Vec::new(), false);
-    for (length, (piece, limits)) in by_size(named).chain(by_size(others)) {
+    let is_values = |(piece, _): &(ProgramPiece, _)| matches!(piece, ProgramPiece::Values(_));
+    for (length, (piece, limits)) in by_size(named, is_values).chain(by_size(others, is_values)) {
         let Some(section) = section_of(&piece) else { continue };
         let limits = limits.unwrap_or(0..ID);
         let Some(at) = free.take(length, &limits) else {
@@ -367,10 +379,26 @@ fn give_values(asm: &mut Asm<'_>, sections: &[ModuleSection], pieces: &[(Program
 /// Reports that a section finds no place; what lies wrong for that reason is not reported.
 fn no_room(asm: &mut Asm<'_>, section: &ModuleSection, what: &str) {
     asm.astray = true;
+    let name = name_of(asm, section);
+    let cause = format!("the section `{name}` needs {what}, and the {} has none free", asm.chip.name);
+    tell_of(asm, section, "ASM050", cause, "divide it into several sections, or make it smaller");
+}
+
+/// Reports that two sections of variables lie at an address.
+fn twice(asm: &mut Asm<'_>, section: &ModuleSection, with: &ModuleSection, at: i64) {
+    let (name, other) = (name_of(asm, section), name_of(asm, with));
+    let cause = format!("the section `{name}` has 0x{at:02X}, where the section `{other}` lies");
+    tell_of(asm, section, "ASM019", cause, "give one of them another address, or none");
+}
+
+fn name_of(asm: &Asm<'_>, section: &ModuleSection) -> String {
+    asm.out.first.get(section.number).map_or_else(String::new, |first| first.name.clone())
+}
+
+/// Reports something at the line that begins a section.
+fn tell_of(asm: &mut Asm<'_>, section: &ModuleSection, code: &'static str, cause: String, hint: &str) {
     let before = std::mem::replace(&mut asm.line, section.line.clone());
     let at = asm.line.as_ref().map_or(0..0, |line| trim(&line.text, 0..crate::statement::code_end(asm.d, &line.text)));
-    let name = asm.out.first.get(section.number).map_or("", |first| &first.name);
-    let cause = format!("the section `{name}` needs {what}, and the {} has none free", asm.chip.name);
-    asm.tell(Fault::new("ASM050", at, cause, "divide it into several sections, or make it smaller"));
+    asm.tell(Fault::new(code, at, cause, hint));
     asm.line = before;
 }
