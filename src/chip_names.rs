@@ -54,7 +54,8 @@ const VERSIONS: &[(&str, &str)] = &[
 ];
 
 /// What makers' tools leave out of a name, or write instead: 89s52, 16f877a, m328p, mega328p.
-const PREFIXES: &[(&str, &str)] = &[("", ""), ("", "at"), ("", "pic"), ("p", "pic"), ("m", "atmega"), ("mega", "atmega")];
+const PREFIXES: &[(&str, &str)] =
+    &[("", ""), ("", "at"), ("", "pic"), ("p", "pic"), ("m", "atmega"), ("mega", "atmega")];
 
 /// The row of the chip `name` (case aside): its own, or that of the chip of which it is a version.
 pub fn row(name: &str) -> Option<&'static Chip> {
