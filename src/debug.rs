@@ -22,6 +22,7 @@ mod scenario;
 pub mod shell;
 mod stop;
 mod terminal;
+mod texts;
 #[cfg(feature = "tui")]
 mod tui;
 mod types;

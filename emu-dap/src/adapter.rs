@@ -100,7 +100,7 @@ impl Machine {
     }
 
     /// Gives what an expression stands for another value.
-    pub fn assign(&mut self, expr: &emu_debug::debug::Expr, value: i64) -> Result<(), Wrong> {
+    pub fn assign(&mut self, expr: &emu_debug::debug::Expr, value: emu_debug::debug::Amount) -> Result<(), Wrong> {
         self.session.assign(expr, value).map_err(Wrong::cannot)?;
         self.told = self.told.min(self.session.target().cycle());
         self.listing = None;

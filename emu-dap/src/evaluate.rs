@@ -63,8 +63,10 @@ impl Adapter<'_> {
                 (machine.shown(place, format.hex), memory)
             }
             None => {
-                let value = expr.value(target).ok_or_else(|| Wrong::cannot(format!("`{text}` has no value now")))?;
-                (if format.hex { format!("0x{value:x}") } else { value.to_string() }, None)
+                let amount = expr.amount(target);
+                let amount = amount.ok_or_else(|| Wrong::cannot(format!("`{text}` has no value now")))?;
+                let value = amount.whole();
+                (if format.hex { format!("0x{value:x}") } else { amount.text() }, None)
             }
         };
         let mut answer = json!({ "result": result, "variablesReference": 0 });

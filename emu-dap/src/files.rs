@@ -50,12 +50,12 @@ impl Machine {
             let text = "rungs are not known: launch the .ld file itself, or the image with its `map` and `ladder`";
             return Err(text.to_owned());
         }
-        let (lines, chip) = (&self.session.scope.lines, self.session.scope.chip());
+        let lines = &self.session.scope.lines;
         let mut why = String::new();
         for line in line..line.saturating_add(REACH) {
             match lines.of(path, line) {
                 Ok(places) => {
-                    let words: Vec<u32> = places.iter().map(|byte| byte / chip.word_bytes.max(1)).collect();
+                    let words = self.session.scope.line_words(&places);
                     return Ok(LineFound { words, line });
                 }
                 Err(text) if why.is_empty() => why = text,

@@ -293,7 +293,10 @@ impl Machine {
             Group::Functions => {
                 let words = match self.ladder.as_ref().and_then(|ladder| ladder.named(&wanted.name)) {
                     Some(word) => vec![word?],
-                    None => self.session.scope.source().words(&wanted.name)?,
+                    None => match self.session.scope.function_words(wanted.name.trim()) {
+                        words if words.is_empty() => self.session.scope.source().words(&wanted.name)?,
+                        words => words,
+                    },
                 };
                 Ok(Placed { what: What::Code(words), text: wanted.name.clone(), line: None })
             }
@@ -373,8 +376,8 @@ impl Piece {
     fn text(&self, session: &Session) -> String {
         match self {
             Piece::Text(text) => text.clone(),
-            Piece::Value(text, expr) => match expr.value(session.target()) {
-                Some(value) => value.to_string(),
+            Piece::Value(text, expr) => match expr.amount(session.target()) {
+                Some(value) => value.text(),
                 None => format!("{{{text}: no value}}"),
             },
         }

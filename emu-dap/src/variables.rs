@@ -156,7 +156,7 @@ impl Adapter<'_> {
 
     fn assign_to(&mut self, expr: &Expr, value: &str, level: usize) -> Result<(), Wrong> {
         let machine = self.machine()?;
-        let given = machine.expr(value, level)?.value(machine.session.target());
+        let given = machine.expr(value, level)?.amount(machine.session.target());
         let given = given.ok_or_else(|| Wrong::cannot(format!("`{value}` has no value now")))?;
         machine.assign(expr, given)
     }

@@ -177,8 +177,13 @@ impl Shell {
         Ok((line.file.to_string(), line.line))
     }
 
-    /// A number alone: a line of the file that is looked at, as gdb has it. Nothing where the program has no lines.
+    /// A number alone: a line of the file that is looked at, as gdb has it; `+1` and `-1` count from the line that is. Nothing where the program has no lines.
     pub(super) fn plain_line(&self, text: &str) -> Option<(String, u32)> {
+        if let Some(by) = text.strip_prefix(['+', '-']).and_then(|by| by.parse::<u32>().ok()) {
+            let (file, line) = self.present_line()?;
+            let line = if text.starts_with('+') { line.checked_add(by)? } else { line.checked_sub(by)? };
+            return Some((file, line));
+        }
         let line = text.parse().ok().filter(|_| text.bytes().all(|byte| byte.is_ascii_digit()))?;
         let here = self.listed.clone().or_else(|| self.present_line()).or_else(|| self.main_line());
         here.map(|(file, _)| (file, line))

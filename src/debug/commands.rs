@@ -3,7 +3,7 @@
 use diag::nearest;
 
 use super::shell::{Done, Shell};
-use super::{back, calls, code, data, files, info, points, record, rungs, running, types};
+use super::{back, calls, code, data, files, info, points, record, rungs, running, texts, types};
 
 /// What an empty line does after a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,7 +111,7 @@ pub const COMMANDS: &[Command] = &[
     command(Points, "commands",       &["comm"],      "[NUMBER]",             No, points::commands,    "the lines up to `end` are carried out when a point stops; `silent` first leaves out what a stop prints"),
     command(Points, "delete",         &["d"],         "[NUMBER..]",           No, points::delete,      "delete points; without numbers all"),
     command(Points, "enable",         &[],            "[NUMBER..]",           No, points::enable,      "points count again"),
-    command(Points, "disable",        &[],            "[NUMBER..]",           No, points::disable,     "points do not count"),
+    command(Points, "disable",        &["dis"],            "[NUMBER..]",           No, points::disable,     "points do not count"),
 
     command(Data, "print",            &["p"],         "[/FORMAT] EXPR",       No, data::print,         "the value of an expression: registers, memory, bits, pins, symbols, variables and operators of C (x.y, p->y, a[1], *p, &x, (char)x); /x /d /u /o /t /c /a; X = VALUE sets it"),
     command(Data, "ptype",            &["pt"],        "EXPR or TYPE",         No, types::ptype,        "a type of C with its members"),
@@ -149,7 +149,9 @@ pub const COMMANDS: &[Command] = &[
     command(Session, "load",          &[],            "FILE",      No,   files::load,        "go on from a machine that `save` or `emu run --snapshot-out` has written; a history begins there"),
     command(Session, "source",        &[],            "FILE",      No,   files::source,      "carry out the commands of a file, up to the first that fails"),
     command(Session, "record",        &[],            "FILE",      No,   record::record,     "write what was done from outside up to now as a scenario that does it again"),
-    command(Session, "echo",          &[],            "TEXT",      No,   files::echo,        "print a text"),
+    command(Session, "echo",          &[],            "TEXT",      No,   texts::echo,        "print a text; \\n and the like are what they are in C"),
+    command(Session, "output",        &[],            "[/FORMAT] EXPR", No, texts::output,   "print a value without its name"),
+    command(Session, "printf",        &[],            "\"TEXT\", EXPR..", No, texts::printf, "print a text with values in it: printf \"%d of %s\\n\", i, name"),
     command(Session, "help",          &["h", "?"],    "[COMMAND]", No,   help,               "what a command does"),
     command(Session, "quit",          &["q", "exit"], "[CODE]",    No,   files::quit,        "leave"),
 ];

@@ -2,7 +2,7 @@
 
 use emu_core::pins::{PinId, Time};
 use emu_debug::Range;
-use emu_debug::debug::{Action, Cell, Expr, Operator, Place, Target};
+use emu_debug::debug::{Action, Amount, Cell, Expr, Operator, Place, Target};
 use emu_debug::numbers::shown;
 use emu_debug::stimulus::{Drive, put};
 
@@ -16,12 +16,16 @@ fn missing(expr: &Expr, target: &dyn Target) -> Option<&'static str> {
     if expr.value(target).is_some() {
         return None;
     }
+    let is_real = |of: &Expr| matches!(of.amount(target), Some(Amount::Real(..)));
     Some(match expr {
+        Expr::Bit(of, _) | Expr::Unary(_, of) if is_real(of) => "a number with a point has no bits to compute with",
+        Expr::Object(object) if !object.is_scalar() => "a struct, or an array that is in no memory",
         Expr::Place(Place::Pin(_)) => "a pin that floats",
         Expr::Bit(of, _) | Expr::Unary(_, of) => return missing(of, target),
         Expr::Binary(operator, a, b) => {
             let of_these = missing(a, target).or_else(|| missing(b, target));
             return of_these.or(Some(match operator {
+                _ if is_real(a) || is_real(b) => "that operator is not for numbers with a point",
                 Operator::Shl | Operator::Shr => "a shift by other than 0 to 63 bits",
                 _ if b.value(target) == Some(0) => "a division by 0",
                 _ => "a quotient that is too large",
@@ -30,6 +34,9 @@ fn missing(expr: &Expr, target: &dyn Target) -> Option<&'static str> {
         _ => "memory that is not there",
     })
 }
+
+/// What gdb's `set` has settings for that scripts begin with.
+const GDBS: &[&str] = &["confirm", "height", "width", "pagination", "print", "listsize", "style", "logging", "verbose"];
 
 /// An expression that every stop shows.
 pub struct Display {
@@ -105,6 +112,9 @@ impl Shell {
                 None => "nothing".to_owned(),
             };
         };
+        if let (None, Some(amount @ Amount::Real(..))) = (format.letter, expr.amount(target)) {
+            return amount.text();
+        }
         let bytes = match place {
             Some(Place::Memory { bytes, .. }) => bytes.into(),
             Some(Place::Bit { .. } | Place::RegBit { .. } | Place::Reg(_)) => 1,
@@ -309,6 +319,10 @@ pub(super) fn set(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     let wanted = || "write what gets which value: set r16 = 5, set PB0 = 1, set VCC=4.5V".to_owned();
     // `set var x = 1`, as gdb has it.
     let args = ["var ", "variable "].iter().find_map(|word| args.strip_prefix(word)).unwrap_or(args);
+    if !args.contains('=') && GDBS.contains(&args.split_whitespace().next().unwrap_or_default()) {
+        shell.note("note: that setting of gdb makes no difference here", out);
+        return Ok(());
+    }
     let (name, value) = args.split_once('=').ok_or_else(wanted)?;
     let (name, value) = (name.trim(), value.trim());
     // An input of a ladder program is its pin: the memory where it is latched is written anew by every scan.
@@ -347,7 +361,7 @@ pub(super) fn set(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     if place.is_none() && expr.object().is_none() {
         return Err(format!("`{name}` is no place that can be set"));
     }
-    let value = shell.value(value)?;
+    let value = shell.amount(value)?;
     shell.session.assign(&expr, value)?;
     shell.registers = shell.core_registers();
     if place == Some(Place::Pc) {
@@ -412,8 +426,10 @@ pub(super) fn assert(shell: &mut Shell, args: &str, _: &mut String) -> Done {
         return Err("what is to hold? assert PB5 == 1".to_owned());
     }
     let (expr, target) = (shell.expr(args)?, shell.session.target());
-    match expr.value(target) {
-        Some(0) => Err(format!("the assertion does not hold at cycle {}: {args}", target.cycle())),
+    match expr.amount(target) {
+        Some(value) if !value.is_true() => {
+            Err(format!("the assertion does not hold at cycle {}: {args}", target.cycle()))
+        }
         Some(_) => Ok(()),
         None => {
             let why = missing(&expr, target).map_or(String::new(), |why| format!(" ({why})"));
@@ -423,10 +439,15 @@ pub(super) fn assert(shell: &mut Shell, args: &str, _: &mut String) -> Done {
 }
 
 impl Shell {
-    /// The value of an expression.
+    /// The value of an expression as a whole number.
     pub(super) fn value(&self, text: &str) -> Result<i64, String> {
+        self.amount(text).map(Amount::whole)
+    }
+
+    /// The value of an expression.
+    pub(super) fn amount(&self, text: &str) -> Result<Amount, String> {
         let (expr, target) = (self.expr(text)?, self.session.target());
-        expr.value(target).ok_or_else(|| {
+        expr.amount(target).ok_or_else(|| {
             let why = missing(&expr, target).map_or(String::new(), |why| format!(": {why}"));
             format!("`{}` has no value now{why}", text.trim())
         })

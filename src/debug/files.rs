@@ -87,11 +87,6 @@ fn named(args: &str) -> Result<&str, String> {
     }
 }
 
-pub(super) fn echo(_: &mut Shell, args: &str, out: &mut String) -> Done {
-    out.push_str(&format!("{args}\n"));
-    Ok(())
-}
-
 pub(super) fn quit(shell: &mut Shell, args: &str, _: &mut String) -> Done {
     let code = if args.is_empty() { i64::from(shell.code()) } else { shell.value(args)? };
     shell.leave = Some(u8::try_from(code).map_err(|_| format!("{code} is no exit code; those are 0 to 255"))?);

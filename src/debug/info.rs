@@ -91,7 +91,8 @@ fn registers(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     if !args.is_empty() {
         for name in args.split_whitespace() {
             let name = name.trim_start_matches('$');
-            let expr = shell.expr(name)?;
+            // Of a caller those that its call has saved.
+            let expr = shell.expr(&format!("${name}")).or_else(|_| shell.expr(name))?;
             out.push_str(&format!("{name} = {}\n", shell.shown(&expr, Default::default())));
         }
         return Ok(());
@@ -101,10 +102,11 @@ fn registers(shell: &mut Shell, args: &str, out: &mut String) -> Done {
         .cpu_regs
         .iter()
         .filter(|name| **name != "PC")
-        .filter_map(|name| Some(format!("{name:<6} {}", hex(target.reg(name)?.into(), 2))))
+        .filter_map(|name| Some(format!("{name:<6} {}", hex(shell.value(&format!("${name}")).ok()?, 2))))
         .collect();
     columns(&values, 8, out);
-    out.push_str(&format!("PC     {}\n", shell.session.scope.source().place(target.pc())));
+    let word = shell.calls().get(shell.level).map_or(target.pc(), |frame| frame.word);
+    out.push_str(&format!("PC     {}\n", shell.session.scope.source().place(word)));
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 //! Commands about breakpoints and watchpoints.
 
-use emu_debug::debug::{Access, Expr, Place, What};
+use emu_debug::debug::{Access, Amount, Expr, Place, What};
 use emu_debug::stimulus::pin_level;
 
 use super::shell::{Done, Shell};
@@ -39,10 +39,12 @@ fn code_point(shell: &mut Shell, args: &str, temporary: bool, out: &mut String) 
 fn added(shell: &mut Shell, what: What, text: &str, condition: Option<&str>, temporary: bool) -> Result<u32, String> {
     // What has a name where a breakpoint is, is meant there.
     let at = if let What::Code(words) = &what { words.first().copied() } else { None };
+    let wanted = condition;
     let condition = condition.map(|text| condition_at(shell, text, at)).transpose()?;
     let id = shell.session.points.add(what, text, temporary);
     if let Some(point) = shell.session.points.get_mut(id) {
         point.condition = condition;
+        point.condition_text = wanted.unwrap_or_default().to_owned();
     }
     Ok(id)
 }
@@ -84,6 +86,10 @@ fn watched(shell: &Shell, text: &str) -> Result<What, String> {
         }
         expr if expr.is_of_time() => {
             return Err("time goes on in sleep, where nothing is looked at; run-to-cycle stops at one".to_owned());
+        }
+        expr if expr.is_constant() => return Err(format!("cannot watch a constant: nothing changes `{text}`")),
+        expr if expr.object().is_none() && matches!(expr.amount(shell.session.target()), Some(Amount::Real(..))) => {
+            return Err("what is computed with a point is not watched; watch the variables in it".to_owned());
         }
         expr => What::Change(expr),
     })
@@ -134,6 +140,7 @@ pub(super) fn condition(shell: &mut Shell, args: &str, out: &mut String) -> Done
     });
     if let Some(point) = shell.session.points.get_mut(id) {
         point.condition = condition;
+        point.condition_text = text.to_owned();
     }
     Ok(())
 }
@@ -230,7 +237,7 @@ pub(super) fn list(shell: &Shell, out: &mut String) {
         let told = [
             (point.temporary, "once".to_owned()),
             (!point.enabled, "disabled".to_owned()),
-            (point.condition.is_some(), "with a condition".to_owned()),
+            (point.condition.is_some(), format!("stop only if {}", point.condition_text)),
             (point.ignore > 0, format!("passes over {}", point.ignore)),
             (point.hits > 0, format!("hit {} times", point.hits)),
         ];

@@ -55,10 +55,15 @@ fn begins_line(session: &Session) -> bool {
 fn line_step(session: &mut Session, over: bool, forward_only: bool, go_on: &mut dyn FnMut() -> bool) -> Halt {
     let (mut start, from) = (line(session), session.target().pc());
     let (mut depth, mut last) = (Depth::default(), from);
+    // Where the prologue of the function ends that it has come into, and how deep that is.
+    let mut entered: Option<(u32, i64)> = None;
     session.stroll(END_OF_TIME, true, go_on, &mut |session, flow, entry| {
         depth.after(flow, entry);
         if depth.service > 0 {
             return false;
+        }
+        if let Some((word, calls)) = entered.filter(|(_, calls)| depth.calls >= *calls) {
+            return depth.calls == calls && session.target().pc() == word;
         }
         if depth.calls > 0 && over {
             return false;
@@ -77,6 +82,13 @@ fn line_step(session: &mut Session, over: bool, forward_only: bool, go_on: &mut 
         if depth.calls < 0 && flow == Flow::Return && here.is_some() && here != start && !begins_line(session) {
             start = here;
             return false;
+        }
+        if depth.calls > 0 && flow == Flow::Call && here.is_some() {
+            let pc = session.target().pc();
+            entered = session.scope.entered(pc).map(|word| (word, depth.calls));
+            if entered.is_some() {
+                return false;
+            }
         }
         let passed = start.is_none() || here != start || flow == Flow::Call && !over;
         passed && (!forward_only || depth.calls < 0 || session.target().pc() > from)
@@ -293,18 +305,6 @@ impl Shell {
         self.session.scope.calls().info.function_at(byte)?.result
     }
 
-    /// Of a function whose parameters are in their places only behind its prologue, the first word of its second line, as gdb has it.
-    fn behind_prologue(&self, name: &str) -> Option<u32> {
-        let scope = &self.session.scope;
-        let code = scope.calls().info.has_prologue(name)?;
-        let first = scope.lines.at(code.start, code.start)?;
-        let of = scope.lines.all().iter().filter(|line| code.contains(&line.addr) && line.kind == first.kind);
-        let second = of
-            .filter(|line| line.addr > code.start)
-            .find(|line| (line.line, &line.file) != (first.line, &first.file))?;
-        Some(second.addr / scope.chip().word_bytes.max(1))
-    }
-
     /// The same as [`Shell::location`], but that a number alone is a line where the program has lines, as in gdb.
     pub(super) fn line_location(&self, text: &str) -> Result<Vec<u32>, String> {
         let text = text.trim();
@@ -315,9 +315,15 @@ impl Shell {
                 let lines =
                     self.session.scope.lines.all().iter().filter(|known| *known.file == *file && known.line >= line);
                 let line = lines.map(|known| known.line).min().unwrap_or(line);
-                self.session.scope.source().words(&format!("{file}:{line}"))
+                let scope = &self.session.scope;
+                let words = scope.source().words(&format!("{file}:{line}"))?;
+                let bytes: Vec<u32> = words.iter().map(|word| word * scope.chip().word_bytes).collect();
+                Ok(scope.line_words(&bytes))
             }
-            None => self.behind_prologue(text).map_or_else(|| self.location(text), |word| Ok(vec![word])),
+            None => match self.session.scope.function_words(text) {
+                words if words.is_empty() => self.location(text),
+                words => Ok(words),
+            },
         }
     }
 

@@ -294,7 +294,7 @@ fn float(bytes: &[u8]) -> String {
 }
 
 /// A number to so many digits, as `%g` of C has it.
-fn general(value: f64, digits: usize) -> String {
+pub(super) fn general(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return if value.is_nan() {
             "nan"

@@ -132,6 +132,17 @@ fn body(info: &DebugInfo, id: Option<TypeId>, depth: u32) -> String {
     }
 }
 
+/// The constant of an enumeration that has this name, and its type.
+pub(super) fn enumerator(info: &DebugInfo, wanted: &str) -> Option<(i64, Kind)> {
+    info.kinds().find_map(|(id, kind)| match kind {
+        CType::Enum { values, .. } => {
+            let (_, value) = values.iter().find(|(name, _)| name == wanted)?;
+            Some((*value, Kind::new(Some(id))))
+        }
+        _ => None,
+    })
+}
+
 /// The type that a text names: `uint8_t`, `struct order *`, `unsigned char`. Nothing where it names none.
 pub(super) fn named(info: &DebugInfo, text: &str) -> Option<Kind> {
     let text = text.trim();

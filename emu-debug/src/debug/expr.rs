@@ -1,5 +1,6 @@
 //! Expressions as C and gdb write them, over places of the machine.
 
+use super::amount::Amount;
 use super::object::ObjectExpr;
 use super::place::Place;
 use super::target::Target;
@@ -9,6 +10,8 @@ use super::target::Target;
 pub enum Expr {
     /// A number.
     Number(i64),
+    /// A number with a point, by the bits of its `f64`.
+    Real(u64),
     /// The value of a place.
     Place(Place),
     /// The byte of data memory at an address that is computed.
@@ -30,28 +33,55 @@ pub enum Expr {
 pub enum Operator { Or, And, BitOr, BitXor, BitAnd, Eq, Ne, Le, Ge, Lt, Gt, Shl, Shr, Add, Sub, Mul, Div, Rem }
 
 impl Expr {
-    /// The value now. Nothing where something in it has none: a pin that floats, memory that is not there, a division by 0.
+    /// The value now as a whole number: of one with a point what is before it. Nothing where something in it has none: a pin that
+    /// floats, memory that is not there, a division by 0.
     #[must_use]
     pub fn value(&self, target: &dyn Target) -> Option<i64> {
+        self.amount(target).map(Amount::whole)
+    }
+
+    /// The value now; nothing as for [`Expr::value`].
+    #[must_use]
+    pub fn amount(&self, target: &dyn Target) -> Option<Amount> {
+        let truth = |of: &Expr| Some(of.amount(target)?.is_true());
         Some(match self {
-            Expr::Number(number) => *number,
-            Expr::Place(place) => place.value(target)?,
-            Expr::At(space, addr) => target.peek(space, u32::try_from(addr.value(target)?).ok()?)?.into(),
-            Expr::Object(object) => object.number(target)?,
-            Expr::Bit(of, bit) => of.value(target)? >> bit & 1,
-            Expr::Unary(sign, of) => {
-                let value = of.value(target)?;
-                match sign {
-                    '-' => value.wrapping_neg(),
-                    '!' => i64::from(value == 0),
-                    _ => !value,
-                }
+            Expr::Number(number) => Amount::Whole(*number),
+            Expr::Real(bits) => Amount::Real(f64::from_bits(*bits), 0),
+            Expr::Place(place) => Amount::Whole(place.value(target)?),
+            Expr::At(space, addr) => {
+                Amount::Whole(target.peek(space, u32::try_from(addr.value(target)?).ok()?)?.into())
             }
+            Expr::Object(object) => object.amount(target)?,
+            Expr::Bit(of, bit) => match of.amount(target)? {
+                Amount::Whole(value) => Amount::Whole(value >> bit & 1),
+                Amount::Real(..) => return None,
+            },
+            Expr::Unary(sign, of) => of.amount(target)?.signed(*sign)?,
             // Nobody is asked for what makes no difference.
-            Expr::Binary(Operator::And, a, b) => i64::from(a.value(target)? != 0 && b.value(target)? != 0),
-            Expr::Binary(Operator::Or, a, b) => i64::from(a.value(target)? != 0 || b.value(target)? != 0),
-            Expr::Binary(operator, a, b) => operator.of(a.value(target)?, b.value(target)?)?,
+            Expr::Binary(Operator::And, a, b) => Amount::Whole(i64::from(truth(a)? && truth(b)?)),
+            Expr::Binary(Operator::Or, a, b) => Amount::Whole(i64::from(truth(a)? || truth(b)?)),
+            Expr::Binary(operator, a, b) => a.amount(target)?.with(*operator, b.amount(target)?)?,
         })
+    }
+
+    /// What a watchpoint compares: of an object of C its bits, of anything else its value.
+    pub(super) fn seen(&self, target: &dyn Target) -> Option<i64> {
+        match self {
+            Expr::Object(object) => object.number(target),
+            _ => self.value(target),
+        }
+    }
+
+    /// Nothing can change its value.
+    #[must_use]
+    pub fn is_constant(&self) -> bool {
+        match self {
+            Expr::Number(_) | Expr::Real(_) => true,
+            Expr::Place(_) | Expr::At(..) => false,
+            Expr::Object(object) => object.is_constant(),
+            Expr::Bit(of, _) | Expr::Unary(_, of) => of.is_constant(),
+            Expr::Binary(_, a, b) => a.is_constant() && b.is_constant(),
+        }
     }
 
     /// Nothing but the program's writes can change its value: all places in it are bytes of RAM.
@@ -60,7 +90,7 @@ impl Expr {
             space == target.chip().ram && (addr..addr + bytes).all(|addr| target.ram_at(addr).is_some())
         };
         match self {
-            Expr::Number(_) => true,
+            Expr::Number(_) | Expr::Real(_) => true,
             Expr::Place(Place::Memory { space, addr, bytes, .. }) => kept(space, *addr, (*bytes).into()),
             Expr::Place(Place::Bit { space, addr, .. }) => kept(space, *addr, 1),
             // Where it points may be anything.
@@ -75,7 +105,7 @@ impl Expr {
     pub fn is_of_time(&self) -> bool {
         match self {
             Expr::Place(place) => matches!(place, Place::Cycle | Place::Instructions),
-            Expr::Number(_) => false,
+            Expr::Number(_) | Expr::Real(_) => false,
             Expr::Object(object) => object.is_of_time(),
             Expr::At(_, of) | Expr::Bit(of, _) | Expr::Unary(_, of) => of.is_of_time(),
             Expr::Binary(_, a, b) => a.is_of_time() || b.is_of_time(),
@@ -87,7 +117,7 @@ impl Expr {
         match self {
             Expr::Place(Place::Memory { addr, bytes, .. }) => (0..u32::from(*bytes)).for_each(|n| tell(addr + n)),
             Expr::Place(Place::Bit { addr, .. }) => tell(*addr),
-            Expr::Number(_) | Expr::Place(_) | Expr::At(..) | Expr::Object(_) => {}
+            Expr::Number(_) | Expr::Real(_) | Expr::Place(_) | Expr::At(..) | Expr::Object(_) => {}
             Expr::Bit(of, _) | Expr::Unary(_, of) => of.bytes(tell),
             Expr::Binary(_, a, b) => {
                 a.bytes(tell);
@@ -142,7 +172,7 @@ impl Expr {
 }
 
 impl Operator {
-    fn of(self, a: i64, b: i64) -> Option<i64> {
+    pub(super) fn of(self, a: i64, b: i64) -> Option<i64> {
         let shift = u32::try_from(b).ok().filter(|shift| *shift < 64);
         Some(match self {
             Operator::Or => i64::from(a != 0 || b != 0),

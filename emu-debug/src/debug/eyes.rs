@@ -74,7 +74,7 @@ impl Eyes {
                 What::Change(expr) => {
                     eyes.ram_only &= expr.is_of_ram(target);
                     expr.bytes(&mut |addr| _ = eyes.ram.insert(target.ram_at(addr).unwrap_or(addr)));
-                    eyes.changes.push((point.id, expr.clone(), expr.value(target)));
+                    eyes.changes.push((point.id, expr.clone(), expr.seen(target)));
                 }
             }
         }
@@ -109,7 +109,7 @@ impl Eyes {
     pub fn changed(&mut self, target: &dyn Target) -> Vec<(u32, Option<i64>, Option<i64>)> {
         let mut found = Vec::new();
         for (id, expr, old) in &mut self.changes {
-            let new = expr.value(target);
+            let new = expr.seen(target);
             if new != *old {
                 found.push((*id, std::mem::replace(old, new), new));
             }

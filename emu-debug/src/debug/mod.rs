@@ -10,7 +10,8 @@
 //!   flow.rs     calls and returns                events.rs   what the chip has done, in words
 //!   calls.rs    the calls that are not over      stroll.rs   running step by step
 //!   object.rs   variables and values of C        parse.rs    expressions out of their text
-//!   kinds.rs    questions about types of C
+//!   kinds.rs    questions about types of C      amount.rs   values: whole numbers, and those with a point
+//!   spots.rs    where breakpoints of functions and lines lie
 //!   ctext.rs    those as text                    ctype.rs    types of C as text
 //! ```
 //!
@@ -21,6 +22,7 @@
 //! **Going back** takes the nearest snapshot before the wanted position and runs a copy of it forwards again, with everything that
 //! was done from outside put in at its own cycle. Nothing of a machine can run backwards, and nothing has to.
 
+mod amount;
 mod back;
 mod calls;
 mod ctext;
@@ -38,9 +40,11 @@ mod place;
 mod points;
 mod scope;
 mod session;
+mod spots;
 mod stroll;
 mod target;
 
+pub use amount::Amount;
 pub use back::Passed;
 pub use calls::{CallFrame, CallStack};
 pub use expr::{Expr, Operator};

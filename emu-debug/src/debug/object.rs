@@ -6,6 +6,7 @@ use std::sync::Arc;
 use emu_core::chip::Family;
 use emu_core::image::{AVR_DATA, BaseEncoding, ByteAt, CType, DebugInfo, VariableInfo};
 
+use super::amount::Amount;
 use super::calls::{CallFrame, CallStack, View, memory_at};
 use super::expr::{Expr, Operator};
 use super::kinds::{Kind, Kinds as _};
@@ -275,7 +276,11 @@ impl ObjectExpr {
     pub fn number(&self, target: &dyn Target) -> Option<i64> {
         match &self.base {
             Base::Value(value) => {
-                let value = value.value(target)?;
+                let value = value.amount(target)?;
+                if self.is_real() {
+                    return Some(value.bits(self.bytes()?));
+                }
+                let value = value.whole();
                 let Some(bytes) = self.bytes().filter(|bytes| *bytes < 8) else { return Some(value) };
                 let unused = 64 - 8 * bytes.max(1);
                 Some(if self.is_signed() {
@@ -291,6 +296,28 @@ impl ObjectExpr {
                 number(&bytes?, self.bits, self.is_signed())
             }
         }
+    }
+
+    /// The value as C has it: an array is the address of its first element, a struct or union has none.
+    #[must_use]
+    pub(super) fn amount(&self, target: &dyn Target) -> Option<Amount> {
+        match self.shape() {
+            Some(CType::Array { .. }) => self.start(target).map(Amount::Whole),
+            Some(CType::Record { .. }) => None,
+            _ if self.is_real() => Amount::of_bits(self.number(target)?, self.bytes()?),
+            _ => self.number(target).map(Amount::Whole),
+        }
+    }
+
+    /// A number with a point.
+    #[must_use]
+    pub fn is_real(&self) -> bool {
+        matches!(self.shape(), Some(CType::Base { encoding: BaseEncoding::Float, .. }))
+    }
+
+    /// A value that nothing can change.
+    pub(super) fn is_constant(&self) -> bool {
+        matches!(&self.base, Base::Value(value) if value.is_constant())
     }
 
     /// The address of its first byte: in data memory without the offset of the ELF file.
@@ -338,10 +365,15 @@ impl ObjectExpr {
     ///
     /// # Errors
     /// It cannot be set, or not to this value.
-    pub(super) fn writes(&self, target: &dyn Target, value: i64) -> Result<Vec<(Place, i64)>, String> {
-        if matches!(self.shape(), Some(CType::Base { encoding: BaseEncoding::Float, .. })) {
-            return Err("numbers with a point cannot be set; set their bytes".to_owned());
+    pub(super) fn writes(&self, target: &dyn Target, value: Amount) -> Result<Vec<(Place, i64)>, String> {
+        match self.shape() {
+            Some(CType::Record { keyword, .. }) => {
+                return Err(format!("a {keyword} gets no single value; set its members"));
+            }
+            Some(CType::Array { .. }) => return Err("an array gets no single value; set its elements".to_owned()),
+            _ => {}
         }
+        let value = if self.is_real() { value.bits(self.bytes().unwrap_or(0)) } else { value.whole() };
         let cells = self.cells(target);
         let bits = self.bits.map_or(8 * cells.len() as u32, |(_, size)| size);
         let (least, most) = match bits {
@@ -381,7 +413,7 @@ impl ObjectExpr {
     /// It has one value, but lies in no place of up to four bytes.
     pub(super) fn needs_parts(&self, target: &dyn Target) -> bool {
         match self.shape() {
-            Some(CType::Record { .. } | CType::Array { .. }) => false,
+            Some(CType::Record { .. } | CType::Array { .. }) => true,
             Some(CType::Base { encoding: BaseEncoding::Float, .. }) => true,
             _ => self.bytes().is_none_or(|bytes| bytes > 4) || self.place(target).is_none(),
         }

@@ -203,6 +203,23 @@ impl<'a> Parser<'a> {
         bytes.map(|bytes| Expr::Number(bytes.into())).ok_or_else(|| "it has no size".to_owned())
     }
 
+    /// `1.5`, `1.`, `1.5e-3`, `2.5f`.
+    fn real(&mut self, name: &str) -> Result<Expr, String> {
+        let mut text = name.trim_end_matches(['f', 'F']).to_owned();
+        // The sign of an exponent ends a word.
+        if text.ends_with(['e', 'E'])
+            && let Some(sign) = self.rest.chars().next().filter(|sign| matches!(sign, '+' | '-'))
+        {
+            let digits = &self.rest[1..];
+            let end = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
+            text.push(sign);
+            text.push_str(&digits[..end]);
+            self.rest = digits[end..].trim_start();
+        }
+        let value: Option<f64> = text.parse().ok();
+        value.map(|value| Expr::Real(value.to_bits())).ok_or_else(|| format!("`{name}` is no number; write 1.5"))
+    }
+
     fn atom(&mut self) -> Result<Expr, String> {
         if let Some(rest) = self.rest.strip_prefix('\'') {
             // Behind a backslash a ' ends nothing, and neither does a backslash begin anything.
@@ -215,6 +232,14 @@ impl<'a> Parser<'a> {
             let end = end.ok_or_else(|| format!("a ' is missing in `{}`", self.text))?;
             let bytes = unescape(&rest[..end])?;
             self.rest = rest[end + 1..].trim_start();
+            if let (Some(here), Some(behind)) = (self.here, self.rest.strip_prefix("::")) {
+                let len = behind.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(behind.len());
+                let (file, name) = (&rest[..end], &behind[..len]);
+                self.rest = behind[len..].trim_start();
+                let found = here.calls.info.global_of(file, name);
+                let found = found.ok_or_else(|| format!("no variable `{name}` is known in {file}"))?;
+                return Ok(Expr::Object(Box::new(ObjectExpr::variable(here.calls.clone(), found, Vec::new(), 0))));
+            }
             return match bytes.as_slice() {
                 [byte] => Ok(Expr::Number((*byte).into())),
                 _ => Err(format!("'{}' is not one byte", &rest[..end])),
@@ -234,11 +259,19 @@ impl<'a> Parser<'a> {
         if name == "sizeof" {
             return self.size();
         }
+        if let Some(here) = self.here
+            && let Some(found) = self.scope.in_frame(here, name).or_else(|| self.scope.qualified(here, name))
+        {
+            return Ok(found);
+        }
         if name.is_empty() {
             let found = self.rest.chars().next().map_or("nothing".to_owned(), |c| format!("`{c}`"));
             return Err(format!("a number or a name is wanted in `{}`, not {found}", self.text));
         }
         if name.starts_with(|c: char| c.is_ascii_digit()) && !name.contains(':') {
+            if name.contains('.') {
+                return self.real(name);
+            }
             return number(name).map(Expr::Number);
         }
         let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_');
@@ -252,12 +285,16 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// A number: decimal, 0x, 0b or 0o, with underscores.
+/// A number: decimal, 0x, 0b or 0o, with underscores; a 0 in front makes it octal, as in C.
 fn number(text: &str) -> Result<i64, String> {
     let plain = text.replace('_', "").to_ascii_lowercase();
     let radix = [("0x", 16), ("0b", 2), ("0o", 8)];
     let found = radix.into_iter().find_map(|(prefix, radix)| Some((plain.strip_prefix(prefix)?, radix)));
-    let (digits, radix) = found.unwrap_or((&plain, 10));
+    let (digits, radix) = match (found, plain.strip_prefix('0')) {
+        (Some(found), _) => found,
+        (None, Some(octal)) if !octal.is_empty() => (octal, 8),
+        (None, _) => (plain.as_str(), 10),
+    };
     let wrong = || format!("`{text}` is no number; write 418, 0x1a2 or 0b101");
     if digits.starts_with(['+', '-']) {
         return Err(wrong());

@@ -2,6 +2,7 @@
 
 use emu_core::pins::{Level, PinId};
 
+use super::amount::Amount;
 use super::expr::Expr;
 use super::target::Target;
 use crate::place::Range;
@@ -45,6 +46,8 @@ pub struct Point {
     pub enabled: bool,
     /// It stops the machine only where this is not 0.
     pub condition: Option<Expr>,
+    /// That as it was written; empty where there is none.
+    pub condition_text: String,
     /// It passes over this many hits.
     pub ignore: u64,
     /// Hits so far, those passed over counted too; going backwards counts none.
@@ -57,7 +60,7 @@ impl Point {
     /// The condition, if there is one, holds now. One that has no value (a pin that floats) holds: better to stop than to miss it.
     #[must_use]
     pub fn holds(&self, target: &dyn Target) -> bool {
-        self.condition.as_ref().is_none_or(|condition| condition.value(target).is_none_or(|value| value != 0))
+        self.condition.as_ref().is_none_or(|condition| condition.amount(target).is_none_or(Amount::is_true))
     }
 }
 
@@ -79,6 +82,7 @@ impl Points {
             temporary,
             enabled: true,
             condition: None,
+            condition_text: String::new(),
             ignore: 0,
             hits: 0,
             commands: Vec::new(),

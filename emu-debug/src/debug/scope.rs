@@ -3,9 +3,9 @@
 use std::sync::{Arc, OnceLock};
 
 use emu_core::chip::{Chip, Family};
-use emu_core::image::{BlockInfo, CONSTANT, FrameView as _, Lines, SymbolAt, VariableInfo};
+use emu_core::image::{BlockInfo, CONSTANT, FrameView as _, Lines, SymbolAt, VariableInfo, VariableLocation};
 
-use super::calls::{CallStack, View};
+use super::calls::{CallFrame, CallStack, View};
 use super::expr::Expr;
 use super::eyes::byte_of;
 use super::object::ObjectExpr;
@@ -16,6 +16,9 @@ use crate::bits;
 use crate::place::{Names, Range, split_memory};
 use crate::source::Source;
 use crate::stimulus;
+
+/// Begins a location that is an address (DWARF 5, section 7.7.1, `DW_OP_addr`).
+const DW_OP_ADDR: u8 = 0x03;
 
 /// Everything that has a name.
 #[derive(Debug, Clone)]
@@ -40,6 +43,8 @@ pub(super) struct Here {
     level: usize,
     /// Functions put in place of their calls that are left out of it.
     left_out: usize,
+    /// That frame, where it is a caller.
+    frame: Option<CallFrame>,
 }
 
 impl Scope {
@@ -87,6 +92,7 @@ impl Scope {
             byte: word.saturating_mul(self.chip.word_bytes),
             level: 0,
             left_out: 0,
+            frame: None,
         };
         parse::parse(self, Some(&here), text)
     }
@@ -116,7 +122,8 @@ impl Scope {
         }
         let frame = calls.frame(target, level)?;
         let byte = View { target, frame: &frame }.byte();
-        Some(Here { calls: calls.clone(), byte, level, left_out: frame.left_out })
+        let left_out = frame.left_out;
+        Some(Here { calls: calls.clone(), byte, level, left_out, frame: Some(frame).filter(|_| level > 0) })
     }
 
     /// The variable of C that a name stands for in a frame.
@@ -136,6 +143,44 @@ impl Scope {
         }
         let found = info.global(name, here.byte)?;
         Some(ObjectExpr::variable(here.calls.clone(), found, Vec::new(), 0))
+    }
+
+    /// `$pc`, `$sp` and `$r16` of a frame that has called another; a constant of an enumeration, which no symbol hides.
+    pub(super) fn in_frame(&self, here: &Here, name: &str) -> Option<Expr> {
+        if let Some(own) = name.strip_prefix('$') {
+            let frame = here.frame.as_ref()?;
+            return match own.to_ascii_lowercase().as_str() {
+                "pc" => Some(Expr::Number(self.chip.code_address(frame.word).into())),
+                "sp" => Some(Expr::Number(frame.sp.into())),
+                own => {
+                    let number: usize = own.strip_prefix('r')?.parse().ok()?;
+                    let addr = (*frame.saved.get(number)?)?;
+                    Some(Expr::Place(Place::Memory { space: self.chip.ram, addr, bytes: 1, signed: false }))
+                }
+            };
+        }
+        if self.symbols.iter().any(|symbol| symbol.is_named(name)) {
+            return None;
+        }
+        let (value, kind) = super::ctype::enumerator(&here.calls.info, name)?;
+        let value = ObjectExpr::value_of(here.calls.clone(), Expr::Number(value), kind);
+        Some(Expr::Object(Box::new(value)))
+    }
+
+    /// `function::variable`, from wherever it is.
+    pub(super) fn qualified(&self, here: &Here, name: &str) -> Option<Expr> {
+        let (function, name) = name.split_once("::")?;
+        let function = here.calls.info.functions.iter().find(|own| own.name == function)?;
+        let mut blocks = vec![&function.block];
+        while let Some(block) = blocks.pop() {
+            if let Some(found) = block.variables.iter().find(|variable| variable.name == name) {
+                let everywhere = matches!(&found.location, VariableLocation::Expression(bytes) if bytes.first() == Some(&DW_OP_ADDR));
+                let known = if everywhere { Vec::new() } else { function.block.ranges.clone() };
+                return Some(Expr::Object(Box::new(ObjectExpr::variable(here.calls.clone(), found, known, 0))));
+            }
+            blocks.extend(&block.blocks);
+        }
+        None
     }
 
     /// The blocks around a frame, the innermost first, and the code in which what they have is known.
@@ -257,7 +302,8 @@ impl Scope {
         if let Some((_, place)) = self.ladder.iter().find(|(known, _)| known == name) {
             return Ok(Expr::Place(*place));
         }
-        let own = self.symbols.iter().any(|symbol| symbol.is_named(name));
+        // Headers name the registers of a chip by constants.
+        let own = self.symbols.iter().any(|symbol| symbol.space != CONSTANT && symbol.is_named(name));
         if !own && let Some(place) = self.register(name).or_else(|| self.pin(name)) {
             return Ok(Expr::Place(place));
         }
@@ -288,7 +334,7 @@ impl Scope {
         if let Some(label) = known(self.chip.code) {
             return Ok(Expr::Number(i64::from(label.addr / self.chip.width(self.chip.code))));
         }
-        if let Some(constant) = known(CONSTANT) {
+        if let Some(constant) = known(CONSTANT).filter(|_| self.chip.reg(name).is_none()) {
             return Ok(Expr::Number(constant.addr.into()));
         }
         let range = names.range(name)?;

@@ -7,6 +7,7 @@ use emu_core::chip::Family;
 use emu_core::cpu::{END_OF_TIME, Fault, Stop};
 use emu_core::state::Damaged;
 
+use super::amount::Amount;
 use super::events::Events;
 use super::expr::Expr;
 use super::eyes::{Eyes, Sight, candidates};
@@ -219,11 +220,11 @@ impl Session {
     ///
     /// # Errors
     /// It has no place, or not this value.
-    pub fn assign(&mut self, expr: &Expr, value: i64) -> Result<(), String> {
+    pub fn assign(&mut self, expr: &Expr, value: Amount) -> Result<(), String> {
         let object = expr.object().filter(|object| object.needs_parts(self.target()));
         let writes = match (object, expr.place(self.target())) {
             (Some(object), _) => object.writes(self.target(), value)?,
-            (None, Some(place)) => vec![(place, value)],
+            (None, Some(place)) => vec![(place, value.whole())],
             (None, None) => return Err("it is no place that can be set".to_owned()),
         };
         writes.into_iter().try_for_each(|(place, value)| self.act(Action::Set(place, value)))

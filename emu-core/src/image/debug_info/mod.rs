@@ -284,12 +284,10 @@ impl DebugInfo {
         self.units.get(unit).map(|unit| (unit.name.as_str(), unit.folder.as_str()))
     }
 
-    /// Byte addresses of a function by its name, where its variables are in their places only behind its prologue.
+    /// The variables of a function are in their places only behind its prologue.
     #[must_use]
-    pub fn has_prologue(&self, name: &str) -> Option<Range<u32>> {
-        let function = self.functions.iter().find(|function| function.name == name)?;
-        let exact = self.units.get(function.unit).is_some_and(|unit| unit.exact);
-        function.block.ranges.first().cloned().filter(|_| !exact)
+    pub fn has_prologue(&self, function: &FunctionInfo) -> bool {
+        !self.units.get(function.unit).is_some_and(|unit| unit.exact)
     }
 
     /// A variable outside of functions: one of the unit of the code at a byte address first.
@@ -298,6 +296,25 @@ impl DebugInfo {
         let unit = self.function_at(byte).map(|function| function.unit);
         let named = || self.globals.iter().filter(|variable| variable.name == name);
         named().find(|variable| Some(variable.unit) == unit).or_else(|| named().next())
+    }
+}
+
+impl DebugInfo {
+    /// The unit of a function is a source file: its name, or the end of its path.
+    #[must_use]
+    pub fn is_of(&self, function: &FunctionInfo, file: &str) -> bool {
+        self.is_unit(function.unit, file)
+    }
+
+    fn is_unit(&self, unit: usize, file: &str) -> bool {
+        let is = |name: &str| name == file || name.strip_suffix(file).is_some_and(|before| before.ends_with('/'));
+        self.units.get(unit).is_some_and(|unit| is(&unit.name))
+    }
+
+    /// A variable outside of functions in the unit of a source file.
+    #[must_use]
+    pub fn global_of(&self, file: &str, name: &str) -> Option<&VariableInfo> {
+        self.globals.iter().find(|variable| variable.name == name && self.is_unit(variable.unit, file))
     }
 }
 

@@ -278,7 +278,7 @@ impl Reader {
                 counts.push(number(entry, gimli::DW_AT_count).or(upper));
             }
             (gimli::DW_TAG_enumerator, CType::Enum { values, .. }) => {
-                let value = entry.attr(gimli::DW_AT_const_value).and_then(|attribute| attribute.sdata_value());
+                let value = entry.attr_value(gimli::DW_AT_const_value).and_then(|value| whole(&value));
                 values.extend(name.zip(value));
             }
             _ => {}
@@ -444,21 +444,24 @@ fn number(entry: &Entry<'_>, name: DwAt) -> Option<u32> {
     u32::try_from(number).ok()
 }
 
+/// A constant: compilers write one below 0 in the form that has a sign, so in the others nothing is one.
+fn whole(value: &AttributeValue<Slice<'_>>) -> Option<i64> {
+    Some(match value {
+        AttributeValue::Sdata(value) => *value,
+        AttributeValue::Udata(value) | AttributeValue::Data8(value) => *value as i64,
+        AttributeValue::Data1(value) => i64::from(*value),
+        AttributeValue::Data2(value) => i64::from(*value),
+        AttributeValue::Data4(value) => i64::from(*value),
+        _ => return None,
+    })
+}
+
 /// The bytes of a constant; of a number as many as any object of it has, with its sign.
 fn constant(value: &AttributeValue<Slice<'_>>) -> Option<Vec<u8>> {
     if let AttributeValue::Block(bytes) = value {
         return Some(bytes.slice().to_vec());
     }
-    let number = match value {
-        AttributeValue::Sdata(value) => *value,
-        AttributeValue::Udata(value) => *value as i64,
-        AttributeValue::Data1(value) => i64::from(*value as i8),
-        AttributeValue::Data2(value) => i64::from(*value as i16),
-        AttributeValue::Data4(value) => i64::from(*value as i32),
-        AttributeValue::Data8(value) => *value as i64,
-        _ => return None,
-    };
-    Some(number.to_le_bytes().to_vec())
+    whole(value).map(|number| number.to_le_bytes().to_vec())
 }
 
 fn encoding(value: Option<AttributeValue<Slice<'_>>>) -> BaseEncoding {

@@ -1,0 +1,131 @@
+//! Commands that write texts, for scripts: echo, output, printf.
+
+use emu_debug::debug::Amount;
+use emu_debug::text::unescape;
+
+use super::numbers::Format;
+use super::shell::{Done, Shell};
+
+/// Widest field that a text may ask for.
+const WIDEST: usize = 200;
+
+/// A text with its escapes resolved; a line of its own in any case.
+fn line(text: &str, out: &mut String) -> Done {
+    // A text without sense in its escapes, as in a path, is written as it is.
+    let bytes = unescape(text).unwrap_or_else(|_| text.as_bytes().to_vec());
+    for part in String::from_utf8_lossy(&bytes).split_inclusive('\n') {
+        let own = part.trim_end_matches('\n');
+        out.push_str(&diag::text::printable(own));
+        out.push_str(if own.len() < part.len() { "\n" } else { "" });
+    }
+    if bytes.is_empty() || !out.ends_with('\n') {
+        out.push('\n');
+    }
+    Ok(())
+}
+
+pub(super) fn echo(_: &mut Shell, args: &str, out: &mut String) -> Done {
+    line(args, out)
+}
+
+/// The value alone.
+pub(super) fn output(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let (format, text) = Format::take(args)?;
+    if text.is_empty() {
+        return Err("what is to be printed? output buf, output/x r16".to_owned());
+    }
+    let value = shell.shown(&shell.expr(text)?, format);
+    out.push_str(&format!("{value}\n"));
+    Ok(())
+}
+
+/// `printf "text %d %s", EXPR, EXPR`.
+pub(super) fn printf(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+    let wanted = || "write printf \"%d of %d\\n\", i, count".to_owned();
+    let inner = args.strip_prefix('"').ok_or_else(wanted)?;
+    let mut escaped = false;
+    let end = inner.find(|c: char| {
+        let ends = c == '"' && !escaped;
+        escaped = c == '\\' && !escaped;
+        ends
+    });
+    let (text, rest) = inner.split_at(end.ok_or_else(wanted)?);
+    let mut values = split(rest.get(1..).unwrap_or_default().trim_start().trim_start_matches(',')).into_iter();
+    let (mut found, mut left) = (String::new(), text);
+    while let Some((before, behind)) = left.split_once('%') {
+        found.push_str(before);
+        if let Some(behind) = behind.strip_prefix('%') {
+            found.push('%');
+            left = behind;
+            continue;
+        }
+        let at = behind.find(|c: char| c.is_ascii_alphabetic() && !matches!(c, 'l' | 'h' | 'z'));
+        let at = at.ok_or("a letter is missing behind a %")?;
+        let (flags, behind) = behind.split_at(at);
+        let letter = behind.chars().next().unwrap_or('d');
+        let value = values.next().ok_or("there are fewer values than %")?;
+        found.push_str(&one(shell, flags.trim_end_matches(['l', 'h', 'z']), letter, &value)?);
+        left = &behind[1..];
+    }
+    found.push_str(left);
+    if values.next().is_some() {
+        return Err("there are more values than %".to_owned());
+    }
+    line(&found, out)
+}
+
+/// Values with commas between them; a comma in brackets or in quotes is a part of one.
+fn split(text: &str) -> Vec<String> {
+    let (mut parts, mut depth, mut quoted) = (vec![String::new()], 0i32, false);
+    for c in text.chars() {
+        quoted ^= c == '\'';
+        depth += i32::from(matches!(c, '(' | '[')) - i32::from(matches!(c, ')' | ']'));
+        match parts.last_mut() {
+            Some(_) if c == ',' && depth == 0 && !quoted => parts.push(String::new()),
+            Some(last) => last.push(c),
+            None => {}
+        }
+    }
+    parts.retain(|part| !part.trim().is_empty());
+    parts
+}
+
+/// A value in a field.
+fn one(shell: &Shell, flags: &str, letter: char, value: &str) -> Result<String, String> {
+    let amount = || shell.amount(value);
+    let (width, digits) = flags.split_once('.').unwrap_or((flags, ""));
+    let digits = digits.parse::<usize>().ok().map(|digits| digits.min(WIDEST));
+    let text = match letter {
+        'd' | 'i' | 'u' => amount()?.whole().to_string(),
+        'x' => format!("{:x}", amount()?.whole()),
+        'X' => format!("{:X}", amount()?.whole()),
+        'o' => format!("{:o}", amount()?.whole()),
+        'p' => format!("0x{:x}", amount()?.whole()),
+        'c' => char::from(amount()?.whole() as u8).to_string(),
+        'f' => match amount()? {
+            Amount::Whole(value) => format!("{:.*}", digits.unwrap_or(6), value as f64),
+            Amount::Real(value, _) => format!("{value:.*}", digits.unwrap_or(6)),
+        },
+        'g' | 'e' => amount()?.text(),
+        's' => string(shell, value)?,
+        _ => return Err(format!("`%{letter}` is no format; there are d i u x X o p c f g e s")),
+    };
+    let left = width.contains('-');
+    let zeros = width.trim_start_matches(['-', '+', ' ', '#']).starts_with('0') && !left;
+    let wide = width.trim_start_matches(['-', '+', ' ', '#', '0']).parse::<usize>().unwrap_or(0).min(WIDEST);
+    Ok(match (left, zeros) {
+        (true, _) => format!("{text:<wide$}"),
+        (_, true) => format!("{text:0>wide$}"),
+        _ => format!("{text:>wide$}"),
+    })
+}
+
+/// The text in RAM that a value is the address of, up to its 0.
+fn string(shell: &Shell, value: &str) -> Result<String, String> {
+    let (chip, target) = (shell.session.scope.chip(), shell.session.target());
+    let start = u32::try_from(shell.value(value)?).map_err(|_| format!("`{value}` is no address"))?;
+    let bytes = (0..WIDEST as u32).map_while(|n| target.peek(chip.ram, start.checked_add(n)?));
+    let bytes: Vec<u8> = bytes.take_while(|byte| *byte != 0).collect();
+    // What is in it is text, not escapes.
+    Ok(String::from_utf8_lossy(&bytes).replace('\\', "\\\\"))
+}
