@@ -1,14 +1,9 @@
 //! Names out of files: no reader lets a control character through, nor a name that makes gigabytes of a small file.
 
-#[path = "omf51/write.rs"]
-#[allow(dead_code, reason = "the tests of the reader use more of it")]
-mod write;
-
 use emu_core::image::{
     Bits, ElfMachine, Image, Lines, Space, SymbolAt, SymbolFile, SymbolSpaces, Symbols, load, load_messages,
     load_symbols,
 };
-use write::{Item, Module};
 
 /// ESC and BEL, as they may be in place of other characters.
 const ESC: u8 = 0x1B;
@@ -89,21 +84,9 @@ fn elf_files_have_none() {
     assert_clean("lines.elf", &lines.all().iter().map(|line| &*line.file).collect::<Vec<_>>(), r"l\x1bnes.c");
 }
 
-/// C1 characters have two bytes, and in a name of C++ or Rust they come from its mangled form.
+/// C1 characters have two bytes.
 #[test]
-fn object_files_and_other_names_have_none() {
-    let mut module = Module::new("A");
-    module.scope(0, "P\u{9b}P");
-    module.items(1, &[Item::new(0, 0x40, "x\u{9b}31my\u{7f}"), Item::new(5, 7, "\u{85}N")]);
-    module.items(0, &[Item::new(0, 0x50, "own")]);
-    module.content(0, &[0]);
-    module.scope(3, "P\u{9b}P");
-    let code = [Space { name: "code", start: 0, len: 0x2000, word: 1, bits: Bits::All }];
-    let loaded = load("app", &module.finish(), &code, &[], ElfMachine::MCS51).unwrap();
-    let names = all_of(&loaded.image);
-    for wanted in [r"x\x9b31my\x7f", r"\x85N", r"P\x9bP.own"] {
-        assert_clean("app", &names, wanted);
-    }
+fn other_names_have_none() {
     assert_eq!(SymbolAt::new("a\nb", "flash", 0, 0).name, r"a\x0ab");
 }
 

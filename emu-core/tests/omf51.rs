@@ -148,7 +148,7 @@ fn what_is_no_program_is_refused() {
     let last = whole.len();
     let text = |bytes: &[u8]| read(bytes).map(|_| "ok".to_owned()).unwrap_or_else(|e| e);
     // Where what is added begins.
-    let at = program().len();
+    let at = program().written();
     let first = whole.windows(4).position(|w| w == [6, 8, 0, 0]).unwrap();
     let end = record(4, &[1, b'A', 0, 0, 1, 0]).len() + 3;
     let table = [
@@ -258,6 +258,26 @@ fn only_what_begins_so_is_an_object_file() {
         let faults = load("app", text.as_bytes(), CODE, &[], ElfMachine::MCS51);
         let codes = faults.map_or_else(|all| all, |loaded| loaded.warnings);
         assert!(codes.iter().all(|fault| fault.code.starts_with("HEX")), "{text}");
+    }
+}
+
+/// C1 characters have two bytes in a name; no name brings a control character to a terminal.
+#[test]
+fn names_have_no_control_characters() {
+    let mut module = Module::new("A");
+    module.scope(0, "P\u{9b}P");
+    module.items(1, &[Item::new(0, 0x40, "x\u{9b}31my\u{7f}"), Item::new(5, 7, "\u{85}N")]);
+    module.items(0, &[Item::new(0, 0x50, "own")]);
+    module.content(0, &[0]);
+    module.scope(3, "P\u{9b}P");
+    let image = good(&module.finish());
+    let lines = image.lines.all();
+    let lines = lines.iter().map(|line| line.file.to_string());
+    let symbols = image.symbols.iter().flat_map(|symbol| [symbol.name.clone(), symbol.linkage().to_owned()]);
+    let names: Vec<String> = symbols.chain(lines).collect();
+    assert!(names.iter().all(|name| !name.contains(|c: char| c.is_control())), "{names:?}");
+    for wanted in [r"x\x9b31my\x7f", r"\x85N", r"P\x9bP.own"] {
+        assert!(names.iter().any(|name| name == wanted), "{wanted}: {names:?}");
     }
 }
 

@@ -16,7 +16,7 @@
 
 mod machine;
 mod mutate;
-mod omf51;
+pub mod omf51;
 pub mod run;
 mod seeds;
 mod table;

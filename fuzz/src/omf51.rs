@@ -1,8 +1,8 @@
 //! Object files of MCS-51 to begin with, made by the writer of the tests of their reader.
 
+/// The writer of the tests of the reader.
 #[path = "../../emu-core/tests/omf51/write.rs"]
-#[allow(dead_code, reason = "the tests of the reader use more of it")]
-mod write;
+pub mod write;
 
 pub use write::right;
 use write::{Item, Module};

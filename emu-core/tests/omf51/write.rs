@@ -1,6 +1,7 @@
 //! A writer of absolute object files, from Intel's specification (V5.0, appendix 3) alone.
 
 /// A record: type, length of the rest, contents, check sum.
+#[must_use]
 pub fn record(kind: u8, contents: &[u8]) -> Vec<u8> {
     let mut bytes = vec![kind];
     bytes.extend((contents.len() as u16 + 1).to_le_bytes());
@@ -10,6 +11,7 @@ pub fn record(kind: u8, contents: &[u8]) -> Vec<u8> {
 }
 
 /// Makes the check sums of all records right, as far as there are records.
+#[must_use]
 pub fn right(bytes: &[u8]) -> Vec<u8> {
     let (mut out, mut rest) = (Vec::new(), bytes);
     while let [kind, low, high, after @ ..] = rest {
@@ -32,6 +34,8 @@ pub struct Item {
 }
 
 impl Item {
+    /// A name whose info byte and offset are these.
+    #[must_use]
     pub fn new(info: u8, offset: u16, name: &'static str) -> Item {
         Item { info, offset, name }
     }
@@ -59,24 +63,29 @@ pub struct Module {
 }
 
 impl Module {
-    /// Made by RL51.
+    /// A file that begins with the module of this name, made by RL51.
+    #[must_use]
     pub fn new(name: &'static str) -> Module {
         Module { name, bytes: record(0x02, &[counted(name), vec![0xFF, 0]].concat()) }
     }
 
-    /// Bytes up to now.
-    pub fn len(&self) -> usize {
+    /// Bytes written up to now.
+    #[must_use]
+    pub fn written(&self) -> usize {
         self.bytes.len()
     }
 
+    /// Any record.
     pub fn push(&mut self, kind: u8, contents: &[u8]) {
         self.bytes.extend(record(kind, contents));
     }
 
+    /// A scope definition: 0 module, 1 do, 2 procedure; 3 to 5 their ends.
     pub fn scope(&mut self, kind: u8, name: &str) {
         self.push(0x10, &[vec![kind], counted(name)].concat());
     }
 
+    /// Debug items: 0 local symbols, 1 public ones, 2 segments.
     pub fn items(&mut self, kind: u8, items: &[Item]) {
         let each: Vec<u8> = items.iter().flat_map(|item| item.bytes(1)).collect();
         self.push(0x12, &[vec![kind], each].concat());
@@ -88,18 +97,21 @@ impl Module {
         self.push(0x22, &[vec![kind], each].concat());
     }
 
+    /// Line numbers: address and line.
     pub fn lines(&mut self, lines: &[(u16, u16)]) {
         let each =
             lines.iter().flat_map(|(addr, line)| [0].into_iter().chain(addr.to_le_bytes()).chain(line.to_le_bytes()));
         self.push(0x12, &[3].into_iter().chain(each).collect::<Vec<u8>>());
     }
 
+    /// Bytes at an address.
     pub fn content(&mut self, addr: u16, bytes: &[u8]) {
         let [low, high] = addr.to_le_bytes();
         self.push(0x06, &[&[0, low, high], bytes].concat());
     }
 
     /// The file: the module end names the module and the banks of registers that it uses.
+    #[must_use]
     pub fn finish(mut self) -> Vec<u8> {
         self.push(0x04, &[counted(self.name), vec![0, 0, 1, 0]].concat());
         self.bytes
