@@ -171,21 +171,15 @@ pub fn lockstep(args: &LockstepArgs, terminal: &Terminal) -> Result<u8, Failure>
         let why = format!("{} has {}", chip.name, chip.cpu_regs.join(", "));
         return Err(Failure::value("--ignore <REG>", odd, &why));
     }
-    let readings = &args.readings.reading;
-    readings::refuse(readings, chip)?;
+    let readings = args.readings.of(chip)?;
     let image = input::image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
     let hz = chosen.clock(args.clock).unwrap_or(chip.default_hz);
     let setup = Setup {
         ram: RamInit::Zero,
         bus: false,
-        avr: emu_avr::Options { readings: readings::avr(readings), ..emu_avr::Options::at(hz) },
-        mcs51: emu_8051::Options { readings: readings::mcs51(readings), ..emu_8051::Options::default() },
-        pic16: emu_pic16::Options {
-            hz,
-            start_up: false,
-            readings: readings::pic16(readings),
-            ..emu_pic16::Options::default()
-        },
+        avr: emu_avr::Options { readings: readings.avr, ..emu_avr::Options::at(hz) },
+        mcs51: emu_8051::Options { readings: readings.mcs51, ..emu_8051::Options::default() },
+        pic16: emu_pic16::Options { hz, start_up: false, readings: readings.pic16, ..emu_pic16::Options::default() },
         ap101: emu_ap101::Options::default(),
     };
     on_machine(chip, &image, &setup, Side { args, image: &image, hz })

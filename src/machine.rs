@@ -114,16 +114,16 @@ impl MachineArgs {
             let why = format!("--no-start-up is for chips of the AVR and PIC16 families; {} is none", chip.name);
             return Err(Failure::Usage(why));
         }
-        readings::refuse(&self.readings.reading, chip)?;
-        let mcs51 = self.mcs51.options(chip, &self.readings.reading)?;
+        let readings = self.readings.of(chip)?;
+        let mcs51 = self.mcs51.options(chip, readings.mcs51)?;
         let ap101 = self.ap101.options(chip, asked)?;
         let mut pic16 = self.pic16.options(chip, asked.unwrap_or(chip.default_hz), how.start_up)?;
-        pic16.readings = readings::pic16(&self.readings.reading);
+        pic16.readings = readings.pic16;
         // Refused before the image is read, like the others.
         self.avr.wiring(chip, &Image::default(), asked, how.start_up)?;
         let image = read()?;
         let mut avr = self.avr.wiring(chip, &image, asked, how.start_up)?;
-        avr.options.readings = readings::avr(&self.readings.reading);
+        avr.options.readings = readings.avr;
         let hz = ap101::hz(chip, &image, &ap101).unwrap_or(avr.options.hz);
         if hz > chip.max_hz {
             let why = format!("{} runs at up to {} Hz", chip.name, chip.max_hz);

@@ -8,7 +8,6 @@ use emu_core::image::Image;
 
 use crate::fail::Failure;
 use crate::output;
-use crate::readings::{self, Reading};
 
 /// The flags.
 #[derive(Debug, Args)]
@@ -37,7 +36,7 @@ enum Ea {
 
 impl Flags {
     /// How the machine of `chip` is wired and how the manual is read; refuses flags that are not for it.
-    pub fn options(&self, chip: &Chip, readings: &[Reading]) -> Result<Options, Failure> {
+    pub fn options(&self, chip: &Chip, readings: emu_8051::Readings) -> Result<Options, Failure> {
         let part = (chip.family == Family::Mcs51).then(|| chips::part(chip.name)).flatten();
         let can = |able: fn(&Part) -> bool| part.is_some_and(able);
         let given = [
@@ -58,7 +57,7 @@ impl Flags {
         }
         // Without program memory on the chip the pin is low, as data sheets ask for.
         let ea = self.ea.map_or(can(|part| part.chip.on_chip > 0), |ea| ea == Ea::High);
-        Ok(Options { von_neumann: self.von_neumann, ea, x2: self.x2, readings: readings::mcs51(readings) })
+        Ok(Options { von_neumann: self.von_neumann, ea, x2: self.x2, readings })
     }
 }
 

@@ -4,23 +4,24 @@ use emu_core::chip::{Chip, Family};
 
 use crate::fail::Failure;
 
-/// What a reading decides.
+/// The readings of the machines of all families that have some.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Readings {
+    /// Of an AVR.
+    pub avr: emu_avr::Readings,
+    /// Of an 8051.
+    pub mcs51: emu_8051::Readings,
+    /// Of a PIC16.
+    pub pic16: emu_pic16::Readings,
+}
+
+/// The field of [`Readings`] that a reading decides.
 #[derive(Debug, Clone, Copy)]
-enum Decision {
-    /// 8051: [`emu_8051::Readings::sample_now`].
-    SampleNow(bool),
-    /// 8051: [`emu_8051::Readings::hold_on_read`].
-    HoldOnRead(bool),
-    /// AVR: [`emu_avr::Readings::edges_wake`].
-    EdgesWake(bool),
-    /// AVR: [`emu_avr::Readings::erased_is_nop`].
-    ErasedIsNop(bool),
-    /// AVR: [`emu_avr::Readings::icr_only_as_top`].
-    IcrOnlyAsTop(bool),
-    /// PIC16: [`emu_pic16::Readings::trmt_as_stop_begins`].
-    TrmtAsStopBegins(bool),
-    /// PIC16: [`emu_pic16::Readings::ss_keeps_bits`].
-    SsKeepsBits(bool),
+enum Field {
+    /// One that every chip has alike.
+    Plain(fn(&mut Readings) -> &mut bool),
+    /// One that the row of a chip decides where nobody else does.
+    ByChip(fn(&mut Readings) -> &mut Option<bool>),
 }
 
 /// A reading of the command line.
@@ -29,30 +30,49 @@ pub struct Reading {
     name: &'static str,
     choice: &'static str,
     family: Family,
-    decision: Decision,
+    field: Field,
+    value: bool,
 }
 
-const fn row(family: Family, name: &'static str, choice: &'static str, decision: Decision) -> Reading {
-    Reading { name, choice, family, decision }
+impl Reading {
+    fn apply(&self, to: &mut Readings) {
+        match self.field {
+            Field::Plain(field) => *field(to) = self.value,
+            Field::ByChip(field) => *field(to) = Some(self.value),
+        }
+    }
+
+    fn is_applied(&self, mut to: Readings) -> bool {
+        match self.field {
+            Field::Plain(field) => *field(&mut to) == self.value,
+            Field::ByChip(field) => *field(&mut to) == Some(self.value),
+        }
+    }
 }
 
-/// All readings.
-const READINGS: [Reading; 14] = [
-    row(Family::Avr, "int-wake", "edge", Decision::EdgesWake(true)),
-    row(Family::Avr, "int-wake", "level", Decision::EdgesWake(false)),
-    row(Family::Avr, "icr-write", "any", Decision::IcrOnlyAsTop(false)),
-    row(Family::Avr, "icr-write", "top", Decision::IcrOnlyAsTop(true)),
-    row(Family::Avr, "erased", "stop", Decision::ErasedIsNop(false)),
-    row(Family::Avr, "erased", "nop", Decision::ErasedIsNop(true)),
-    row(Family::Mcs51, "interrupt-sample", "previous", Decision::SampleNow(false)),
-    row(Family::Mcs51, "interrupt-sample", "now", Decision::SampleNow(true)),
-    row(Family::Mcs51, "hold", "write", Decision::HoldOnRead(false)),
-    row(Family::Mcs51, "hold", "access", Decision::HoldOnRead(true)),
-    row(Family::Pic16, "trmt", "middle", Decision::TrmtAsStopBegins(false)),
-    row(Family::Pic16, "trmt", "begin", Decision::TrmtAsStopBegins(true)),
-    row(Family::Pic16, "ss-raise", "anew", Decision::SsKeepsBits(false)),
-    row(Family::Pic16, "ss-raise", "keep", Decision::SsKeepsBits(true)),
+const fn row(family: Family, name: &'static str, choices: [&'static str; 2], field: Field) -> [Reading; 2] {
+    let [no, yes] = choices;
+    [
+        Reading { name, choice: no, family, field, value: false },
+        Reading { name, choice: yes, family, field, value: true },
+    ]
+}
+
+/// All readings: family, name, the choice that leaves the field false and the one that makes it true, the field.
+#[rustfmt::skip]
+const READINGS: [[Reading; 2]; 7] = [
+    row(Family::Avr,   "int-wake",         ["level", "edge"],   Field::ByChip(|of| &mut of.avr.edges_wake)),
+    row(Family::Avr,   "icr-write",        ["any", "top"],      Field::Plain(|of| &mut of.avr.icr_only_as_top)),
+    row(Family::Avr,   "erased",           ["stop", "nop"],     Field::Plain(|of| &mut of.avr.erased_is_nop)),
+    row(Family::Mcs51, "interrupt-sample", ["previous", "now"], Field::Plain(|of| &mut of.mcs51.sample_now)),
+    row(Family::Mcs51, "hold",             ["write", "access"], Field::Plain(|of| &mut of.mcs51.hold_on_read)),
+    row(Family::Pic16, "trmt",             ["middle", "begin"], Field::Plain(|of| &mut of.pic16.trmt_as_stop_begins)),
+    row(Family::Pic16, "ss-raise",         ["anew", "keep"],    Field::Plain(|of| &mut of.pic16.ss_keeps_bits)),
 ];
+
+fn rows() -> impl Iterator<Item = &'static Reading> {
+    READINGS.iter().flatten()
+}
 
 /// The flag, of every command that builds a machine from an image.
 #[derive(Debug, clap::Args)]
@@ -64,17 +84,28 @@ pub struct Args {
     /// interrupt-sample=previous or now, hold=write or access. On PIC16 trmt=middle or begin (of the stop bit); ss-raise=anew or keep: SS
     /// raised within a byte has the SPI slave begin it anew, or leaves SSPSR as it is. Repeatable.
     #[arg(long, value_name = "NAME=READING", value_parser = reading)]
-    pub reading: Vec<Reading>,
+    reading: Vec<Reading>,
+}
+
+impl Args {
+    /// What the flags decide for `chip`.
+    ///
+    /// # Errors
+    /// One is not for its family, or there are two of one name.
+    pub fn of(&self, chip: &Chip) -> Result<Readings, Failure> {
+        refuse(&self.reading, chip)?;
+        Ok(of(&self.reading))
+    }
 }
 
 /// The reading `NAME=READING`.
-pub fn reading(text: &str) -> Result<Reading, String> {
+fn reading(text: &str) -> Result<Reading, String> {
     let found = text
         .split_once('=')
-        .and_then(|(name, choice)| READINGS.into_iter().find(|row| (row.name, row.choice) == (name, choice)));
+        .and_then(|(name, choice)| rows().find(|row| (row.name, row.choice) == (name, choice)).copied());
     found.ok_or_else(|| {
         let of = |family| {
-            let rows = READINGS.iter().filter(move |row| row.family == family);
+            let rows = rows().filter(move |row| row.family == family);
             rows.map(|row| format!("{}={}", row.name, row.choice)).collect::<Vec<_>>().join(", ")
         };
         format!(
@@ -87,7 +118,7 @@ pub fn reading(text: &str) -> Result<Reading, String> {
 }
 
 /// Refuses readings that are not for the chip's family, and two of one name.
-pub fn refuse(readings: &[Reading], chip: &Chip) -> Result<(), Failure> {
+fn refuse(readings: &[Reading], chip: &Chip) -> Result<(), Failure> {
     let twice = |(at, reading): &(usize, &Reading)| readings.iter().take(*at).any(|other| other.name == reading.name);
     if let Some((_, reading)) = readings.iter().enumerate().find(twice) {
         return Err(Failure::Usage(format!("--reading gives {} twice", reading.name)));
@@ -107,79 +138,18 @@ pub fn refuse(readings: &[Reading], chip: &Chip) -> Result<(), Failure> {
     }
 }
 
-/// The flags that choose the readings of a machine, one for every name; `taken` says whether it is so.
-fn flags(family: Family, taken: impl Fn(Decision) -> bool) -> Vec<String> {
-    let rows = READINGS.iter().filter(|row| row.family == family && taken(row.decision));
+/// What the readings decide.
+fn of(readings: &[Reading]) -> Readings {
+    let mut all = Readings::default();
+    readings.iter().for_each(|reading| reading.apply(&mut all));
+    all
+}
+
+/// The flags that choose the readings of a machine of `chip`, one for every name.
+pub fn flags(chip: &Chip, readings: Readings) -> Vec<String> {
+    let readings = Readings { avr: readings.avr.resolved(chip), ..readings };
+    let rows = rows().filter(|row| row.family == chip.family && row.is_applied(readings));
     rows.map(|row| format!("--reading {}={}", row.name, row.choice)).collect()
-}
-
-/// The flags that choose these readings on the AVR `chip`.
-pub fn flags_of_avr(chip: &Chip, readings: emu_avr::Readings) -> Vec<String> {
-    let readings = readings.resolved(chip);
-    flags(Family::Avr, |decision| match decision {
-        Decision::EdgesWake(edges) => readings.edges_wake == Some(edges),
-        Decision::IcrOnlyAsTop(only) => readings.icr_only_as_top == only,
-        Decision::ErasedIsNop(nop) => readings.erased_is_nop == nop,
-        _ => false,
-    })
-}
-
-/// The flags that choose these readings on an 8051.
-pub fn flags_of_mcs51(readings: emu_8051::Readings) -> Vec<String> {
-    flags(Family::Mcs51, |decision| match decision {
-        Decision::SampleNow(now) => readings.sample_now == now,
-        Decision::HoldOnRead(too) => readings.hold_on_read == too,
-        _ => false,
-    })
-}
-
-/// The flags that choose these readings on a PIC16.
-pub fn flags_of_pic16(readings: emu_pic16::Readings) -> Vec<String> {
-    flags(Family::Pic16, |decision| match decision {
-        Decision::TrmtAsStopBegins(begins) => readings.trmt_as_stop_begins == begins,
-        Decision::SsKeepsBits(keeps) => readings.ss_keeps_bits == keeps,
-        _ => false,
-    })
-}
-
-/// What the readings decide on an AVR.
-pub fn avr(readings: &[Reading]) -> emu_avr::Readings {
-    let mut all = emu_avr::Readings::default();
-    for reading in readings {
-        match reading.decision {
-            Decision::EdgesWake(edges) => all.edges_wake = Some(edges),
-            Decision::IcrOnlyAsTop(only) => all.icr_only_as_top = only,
-            Decision::ErasedIsNop(nop) => all.erased_is_nop = nop,
-            _ => {}
-        }
-    }
-    all
-}
-
-/// What the readings decide on an 8051.
-pub fn mcs51(readings: &[Reading]) -> emu_8051::Readings {
-    let mut all = emu_8051::Readings::default();
-    for reading in readings {
-        match reading.decision {
-            Decision::SampleNow(now) => all.sample_now = now,
-            Decision::HoldOnRead(too) => all.hold_on_read = too,
-            _ => {}
-        }
-    }
-    all
-}
-
-/// What the readings decide on a PIC16.
-pub fn pic16(readings: &[Reading]) -> emu_pic16::Readings {
-    let mut all = emu_pic16::Readings::default();
-    for reading in readings {
-        match reading.decision {
-            Decision::TrmtAsStopBegins(begins) => all.trmt_as_stop_begins = begins,
-            Decision::SsKeepsBits(keeps) => all.ss_keeps_bits = keeps,
-            _ => {}
-        }
-    }
-    all
 }
 
 #[cfg(test)]
@@ -189,33 +159,22 @@ mod tests {
 
     #[test]
     fn every_choice_comes_back_as_its_flag() {
-        for chosen in READINGS {
+        for chosen in rows() {
             let flag = format!("--reading {}={}", chosen.name, chosen.choice);
-            let flags = match chosen.family {
-                Family::Avr => flags_of_avr(chip("atmega328p").expect("a chip"), avr(&[chosen])),
-                Family::Pic16 => flags_of_pic16(pic16(&[chosen])),
-                _ => flags_of_mcs51(mcs51(&[chosen])),
-            };
-            assert!(
-                flags.contains(&flag) && flags.len() == if chosen.family == Family::Avr { 3 } else { 2 },
-                "{flag}: {flags:?}"
-            );
+            let of_family = ["atmega328p", "at89s52", "pic16f877a"].map(|name| chip(name).expect("a chip"));
+            let chip = of_family.into_iter().find(|chip| chip.family == chosen.family).expect("of its family");
+            let flags = flags(chip, of(&[*chosen]));
+            let names = READINGS.iter().flatten().filter(|row| row.family == chip.family && row.value).count();
+            assert!(flags.contains(&flag) && flags.len() == names, "{flag}: {flags:?}");
         }
     }
 
     #[test]
     fn what_is_not_chosen_is_as_the_chip_has_it() {
         for (name, wakes) in [("atmega328p", "edge"), ("atmega48", "level")] {
-            let flags = flags_of_avr(chip(name).expect("a chip"), avr(&[]));
-            assert_eq!(
-                flags,
-                [
-                    format!("--reading int-wake={wakes}"),
-                    "--reading icr-write=any".to_owned(),
-                    "--reading erased=stop".to_owned()
-                ],
-                "{name}"
-            );
+            let flags = flags(chip(name).expect("a chip"), of(&[]));
+            let wanted = [&format!("--reading int-wake={wakes}"), "--reading icr-write=any", "--reading erased=stop"];
+            assert_eq!(flags, wanted, "{name}");
         }
     }
 }

@@ -12,7 +12,8 @@ use emu_pic16::Corner;
 
 use crate::fail::Failure;
 use crate::family::Setup;
-use crate::{output, readings};
+use crate::output;
+use crate::readings::{self, Readings};
 
 /// What snapshots of a machine are of, their cycle aside. Its options are the flags that build the same machine, with all that the
 /// image and the row of the chip decide, so that equal machines have equal options however they came by them.
@@ -20,11 +21,10 @@ pub fn head(chip: &Chip, image: &Image, setup: &Setup) -> Head {
     let mut flags = match chip.family {
         Family::Avr => avr_flags(chip, image, setup.avr),
         Family::Mcs51 => {
-            let emu_8051::Options { von_neumann, ea, x2, readings } = setup.mcs51;
+            let emu_8051::Options { von_neumann, ea, x2, readings: _ } = setup.mcs51;
             let mut flags = vec![clock(setup.avr.hz), format!("--ea {}", if ea { "high" } else { "low" })];
             let given = [("--von-neumann", von_neumann), ("--x2", x2)];
             flags.extend(given.into_iter().filter(|(_, given)| *given).map(|(flag, _)| flag.to_owned()));
-            flags.extend(readings::flags_of_mcs51(readings));
             flags
         }
         Family::Pic16 => pic16_flags(image, setup.pic16),
@@ -37,6 +37,8 @@ pub fn head(chip: &Chip, image: &Image, setup: &Setup) -> Head {
             vec![clock(setup.ap101.hz.unwrap_or(config.hz)), format!("--inputs {inputs}")]
         }
     };
+    let (avr, mcs51, pic16) = (setup.avr.readings, setup.mcs51.readings, setup.pic16.readings);
+    flags.extend(readings::flags(chip, Readings { avr, mcs51, pic16 }));
     flags.push(match setup.ram {
         RamInit::Random(seed) => format!("--ram random:{seed}"),
         RamInit::Zero => "--ram zero".to_owned(),
@@ -50,7 +52,7 @@ fn clock(hz: u64) -> String {
 
 fn avr_flags(chip: &Chip, image: &Image, options: emu_avr::Options) -> Vec<String> {
     // A package changes nothing of the state.
-    let emu_avr::Options { hz, fuses: given, lock, start_up, readings, package: _ } = options;
+    let emu_avr::Options { hz, fuses: given, lock, start_up, readings: _, package: _ } = options;
     let mut fuses = emu_avr::chips::part(chip.name).map_or([0xFF; 3], |part| part.fuses.assumed);
     image.fill("fuse", &mut fuses);
     let mut locked = [0xFF];
@@ -61,14 +63,13 @@ fn avr_flags(chip: &Chip, image: &Image, options: emu_avr::Options) -> Vec<Strin
     let mut flags =
         vec![clock(hz), format!("--fuse {}", bytes.join(",")), format!("--lock 0x{:02X}", lock.unwrap_or(locked[0]))];
     flags.extend((!start_up).then(|| "--no-start-up".to_owned()));
-    flags.extend(readings::flags_of_avr(chip, readings));
     flags
 }
 
 fn pic16_flags(image: &Image, options: emu_pic16::Options) -> Vec<String> {
     /// Where the configuration word at 2007h is in the memory `config`, which begins at 2000h.
     const WORD: usize = 7;
-    let emu_pic16::Options { hz, corner, config, start_up, timer1_hz, ideal_acquisition, readings } = options;
+    let emu_pic16::Options { hz, corner, config, start_up, timer1_hz, ideal_acquisition, readings: _ } = options;
     let mut bytes = [0xFF; 2 * WORD + 2];
     image.fill("config", &mut bytes);
     let own = u16::from_le_bytes([bytes[2 * WORD], bytes[2 * WORD + 1]]) & 0x3FFF;
@@ -85,7 +86,6 @@ fn pic16_flags(image: &Image, options: emu_pic16::Options) -> Vec<String> {
     ];
     flags.extend((!start_up).then(|| "--no-start-up".to_owned()));
     flags.extend(ideal_acquisition.then(|| "--cod".to_owned()));
-    flags.extend(readings::flags_of_pic16(readings));
     flags
 }
 
