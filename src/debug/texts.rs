@@ -106,16 +106,20 @@ fn one(shell: &Shell, flags: &str, letter: char, value: &str) -> Result<String, 
             Amount::Whole(value) => format!("{:.*}", digits.unwrap_or(6), value as f64),
             Amount::Real(value, _) => format!("{value:.*}", digits.unwrap_or(6)),
         },
-        'g' | 'e' => amount()?.text(),
+        'g' => amount()?.text(),
         's' => string(shell, value)?,
-        _ => return Err(format!("`%{letter}` is no format; there are d i u x X o p c f g e s")),
+        _ => return Err(format!("`%{letter}` is no format; there are d i u x X o p c f g s")),
     };
     let left = width.contains('-');
     let zeros = width.trim_start_matches(['-', '+', ' ', '#']).starts_with('0') && !left;
     let wide = width.trim_start_matches(['-', '+', ' ', '#', '0']).parse::<usize>().unwrap_or(0).min(WIDEST);
     Ok(match (left, zeros) {
         (true, _) => format!("{text:<wide$}"),
-        (_, true) => format!("{text:0>wide$}"),
+        // Zeros stand behind the sign.
+        (_, true) => {
+            let (sign, number) = text.strip_prefix('-').map_or(("", &*text), |number| ("-", number));
+            format!("{sign}{number:0>fill$}", fill = wide.saturating_sub(sign.len()))
+        }
         _ => format!("{text:>wide$}"),
     })
 }
