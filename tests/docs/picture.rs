@@ -3,6 +3,8 @@
 
 use std::fmt::Write as _;
 
+use diag::escape_markup;
+
 /// Width and height of a character in pixels.
 const CELL: (usize, usize) = (9, 18);
 
@@ -33,7 +35,7 @@ pub fn svg(drawing: &str, title: &str) -> String {
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" role=\"img\">\n\
          <title>{}</title>\n<style>{STYLE}</style>\n<rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n",
-        escaped(title)
+        escape_markup(title)
     );
     for (row, line) in lines.iter().enumerate() {
         draw_line(&mut out, line, MARGIN + row * CELL.1);
@@ -72,15 +74,10 @@ fn draw_line(out: &mut String, line: &[char], top: usize) {
                     x(column),
                     top + 13,
                     length * CELL.0,
-                    escaped(&word)
+                    escape_markup(&word)
                 );
                 column += length;
             }
         }
     }
-}
-
-/// A text with the characters of the markup escaped.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
