@@ -224,9 +224,7 @@ impl Read {
             Failure::Usage(format!("{why}; give --mcu CHIP (`emu chips` lists them)"))
         })
     }
-}
 
-impl Read {
     /// Prints a note where MICRO= names another chip than `chip`, which --mcu names. Versions of one chip, whose names begin alike
     /// (atmega328, 328p), are no others.
     pub fn note_other_chip(&self, chip: &str) {

@@ -107,18 +107,18 @@ impl Parser<'_> {
         let unknown = left.unknown || right.unknown;
         let (a, b) = (left.n, right.n);
         let arithmetic = self.names.arithmetic();
-        let unsigned = |n| arithmetic.operand(n);
-        let compared = unsigned(a).cmp(&unsigned(b));
+        let operand = |n| arithmetic.operand(n);
+        let compared = operand(a).cmp(&operand(b));
         let truth = |yes: bool| if yes { self.d.truth } else { 0 };
         let n = match op {
             Op::Mul => a.wrapping_mul(b),
-            Op::Div | Op::Mod if unsigned(b) == 0 && unknown => 0,
-            Op::Div | Op::Mod if unsigned(b) == 0 => {
+            Op::Div | Op::Mod if operand(b) == 0 && unknown => 0,
+            Op::Div | Op::Mod if operand(b) == 0 => {
                 let cause = "the expression divides by zero";
                 return Err(Fault::new("ASM009", at, cause, "look at the value on the right of the operator"));
             }
-            Op::Div => unsigned(a).wrapping_div(unsigned(b)),
-            Op::Mod => unsigned(a).wrapping_rem(unsigned(b)),
+            Op::Div => operand(a).wrapping_div(operand(b)),
+            Op::Mod => operand(a).wrapping_rem(operand(b)),
             Op::Add => a.wrapping_add(b),
             Op::Sub => a.wrapping_sub(b),
             Op::Shl | Op::Shr if unknown && !(0..64).contains(&b) => 0,
@@ -129,7 +129,7 @@ impl Parser<'_> {
                 return Err(Fault::new("ASM003", at, cause, "shift by 0 to 63"));
             }
             Op::Shl => u32::try_from(b).ok().and_then(|b| a.checked_shl(b)).unwrap_or(0),
-            Op::Shr => u32::try_from(b).ok().and_then(|b| unsigned(a).checked_shr(b)).unwrap_or(0),
+            Op::Shr => u32::try_from(b).ok().and_then(|b| operand(a).checked_shr(b)).unwrap_or(0),
             Op::And => a & b,
             Op::Or => a | b,
             Op::Xor => a ^ b,

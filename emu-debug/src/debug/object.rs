@@ -189,7 +189,7 @@ impl ObjectExpr {
     #[must_use]
     pub fn bytes(&self) -> Option<u32> {
         match self.bits {
-            Some((first, size)) => Some((first + size).div_ceil(8)),
+            Some((first, size)) => Some(first.saturating_add(size).div_ceil(8)),
             None => self.info().size_of(self.kind),
         }
     }
