@@ -131,8 +131,19 @@ fn encoding_and_assembly_agree() {
         let (_, kind) = row_of(word).unwrap_or_else(|| panic!("{line}"));
         assert_eq!(encode(kind, operands).map_err(|e| e.to_string()), Ok(word), "{line}");
     }
-    for line in ["movlw 0x100", "movlw -0x81", "bcf 0x20, 8", "addwf 0x200, W", "goto 0x2000", "tris 8"] {
-        assert!(emu_asm::line(&PIC16F873.chip, line, 0).is_err(), "{line}");
+    // Beyond their field: gpasm 1.4.0 keeps the lower bits and warns (202, 219, or not at all); so does the assembler.
+    let cut: &[(&str, u16)] = &[
+        ("movlw 0x100", 0x3000),
+        ("movlw -0x81", 0x307F),
+        ("bcf 0x20, 8", 0x1020),
+        ("addwf 0x200, W", 0x0700),
+        ("addwf 0x25, 2", 0x0725),
+        ("goto 0x2000", 0x2800),
+    ];
+    for &(line, word) in cut {
+        assert_eq!(emu_asm::line(&PIC16F873.chip, line, 0).map_err(|e| e.to_string()), Ok(vec![word]), "{line}");
     }
+    // The chip has no port above C: TRIS takes 5 to 7.
+    assert!(emu_asm::line(&PIC16F873.chip, "tris 8", 0).is_err());
     assert_eq!(ROWS.len(), 14 * 2 + 4 + 4 + 17);
 }
