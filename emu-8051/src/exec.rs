@@ -6,10 +6,10 @@
 use emu_core::machine::{BitOps, Machine, WideOps, WordOps};
 
 use crate::operands::{Imm16, RamBit, Rel, Ri};
-pub use crate::place::{Acc, BitPlace, Carry, Place, Src};
+pub(crate) use crate::place::{Acc, BitPlace, Carry, Place, Src};
 
 /// What MCS-51 bodies need beyond [`Machine`].
-pub trait Mcs51Machine: Machine {
+pub(crate) trait Mcs51Machine: Machine {
     /// The accumulator.
     fn acc(&self) -> Self::Word;
     /// Writes the accumulator.
@@ -107,7 +107,7 @@ fn pop_word<M: Mcs51Machine>(m: &mut M) -> M::Word {
 
 /// Pushes the address of the next instruction, low byte first (manual: LCALL).
 #[inline(always)]
-pub fn push_pc<M: Mcs51Machine>(m: &mut M) {
+pub(crate) fn push_pc<M: Mcs51Machine>(m: &mut M) {
     let pc = m.next_pc();
     push_word(m, pc.lo());
     push_word(m, pc.hi());
@@ -133,7 +133,7 @@ fn sum<M: Mcs51Machine>(m: &mut M, b: M::Word, carry: M::Word) {
 macro_rules! bodies {
     ($( fn $name:ident $(<$($place:ident : $kind:ident),*>)? ($m:ident $(, $arg:ident : $type:ty)*) $body:block )*) => { $(
         #[inline(always)]
-        pub fn $name<M: Mcs51Machine $($(, $place: $kind)*)?>($m: &mut M $(, $arg: $type)*) $body
+        pub(crate) fn $name<M: Mcs51Machine $($(, $place: $kind)*)?>($m: &mut M $(, $arg: $type)*) $body
     )* };
 }
 

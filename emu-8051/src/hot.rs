@@ -7,7 +7,7 @@ use crate::periph::map::at;
 /// The state of the core that every instruction touches. Bytes and flags stand in words of their own: side by side they would
 /// be kept packed in one host register.
 #[derive(Debug, Clone, Copy)]
-pub struct Hot {
+pub(crate) struct Hot {
     /// Program counter; may stand behind FFFFh until it is masked.
     pub pc: u32,
     /// Cycles and instructions.
@@ -47,7 +47,7 @@ const USER: u32 = 0x22;
 
 impl Hot {
     /// After reset at cycle 0 (user's manual, "Reset", table of reset values).
-    pub const START: Hot = Hot {
+    pub(crate) const START: Hot = Hot {
         pc: 0,
         time: Countdown::START,
         acc: 0,
@@ -68,14 +68,14 @@ impl Hot {
 
     /// PSW, with the parity of A as it is now.
     #[inline(always)]
-    pub const fn psw(&self) -> u8 {
+    pub(crate) const fn psw(&self) -> u8 {
         let parity = self.acc.count_ones() & 1;
         (self.cy << 7 | (self.ac & 8) << 3 | self.user | self.bank | (self.ov & 0x80) >> 5 | parity) as u8
     }
 
     /// Writes PSW; P stays what A makes it.
     #[inline(always)]
-    pub const fn set_psw(&mut self, psw: u8) {
+    pub(crate) const fn set_psw(&mut self, psw: u8) {
         let psw = psw as u32;
         self.cy = psw >> 7;
         self.ac = psw >> 3 & 8;
@@ -86,7 +86,7 @@ impl Hot {
 
     /// The register of the core at a direct address; `None` where there is none. `dual`: there are two data pointers.
     #[inline(always)]
-    pub const fn core(&self, addr: u8, dual: bool) -> Option<u8> {
+    pub(crate) const fn core(&self, addr: u8, dual: bool) -> Option<u8> {
         let (first, second) = if self.dps == 0 { (self.dptr, self.other_dptr) } else { (self.other_dptr, self.dptr) };
         Some(match addr {
             at::ACC => self.acc as u8,
@@ -104,7 +104,7 @@ impl Hot {
 
     /// Writes the register of the core at a direct address; false where there is none.
     #[inline(always)]
-    pub const fn set_core(&mut self, addr: u8, value: u8, dual: bool) -> bool {
+    pub(crate) const fn set_core(&mut self, addr: u8, value: u8, dual: bool) -> bool {
         let v = value as u32;
         match addr {
             at::ACC => self.acc = v,

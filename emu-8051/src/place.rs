@@ -7,13 +7,13 @@ use crate::exec::Mcs51Machine;
 use crate::operands::{BitAddr, Dir, Imm, Ram, RamBit, Ri, Rn};
 
 /// A byte that can be read.
-pub trait Src: Copy {
+pub(crate) trait Src: Copy {
     /// Reads it.
     fn get<M: Mcs51Machine>(self, m: &mut M) -> M::Word;
 }
 
 /// A byte that can be read and written.
-pub trait Place: Src {
+pub(crate) trait Place: Src {
     /// Reads it as read-modify-write instructions do.
     #[inline(always)]
     fn latch<M: Mcs51Machine>(self, m: &mut M) -> M::Word {
@@ -24,7 +24,7 @@ pub trait Place: Src {
 }
 
 /// A bit that can be read and written.
-pub trait BitPlace: Copy {
+pub(crate) trait BitPlace: Copy {
     /// Reads it.
     fn get<M: Mcs51Machine>(self, m: &mut M) -> M::Bit;
     /// Reads it as read-modify-write instructions do.
@@ -43,11 +43,11 @@ pub trait BitPlace: Copy {
 
 /// The accumulator as a place.
 #[derive(Debug, Clone, Copy)]
-pub struct Acc;
+pub(crate) struct Acc;
 
 /// CY as a place.
 #[derive(Debug, Clone, Copy)]
-pub struct Carry;
+pub(crate) struct Carry;
 
 macro_rules! sources {
     ($($type:ty: |$p:ident, $m:ident| $get:expr;)*) => { $(

@@ -14,7 +14,7 @@ use crate::turn::SPAN;
 
 /// How the machine treats MOVX.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum External {
+pub(crate) enum External {
     /// XDATA is a memory of its own.
     #[default]
     Separate,
@@ -26,7 +26,7 @@ pub enum External {
 
 /// A loop that only looks.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Loop {
+pub(crate) struct Loop {
     /// Its first instruction.
     pub head: u32,
     /// The registers of the chip that it reads.
@@ -39,7 +39,7 @@ pub struct Loop {
 
 /// What a DJNZ counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Counter {
+pub(crate) enum Counter {
     /// A register of the bank.
     Reg(u8),
     /// A byte of RAM.
@@ -48,7 +48,7 @@ pub enum Counter {
 
 /// Program memory in both forms.
 #[derive(Debug, Clone)]
-pub struct Code {
+pub(crate) struct Code {
     /// Bytes, erased ones FFh.
     pub bytes: Box<[u8; SPAN]>,
     /// One op per byte, traps in place: `ops[0]` marks jumps to themselves as [`Kind::Poll`], since that is how programs
@@ -68,7 +68,7 @@ pub struct Code {
 impl Code {
     /// Program memory of `size` bytes filled from address 0 with `image`, erased behind it. Behind its end there is no
     /// instruction.
-    pub fn new(image: &[u8], size: u32, external: External) -> Code {
+    pub(crate) fn new(image: &[u8], size: u32, external: External) -> Code {
         let mut bytes = Box::new([0xFF; SPAN]);
         let used = image.len().min(SPAN);
         bytes[..used].copy_from_slice(&image[..used]);
@@ -84,7 +84,7 @@ impl Code {
     }
 
     /// Writes a byte of program memory.
-    pub fn poke(&mut self, addr: u16, value: u8) {
+    pub(crate) fn poke(&mut self, addr: u16, value: u8) {
         let old = std::mem::replace(&mut self.bytes[usize::from(addr)], value);
         self.changes.note(addr.into(), old, value);
         // The byte may belong to an instruction that begins up to two bytes before; the jump that closes a loop around it
@@ -96,7 +96,7 @@ impl Code {
     }
 
     /// Sets or clears a trap; false when it was so already.
-    pub fn trap(&mut self, pc: u32, on: bool) -> bool {
+    pub(crate) fn trap(&mut self, pc: u32, on: bool) -> bool {
         let changed = if on { self.traps.insert(pc) } else { self.traps.remove(&pc) };
         if changed {
             self.predecode(pc, pc + 1);
@@ -105,12 +105,12 @@ impl Code {
     }
 
     /// True when a trap stands at `pc`.
-    pub fn has_trap(&self, pc: u32) -> bool {
+    pub(crate) fn has_trap(&self, pc: u32) -> bool {
         self.traps.contains(&pc)
     }
 
     /// What the instruction at `pc` is to the loop around the hot loop; nothing else where a trap stands.
-    pub fn mark(&self, pc: u32) -> Mark {
+    pub(crate) fn mark(&self, pc: u32) -> Mark {
         match [0, 1].map(|ops: usize| self.ops[ops][pc as usize].kind) {
             [Kind::Poll, _] => Mark::Spins,
             [_, Kind::Poll] => Mark::ClosesLoop,
@@ -119,12 +119,12 @@ impl Code {
     }
 
     /// The loop that only looks and is closed by the jump at `end`.
-    pub fn look(&self, end: u32) -> Option<&Loop> {
+    pub(crate) fn look(&self, end: u32) -> Option<&Loop> {
         self.loops.get(&end)
     }
 
     /// The op of the MOVX at `pc` as it is where XDATA is a memory of its own.
-    pub fn movx(&self, pc: u32) -> Mcs51Op {
+    pub(crate) fn movx(&self, pc: u32) -> Mcs51Op {
         decode(self.at(pc), pc, External::Separate)
     }
 

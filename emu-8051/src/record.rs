@@ -15,7 +15,7 @@ use crate::periph::map::at;
 
 /// What one execution of an instruction touched.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Record {
+pub(crate) struct Record {
     /// Cycles charged.
     pub cycles: u32,
     /// Flags written: C, A (AC), O (OV).
@@ -33,7 +33,7 @@ pub struct Record {
 }
 
 /// Runs the body of `op` without values. A kind without a row reaches out.
-pub fn record(op: Mcs51Op) -> Record {
+pub(crate) fn record(op: Mcs51Op) -> Record {
     let mut record = Record::default();
     let (m, op) = (&mut record, &op);
     mcs51_table!(dispatch { (m, op, op.kind, m.reaches_out = true) });
@@ -55,7 +55,7 @@ impl Record {
 }
 
 /// True for registers of the core, which do nothing by themselves.
-pub const fn is_core(addr: u8) -> bool {
+pub(crate) const fn is_core(addr: u8) -> bool {
     matches!(addr, at::ACC | at::B | at::PSW | at::SP | at::DPL | at::DPH)
 }
 

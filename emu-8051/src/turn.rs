@@ -15,22 +15,22 @@ use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, RamBit, Rel, Ri, Rn};
 use crate::soc::{Soc, Transfer};
 
 /// Bytes of program memory, and of external RAM.
-pub const SPAN: usize = 0x1_0000;
+pub(crate) const SPAN: usize = 0x1_0000;
 
 /// The memories by their places in the list of a chip.
-pub mod space {
+pub(crate) mod space {
     /// RAM on the chip, by indirect address.
-    pub const IDATA: u8 = 1;
+    pub(crate) const IDATA: u8 = 1;
     /// Special function registers.
-    pub const SFR: u8 = 2;
+    pub(crate) const SFR: u8 = 2;
     /// Single bits.
-    pub const BIT: u8 = 3;
+    pub(crate) const BIT: u8 = 3;
     /// External RAM.
-    pub const XDATA: u8 = 4;
+    pub(crate) const XDATA: u8 = 4;
 }
 
 /// One turn of the loop: hot state by value, everything else borrowed.
-pub struct Turn<'a, P: Probe> {
+pub(crate) struct Turn<'a, P: Probe> {
     pub hot: Hot,
     /// Cycles of the running instruction.
     pub cycles: u32,
@@ -422,7 +422,7 @@ macro_rules! turn {
 impl<P: Probe> Turn<'_, P> {
     /// Runs to the deadline; returns the hot state. The turn is written twice so that there are two indirect jumps.
     #[inline(never)]
-    pub fn burst(self, ops: &[Mcs51Op; SPAN]) -> Hot {
+    pub(crate) fn burst(self, ops: &[Mcs51Op; SPAN]) -> Hot {
         let mut turn = self;
         while turn.hot.time.goes_on() {
             turn!(turn, ops);
@@ -436,7 +436,7 @@ impl<P: Probe> Turn<'_, P> {
 
     /// Executes one given op, whatever stands in the op array; a kind without a row does nothing.
     #[inline(never)]
-    pub fn single(self, op: Mcs51Op) -> Hot {
+    pub(crate) fn single(self, op: Mcs51Op) -> Hot {
         let mut turn = self;
         let m = &mut turn;
         let op = &op;
@@ -447,7 +447,7 @@ impl<P: Probe> Turn<'_, P> {
     /// Calls the service routine at `target`: the return address on the stack, 2 cycles (user's manual, "How interrupts are
     /// handled").
     #[inline(never)]
-    pub fn interrupt(self, target: u32) -> Hot {
+    pub(crate) fn interrupt(self, target: u32) -> Hot {
         let mut turn = self;
         let m = &mut turn;
         m.cycles = 2;

@@ -18,11 +18,11 @@ use crate::soc::CLOCKS;
 use crate::turn::{Turn, tell};
 
 /// Machine cycles after which a program cycle is taken for one without an end.
-pub const WATCHDOG: u64 = 65_536;
+pub(crate) const WATCHDOG: u64 = 65_536;
 
 /// What the machine is at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Phase {
+pub(crate) enum Phase {
     /// It has no supply.
     Off,
     /// Output channels are looked at one by one, from the machine cycle `from` on. The period of the program cycle before is over at

@@ -5,7 +5,7 @@ use emu_core::machine::BitOps;
 use crate::operands::{A, Cell, D, Place, Target, X};
 
 /// A machine that instructions run on.
-pub trait Ap101 {
+pub(crate) trait Ap101 {
     /// A bit.
     type Bit: BitOps;
 
@@ -32,7 +32,7 @@ pub trait Ap101 {
 }
 
 /// An address in whatever form an op has it.
-pub trait Address: Copy {
+pub(crate) trait Address: Copy {
     /// Reads the bit.
     fn read<M: Ap101>(self, m: &mut M) -> M::Bit;
     /// Stores a bit; `orders` as in [`Ap101::store`].
@@ -78,87 +78,87 @@ impl Address for Cell {
 }
 
 #[inline(always)]
-pub fn load<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn load<M: Ap101>(m: &mut M, a: impl Address) {
     let bit = a.read(m);
     m.set_a(bit);
 }
 
 #[inline(always)]
-pub fn load_not<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn load_not<M: Ap101>(m: &mut M, a: impl Address) {
     let bit = a.read(m);
     m.set_a(!bit);
 }
 
 #[inline(always)]
-pub fn store<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn store<M: Ap101>(m: &mut M, a: impl Address) {
     let bit = m.a();
     a.store(m, bit, true);
 }
 
 #[inline(always)]
-pub fn store_not<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn store_not<M: Ap101>(m: &mut M, a: impl Address) {
     let bit = !m.a();
     a.store(m, bit, false);
 }
 
 #[inline(always)]
-pub fn put_if<M: Ap101>(m: &mut M, a: impl Address, value: bool) {
+pub(crate) fn put_if<M: Ap101>(m: &mut M, a: impl Address, value: bool) {
     let condition = m.a();
     a.write_if(m, condition, M::bit(value));
 }
 
 #[inline(always)]
-pub fn and<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn and<M: Ap101>(m: &mut M, a: impl Address) {
     let bit = a.read(m);
     m.set_a(m.a() & bit);
 }
 
 #[inline(always)]
-pub fn and_not<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn and_not<M: Ap101>(m: &mut M, a: impl Address) {
     let bit = a.read(m);
     m.set_a(m.a() & !bit);
 }
 
 #[inline(always)]
-pub fn or<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn or<M: Ap101>(m: &mut M, a: impl Address) {
     let bit = a.read(m);
     m.set_a(m.a() | bit);
 }
 
 #[inline(always)]
-pub fn or_not<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn or_not<M: Ap101>(m: &mut M, a: impl Address) {
     let bit = a.read(m);
     m.set_a(m.a() | !bit);
 }
 
 #[inline(always)]
-pub fn xor<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn xor<M: Ap101>(m: &mut M, a: impl Address) {
     let bit = a.read(m);
     m.set_a(m.a() ^ bit);
 }
 
 #[inline(always)]
-pub fn not<M: Ap101>(m: &mut M) {
+pub(crate) fn not<M: Ap101>(m: &mut M) {
     m.set_a(!m.a());
 }
 
 #[inline(always)]
-pub fn clear<M: Ap101>(m: &mut M) {
+pub(crate) fn clear<M: Ap101>(m: &mut M) {
     m.set_a(M::bit(false));
 }
 
 #[inline(always)]
-pub fn jump<M: Ap101>(m: &mut M, t: Target) {
+pub(crate) fn jump<M: Ap101>(m: &mut M, t: Target) {
     m.jump_if(M::bit(true), t.0);
 }
 
 #[inline(always)]
-pub fn jump_if<M: Ap101>(m: &mut M, t: Target) {
+pub(crate) fn jump_if<M: Ap101>(m: &mut M, t: Target) {
     m.jump_if(m.a(), t.0);
 }
 
 #[inline(always)]
-pub fn nop<M: Ap101>(_: &mut M) {}
+pub(crate) fn nop<M: Ap101>(_: &mut M) {}
 
 #[inline(always)]
-pub fn data<M: Ap101>(_: &mut M, _: D) {}
+pub(crate) fn data<M: Ap101>(_: &mut M, _: D) {}

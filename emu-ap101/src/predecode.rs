@@ -13,14 +13,14 @@ use crate::isa::{Ap101Op, INDEXED, Kind, SHAPES, SPAN, row_of};
 use crate::operands::{IMAGE, M, Place, Spot, ZONE};
 
 /// Ops of a program: those behind the end of program memory leave the hot loop, so that NA needs no look at each step.
-pub const OPS: usize = 2 * SPAN;
+pub(crate) const OPS: usize = 2 * SPAN;
 
 /// What leaves the hot loop.
 const SLOW: Ap101Op = Op { kind: Kind::Slow, arg: [0; 3] };
 
 /// What there is around the core, as far as addresses are concerned.
 #[derive(Debug, Clone)]
-pub struct Wiring {
+pub(crate) struct Wiring {
     inputs: u16,
     outputs: u16,
     live: bool,
@@ -29,7 +29,7 @@ pub struct Wiring {
 
 impl Wiring {
     /// By the configuration; `inputs` may be read otherwise than it says.
-    pub fn new(config: &Config, inputs: Inputs) -> Wiring {
+    pub(crate) fn new(config: &Config, inputs: Inputs) -> Wiring {
         Wiring {
             inputs: config.input_channels,
             outputs: config.output_channels,
@@ -39,7 +39,7 @@ impl Wiring {
     }
 
     /// What stands at an address of eleven bits.
-    pub fn spot(&self, addr: u16) -> Spot {
+    pub(crate) fn spot(&self, addr: u16) -> Spot {
         let offset = addr % ZONE;
         let there = |n: u16| self.modules.get(usize::from(n)).copied().unwrap_or(false);
         match (addr / ZONE, offset / 128) {
@@ -68,14 +68,14 @@ const fn indexed(addr: u16, rx: u16) -> u16 {
 
 /// A program of the table with its ops, one a word.
 #[derive(Debug, Clone)]
-pub struct Ops {
+pub(crate) struct Ops {
     pub program: Program,
     pub ops: Box<[Ap101Op; OPS]>,
 }
 
 /// What an instruction does to NA.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Flow {
+pub(crate) enum Flow {
     /// It goes on, or jumps within the program.
     On,
     /// It jumps to the program's first word, which ends the program cycle.
@@ -86,7 +86,7 @@ pub enum Flow {
 
 /// Program memory in both forms.
 #[derive(Debug, Clone)]
-pub struct Code {
+pub(crate) struct Code {
     pub words: Box<[u16; SPAN]>,
     pub programs: Vec<Ops>,
     pub wiring: Wiring,
@@ -97,7 +97,7 @@ pub struct Code {
 
 impl Code {
     /// Program memory filled with `words`, which has `programs`.
-    pub fn new(words: Box<[u16; SPAN]>, programs: &[Program], wiring: Wiring) -> Code {
+    pub(crate) fn new(words: Box<[u16; SPAN]>, programs: &[Program], wiring: Wiring) -> Code {
         let programs = programs.iter().map(|&program| Ops { program, ops: Box::new([SLOW; OPS]) }).collect();
         let mut code = Code { words, programs, wiring, traps: BTreeSet::new(), changes: Changes::NONE };
         for pc in 0..SPAN as u32 {
@@ -107,19 +107,19 @@ impl Code {
     }
 
     /// The word at `na`, which wraps.
-    pub const fn word(&self, na: u32) -> u16 {
+    pub(crate) const fn word(&self, na: u32) -> u16 {
         self.words[na as usize % SPAN]
     }
 
     /// Changes a word.
-    pub fn poke(&mut self, pc: u32, word: u16) {
+    pub(crate) fn poke(&mut self, pc: u32, word: u16) {
         let old = std::mem::replace(&mut self.words[pc as usize % SPAN], word);
         self.changes.note(pc as usize % SPAN, old, word);
         self.predecode(pc);
     }
 
     /// Sets or clears a trap.
-    pub fn trap(&mut self, pc: u32, on: bool) {
+    pub(crate) fn trap(&mut self, pc: u32, on: bool) {
         let pc = pc % SPAN as u32;
         if on {
             self.traps.insert(pc);
@@ -130,17 +130,17 @@ impl Code {
     }
 
     /// Traps are set.
-    pub fn has_traps(&self) -> bool {
+    pub(crate) fn has_traps(&self) -> bool {
         !self.traps.is_empty()
     }
 
     /// A trap stands there.
-    pub fn has_trap(&self, pc: u32) -> bool {
+    pub(crate) fn has_trap(&self, pc: u32) -> bool {
         self.traps.contains(&pc)
     }
 
     /// NA has passed the last word of the program at position `which`.
-    pub fn ended(&self, which: usize, na: u32) -> bool {
+    pub(crate) fn ended(&self, which: usize, na: u32) -> bool {
         self.programs.get(which).is_some_and(|ops| na == u32::from(ops.program.last) + 1)
     }
 
@@ -161,7 +161,7 @@ impl Code {
     }
 
     /// The channels that the programs name, as pins.
-    pub fn channels(&self) -> BTreeSet<PinId> {
+    pub(crate) fn channels(&self) -> BTreeSet<PinId> {
         let words = self.programs.iter().enumerate().flat_map(|(which, ops)| {
             let all = usize::from(ops.program.start)..=usize::from(ops.program.last);
             self.words.get(all).unwrap_or_default().iter().map(move |word| (which, *word))
@@ -190,7 +190,7 @@ impl Code {
     }
 
     /// What an instruction of a program does to NA, if it is a jump that is taken.
-    pub fn flow(&self, which: usize, word: u16) -> Flow {
+    pub(crate) fn flow(&self, which: usize, word: u16) -> Flow {
         let kind = row_of(word).1;
         let Some(ops) = self.programs.get(which) else { return Flow::On };
         if !matches!(kind, Kind::Jmp | Kind::JmpX | Kind::Jmpc | Kind::JmpcX) {
@@ -211,7 +211,7 @@ impl Code {
     }
 
     /// The op of an instruction in a program; `quick`: with what lies in plain memory as such.
-    pub fn op(&self, which: usize, word: u16, quick: bool) -> Ap101Op {
+    pub(crate) fn op(&self, which: usize, word: u16, quick: bool) -> Ap101Op {
         let (row, kind) = row_of(word);
         let op = row.op(kind, word.into(), &Site::default());
         match kind {

@@ -10,14 +10,14 @@ use crate::modules::Module;
 use crate::operands::{CELLS, IMAGE, M};
 
 /// Clocks of a machine cycle.
-pub const CLOCKS: u64 = 2;
+pub(crate) const CLOCKS: u64 = 2;
 
 /// The first bit of M that enables a program.
 const ENABLES: u16 = M + 248;
 
 /// Channels, memory and modules.
 #[derive(Debug, Clone)]
-pub struct Soc {
+pub(crate) struct Soc {
     /// Input latches, then M with the images of outputs. Where inputs are live, a latch is what stands on the pin.
     pub cells: [bool; CELLS],
     /// The bistables of the outputs.
@@ -71,7 +71,7 @@ const fn high(level: Level) -> bool {
 
 impl Soc {
     /// Without supply, all bits 0.
-    pub fn new(config: &Config, inputs: Inputs, hz: u64) -> Soc {
+    pub(crate) fn new(config: &Config, inputs: Inputs, hz: u64) -> Soc {
         Soc {
             cells: [false; CELLS],
             outputs: [false; OUTPUTS as usize],
@@ -91,7 +91,7 @@ impl Soc {
     }
 
     /// The chip has this channel, or pin.
-    pub fn has_pin(&self, pin: PinId) -> bool {
+    pub(crate) fn has_pin(&self, pin: PinId) -> bool {
         match pin {
             0..INPUTS => pin < self.input_channels,
             FIRST_OUTPUT..POWER => pin - FIRST_OUTPUT < self.output_channels,
@@ -100,12 +100,12 @@ impl Soc {
     }
 
     /// It has as many channels as there can be.
-    pub fn has_all_channels(&self) -> bool {
+    pub(crate) fn has_all_channels(&self) -> bool {
         self.input_channels == INPUTS && self.output_channels == OUTPUTS
     }
 
     /// What stands on a pin.
-    pub fn level(&self, pin: PinId) -> Level {
+    pub(crate) fn level(&self, pin: PinId) -> Level {
         match pin {
             FIRST_OUTPUT..POWER if self.has_pin(pin) => Level::of(self.output(pin - FIRST_OUTPUT)),
             FIRST_OUTPUT..POWER => Level::Float,
@@ -117,19 +117,19 @@ impl Soc {
     }
 
     /// The outside will drive a pin at a clock.
-    pub fn drive(&mut self, clock: u64, pin: PinId, level: Level) {
+    pub(crate) fn drive(&mut self, clock: u64, pin: PinId, level: Level) {
         self.drives.add(clock, (pin, level));
     }
 
     /// The clock of the next drive, [`NEVER`](emu_core::cpu::NEVER) where there is none.
     #[inline(always)]
-    pub fn next(&self) -> u64 {
+    pub(crate) fn next(&self) -> u64 {
         self.drives.next()
     }
 
     /// Drives pins up to the clock `now`; true when there was something to drive. `supplied`: the machine has its supply.
     #[inline(always)]
-    pub fn fire(&mut self, now: u64, supplied: bool) -> bool {
+    pub(crate) fn fire(&mut self, now: u64, supplied: bool) -> bool {
         self.drives.next() <= now && self.drive_up_to(now, supplied)
     }
 
@@ -173,40 +173,40 @@ impl Soc {
     }
 
     /// The supply is there.
-    pub fn supplied(&self) -> bool {
+    pub(crate) fn supplied(&self) -> bool {
         self.level(POWER) != Level::Low
     }
 
     /// CLEAR asks for a cold start.
-    pub fn asks_to_clear(&self) -> bool {
+    pub(crate) fn asks_to_clear(&self) -> bool {
         self.level(CLEAR) == Level::High
     }
 
     /// Since it was last asked: the supply was gone; a cold start was asked for.
-    pub fn take_troubles(&mut self) -> (bool, bool) {
+    pub(crate) fn take_troubles(&mut self) -> (bool, bool) {
         (std::mem::take(&mut self.dipped), std::mem::take(&mut self.rose))
     }
 
     /// A bit of memory.
     #[inline(always)]
-    pub const fn get(&self, cell: u16) -> bool {
+    pub(crate) const fn get(&self, cell: u16) -> bool {
         self.cells[cell as usize % CELLS]
     }
 
     /// Changes a bit of memory.
     #[inline(always)]
-    pub const fn set(&mut self, cell: u16, bit: bool) {
+    pub(crate) const fn set(&mut self, cell: u16, bit: bool) {
         self.cells[cell as usize % CELLS] = bit;
     }
 
     /// The bistable of an output.
-    pub const fn output(&self, n: u16) -> bool {
+    pub(crate) const fn output(&self, n: u16) -> bool {
         self.outputs[n as usize % OUTPUTS as usize]
     }
 
     /// Changes the bistable of an output; true when it was the other way.
     #[inline(always)]
-    pub fn set_output(&mut self, n: u16, bit: bool, at: Time) -> bool {
+    pub(crate) fn set_output(&mut self, n: u16, bit: bool, at: Time) -> bool {
         let changed = std::mem::replace(&mut self.outputs[usize::from(n % OUTPUTS)], bit) != bit;
         if changed {
             self.moved = true;
@@ -219,50 +219,50 @@ impl Soc {
 
     /// The program writes an output: bistable and image. It shows from the machine cycle `cycle` on.
     #[inline(always)]
-    pub fn write_output(&mut self, n: u16, bit: bool, cycle: u64) -> bool {
+    pub(crate) fn write_output(&mut self, n: u16, bit: bool, cycle: u64) -> bool {
         self.set(IMAGE + n, bit);
         self.written[usize::from(n % OUTPUTS)] = true;
         self.set_output(n, bit, Time::at(cycle))
     }
 
     /// A module.
-    pub fn module(&self, n: u16) -> &Module {
+    pub(crate) fn module(&self, n: u16) -> &Module {
         &self.modules[usize::from(n) % MODULES]
     }
 
     /// The same to change it.
-    pub fn module_mut(&mut self, n: u16) -> &mut Module {
+    pub(crate) fn module_mut(&mut self, n: u16) -> &mut Module {
         &mut self.modules[usize::from(n) % MODULES]
     }
 
     /// The program gives a module a preset.
-    pub fn set_preset(&mut self, n: u16, preset: u16) {
+    pub(crate) fn set_preset(&mut self, n: u16, preset: u16) {
         self.moved |= self.module(n).preset() != preset;
         self.module_mut(n).set_preset(preset);
     }
 
     /// The modules that there are.
-    pub fn fitted(&self) -> impl Iterator<Item = &Module> {
+    pub(crate) fn fitted(&self) -> impl Iterator<Item = &Module> {
         self.modules.iter().filter(|module| module.exists())
     }
 
     /// The first machine cycle of the running program cycle.
-    pub const fn begun(&self) -> u64 {
+    pub(crate) const fn begun(&self) -> u64 {
         self.begun
     }
 
     /// Inputs are read as they are now.
-    pub const fn live(&self) -> bool {
+    pub(crate) const fn live(&self) -> bool {
         self.live
     }
 
     /// Output channels, and so the machine cycles of a reload.
-    pub const fn channels(&self) -> u64 {
+    pub(crate) const fn channels(&self) -> u64 {
         self.output_channels as u64
     }
 
     /// A program cycle begins: inputs are latched, no output is written yet.
-    pub fn begin(&mut self, cycle: u64) {
+    pub(crate) fn begin(&mut self, cycle: u64) {
         self.begun = cycle;
         self.written = [false; OUTPUTS as usize];
         if !self.live {
@@ -279,7 +279,7 @@ impl Soc {
 
     /// Looks at the output channels that have their turn in the machine cycles `from` to `to` (excluded) of a reload that began at
     /// `first`: what was not written becomes what its image is, each at the end of its cycle.
-    pub fn reload(&mut self, first: u64, from: u64, to: u64) {
+    pub(crate) fn reload(&mut self, first: u64, from: u64, to: u64) {
         let channels = (from - first) as usize..(to - first).min(self.channels()) as usize;
         let images = usize::from(IMAGE)..usize::from(IMAGE + OUTPUTS);
         let (Some(outputs), Some(written), Some(images)) = (
@@ -302,12 +302,12 @@ impl Soc {
     }
 
     /// The bit of M that enables the program `entry` of the table.
-    pub const fn enabled(&self, entry: u8) -> bool {
+    pub(crate) const fn enabled(&self, entry: u8) -> bool {
         self.get(ENABLES + entry as u16)
     }
 
     /// The supply goes at a machine cycle: what is not protected is 0.
-    pub fn lose(&mut self, config: &Config, hz: u64, cycle: u64) {
+    pub(crate) fn lose(&mut self, config: &Config, hz: u64, cycle: u64) {
         for n in 0..OUTPUTS {
             self.set_output(n, false, Time::at(cycle));
         }
@@ -321,7 +321,7 @@ impl Soc {
     }
 
     /// A cold start clears M, and enables programs where they can be.
-    pub fn clear(&mut self, config: &Config) {
+    pub(crate) fn clear(&mut self, config: &Config) {
         self.cells[usize::from(M)..].fill(false);
         if config.reconfigurable {
             for (bit, &enabled) in (ENABLES..).zip(&config.enabled) {

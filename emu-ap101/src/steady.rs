@@ -38,7 +38,7 @@ struct Held {
 
 /// What repeats itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Round {
+pub(crate) struct Round {
     cycles: u64,
     instructions: u64,
     overruns: u16,
@@ -57,7 +57,7 @@ enum Known {
 /// Looks at a machine. They come at cycles that depend on nothing but what the machine has gone through, so that any way of running
 /// it halts it in the same cycle.
 #[derive(Debug, Clone)]
-pub struct Looks {
+pub(crate) struct Looks {
     /// Rounds are jumped over.
     pub skip: bool,
     /// Time passes up to the limit of a run, also where the machine has settled.
@@ -122,7 +122,8 @@ impl Ap101 {
 
 impl Looks {
     /// At first.
-    pub const START: Looks = Looks { skip: true, insists: false, at: BLIND, blind: BLIND, known: Known::Nothing };
+    pub(crate) const START: Looks =
+        Looks { skip: true, insists: false, at: BLIND, blind: BLIND, known: Known::Nothing };
 }
 
 impl Ap101 {

@@ -23,7 +23,7 @@ const R_SPACE: u8 = 4;
 
 /// The registers that instructions use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Hot {
+pub(crate) struct Hot {
     pub time: Countdown,
     pub a: bool,
     /// Up to [`OPS`]: behind the end of program memory the hot loop is left.
@@ -36,11 +36,11 @@ pub struct Hot {
 
 impl Hot {
     /// At cycle 0.
-    pub const START: Hot = Hot { time: Countdown::START, a: false, na: 0, last: 0, stop: false };
+    pub(crate) const START: Hot = Hot { time: Countdown::START, a: false, na: 0, last: 0, stop: false };
 }
 
 /// One turn of the loop: registers by value, everything else borrowed.
-pub struct Turn<'a, P: Probe> {
+pub(crate) struct Turn<'a, P: Probe> {
     pub hot: Hot,
     pub soc: &'a mut Soc,
     pub code: &'a Code,
@@ -50,7 +50,7 @@ pub struct Turn<'a, P: Probe> {
 /// Tells of the instruction at `pc` behind which the program goes on at `to`. Each is told for itself: where the next begins, the
 /// order of programs decides.
 #[inline(always)]
-pub fn tell<P: Probe>(probe: &mut P, pc: u32, to: u32) {
+pub(crate) fn tell<P: Probe>(probe: &mut P, pc: u32, to: u32) {
     if P::FLOW {
         let next = pc + 1;
         probe.enters(pc);
@@ -63,7 +63,7 @@ pub fn tell<P: Probe>(probe: &mut P, pc: u32, to: u32) {
 
 impl<P: Probe> Turn<'_, P> {
     /// Runs instructions until the deadline, or one that is not for this loop.
-    pub fn burst(mut self, ops: &[Ap101Op; OPS]) -> Hot {
+    pub(crate) fn burst(mut self, ops: &[Ap101Op; OPS]) -> Hot {
         let turn = &mut self;
         while turn.hot.time.goes_on() {
             let op = &ops[turn.hot.na as usize % OPS];
@@ -79,7 +79,7 @@ impl<P: Probe> Turn<'_, P> {
     }
 
     /// Runs one instruction, which is none of the extra kinds.
-    pub fn single(mut self, op: Ap101Op) -> Hot {
+    pub(crate) fn single(mut self, op: Ap101Op) -> Hot {
         let (turn, op) = (&mut self, &op);
         ap101_table!(dispatch { (turn, op, op.kind, ()) });
         self.hot

@@ -9,14 +9,14 @@ use crate::flags::Flag;
 use crate::operands::{A, B, D16, K, R, Rel, Rh, Rp, Rw, Skip};
 
 /// Number of the lower register of the pointer X.
-pub const X: u8 = 26;
+pub(crate) const X: u8 = 26;
 /// Number of the lower register of the pointer Y.
-pub const Y: u8 = 28;
+pub(crate) const Y: u8 = 28;
 /// Number of the lower register of the pointer Z.
-pub const Z: u8 = 30;
+pub(crate) const Z: u8 = 30;
 
 /// What AVR bodies need beyond [`Machine`]. Accesses fall in the last cycle charged so far.
-pub trait AvrMachine: Machine {
+pub(crate) trait AvrMachine: Machine {
     /// A register.
     fn reg(&self, r: u8) -> Self::Word;
     /// Writes a register.
@@ -71,7 +71,7 @@ macro_rules! bodies {
     ($( $(#[doc = $doc:literal])* fn $name:ident($m:ident $(, $arg:ident : $type:ty)*) $body:block )*) => { $(
         $(#[doc = $doc])*
         #[inline(always)]
-        pub fn $name<M: AvrMachine>($m: &mut M $(, $arg: $type)*) $body
+        pub(crate) fn $name<M: AvrMachine>($m: &mut M $(, $arg: $type)*) $body
     )* };
 }
 
@@ -139,7 +139,7 @@ fn pop_word<M: AvrMachine>(m: &mut M) -> M::Word {
 
 /// Pushes the address of the next instruction, low byte first (manual: CALL, "the return address is stored").
 #[inline(always)]
-pub fn push_pc<M: AvrMachine>(m: &mut M) {
+pub(crate) fn push_pc<M: AvrMachine>(m: &mut M) {
     let pc = m.next_pc();
     push_word(m, pc.lo());
     push_word(m, pc.hi());

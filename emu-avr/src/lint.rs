@@ -40,7 +40,7 @@ const HEAP: &str = "__brkval";
 
 /// What the chip keeps for diagnostics. Next to nothing until a probe asks for them.
 #[derive(Debug, Clone, Default)]
-pub struct Lints {
+pub(crate) struct Lints {
     ground: Arc<Ground>,
     live: Option<Box<Live>>,
 }
@@ -58,7 +58,7 @@ struct Ground {
 
 impl Lints {
     /// For a program.
-    pub fn of(image: &Image, part: &Part) -> Lints {
+    pub(crate) fn of(image: &Image, part: &Part) -> Lints {
         let data = || image.symbols.iter().filter(|symbol| symbol.space == part.chip.ram);
         let address = |symbol: &emu_core::image::SymbolAt| u16::try_from(symbol.addr).ok();
         let end = data().filter(|symbol| ENDS.contains(&symbol.name.as_str())).filter_map(address).max();
@@ -69,19 +69,19 @@ impl Lints {
     }
 
     /// The machine is another one: it is looked at anew.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.live = None;
     }
 
     /// An edge on INT`int` has ended the sleep of the instruction before.
-    pub fn edge_woke(&mut self, int: u8) {
+    pub(crate) fn edge_woke(&mut self, int: u8) {
         if let Some(live) = &mut self.live {
             live.found.push((live.last, Lint::EdgeWoke { int }));
         }
     }
 
     /// The chip is reset: what registers of the core and of the chip hold is known.
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         if let Some(live) = &mut self.live {
             live.flags = [Doubt::NONE; 8];
             live.stack = Stack::START;
@@ -319,7 +319,7 @@ impl<P: Probe> Turn<'_, P> {
     /// Looks at what `op`, the instruction at the program counter, is about to do. Kinds without a body are looked at when they
     /// are executed.
     #[inline(never)]
-    pub fn lint(&mut self, op: &AvrOp) {
+    pub(crate) fn lint(&mut self, op: &AvrOp) {
         if matches!(op.kind, Kind::Illegal | Kind::Trap | Kind::Poll) {
             return;
         }
@@ -337,7 +337,7 @@ impl<P: Probe> Turn<'_, P> {
 
     /// The interrupt whose vector is the program word `at` is about to be entered.
     #[inline(never)]
-    pub fn lint_interrupt(&mut self, at: u32) {
+    pub(crate) fn lint_interrupt(&mut self, at: u32) {
         let now = self.hot.time.now();
         let mut live = self.live();
         live.pc = at;

@@ -12,11 +12,11 @@ use crate::record::record;
 
 /// Program words that the op array holds: as many as a program counter of 16 bits reaches, so that it needs no check. What
 /// is behind the end of a smaller memory falls to the slow path, which goes on at the beginning.
-pub const WORDS: usize = 0x1_0000;
+pub(crate) const WORDS: usize = 0x1_0000;
 
 /// A loop that only looks.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Loop {
+pub(crate) struct Loop {
     /// Its first instruction.
     pub head: u32,
     /// The data addresses that it reads.
@@ -29,7 +29,7 @@ pub struct Loop {
 
 /// Program memory in both forms.
 #[derive(Debug, Clone)]
-pub struct Code {
+pub(crate) struct Code {
     /// Bytes, a power of two of them, erased ones FFh.
     pub bytes: Vec<u8>,
     /// One op per program word, traps in place: `ops[0]` marks jumps to themselves as [`Kind::Poll`], since that is how
@@ -50,7 +50,7 @@ pub struct Code {
 impl Code {
     /// Program memory with these bytes, a power of two of them that is at most twice [`WORDS`]; erased words do nothing, or are no
     /// instruction.
-    pub fn new(bytes: Vec<u8>, part: &'static Part, erased_is_nop: bool) -> Code {
+    pub(crate) fn new(bytes: Vec<u8>, part: &'static Part, erased_is_nop: bool) -> Code {
         let erased = if erased_is_nop { Kind::Nop } else { Kind::Illegal };
         let mut ops = Box::new([Op { kind: Kind::Poll, arg: [0; 3] }; WORDS]);
         ops[..bytes.len() / 2].fill(Op { kind: erased, arg: [0; 3] });
@@ -72,18 +72,18 @@ impl Code {
 
     /// The byte at an address, which wraps at the end of memory.
     #[inline(always)]
-    pub fn byte(&self, addr: usize) -> u8 {
+    pub(crate) fn byte(&self, addr: usize) -> u8 {
         self.bytes.get(addr & self.bytes.len().wrapping_sub(1)).copied().unwrap_or(0xFF)
     }
 
     /// Program words minus one: where the program counter wraps.
     #[inline(always)]
-    pub fn mask(&self) -> u32 {
+    pub(crate) fn mask(&self) -> u32 {
         (self.bytes.len() / 2 - 1) as u32
     }
 
     /// Writes a byte of program memory.
-    pub fn poke(&mut self, addr: usize, value: u8) {
+    pub(crate) fn poke(&mut self, addr: usize, value: u8) {
         let old = std::mem::replace(&mut self.bytes[addr], value);
         self.changes.note(addr, old, value);
         // The byte may belong to an instruction that begins a word before, or be skipped over by one before that; the
@@ -96,7 +96,7 @@ impl Code {
     }
 
     /// Sets or clears a trap; false when it was so already.
-    pub fn trap(&mut self, pc: u32, on: bool) -> bool {
+    pub(crate) fn trap(&mut self, pc: u32, on: bool) -> bool {
         let changed = if on { self.traps.insert(pc) } else { self.traps.remove(&pc) };
         if changed {
             self.predecode(pc, pc + 1);
@@ -111,12 +111,12 @@ impl Code {
     }
 
     /// True when a trap stands at `pc`.
-    pub fn has_trap(&self, pc: u32) -> bool {
+    pub(crate) fn has_trap(&self, pc: u32) -> bool {
         self.traps.contains(&pc)
     }
 
     /// What the instruction at `pc` is to the loop around the hot loop; nothing else where a trap stands.
-    pub fn mark(&self, pc: u32) -> Mark {
+    pub(crate) fn mark(&self, pc: u32) -> Mark {
         match [0, 1].map(|ops: usize| self.ops[ops][pc as usize].kind) {
             [Kind::Poll, _] => Mark::Spins,
             [_, Kind::Poll] => Mark::ClosesLoop,
@@ -125,7 +125,7 @@ impl Code {
     }
 
     /// The loop that only looks and is closed by the branch at `end`.
-    pub fn look(&self, end: u32) -> Option<&Loop> {
+    pub(crate) fn look(&self, end: u32) -> Option<&Loop> {
         self.loops.get(&end)
     }
 
@@ -153,7 +153,7 @@ impl Code {
     }
 
     /// The word at `pc`, which wraps at the end of memory.
-    pub fn word(&self, pc: u32) -> u16 {
+    pub(crate) fn word(&self, pc: u32) -> u16 {
         let at = (pc as usize * 2) % self.bytes.len();
         u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]])
     }

@@ -17,7 +17,7 @@ use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 
 /// What one execution of an instruction touched.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Record {
+pub(crate) struct Record {
     /// Cycles charged.
     pub cycles: u32,
     /// Registers read (bits 0 to 31) and flags read (bit 32 + bit of SREG), as seen before the instruction.
@@ -37,7 +37,7 @@ pub struct Record {
 }
 
 /// Runs the body of `op` without values; conditions hold if `taken`. A kind without a row reaches out.
-pub fn record(op: AvrOp, taken: bool) -> Record {
+pub(crate) fn record(op: AvrOp, taken: bool) -> Record {
     let mut recorder = Recorder { record: Record::default(), reads: Cell::new(0), taken };
     let (m, op) = (&mut recorder, &op);
     avr_table!(dispatch { (m, op, op.kind, m.record.reaches_out = true) });

@@ -18,15 +18,15 @@ use crate::predecode::{Code, WORDS};
 use crate::soc::Soc;
 
 /// Data addresses of the registers of the core.
-pub const SPL: u16 = 0x5D;
+pub(crate) const SPL: u16 = 0x5D;
 /// See [`SPL`].
-pub const SPH: u16 = 0x5E;
+pub(crate) const SPH: u16 = 0x5E;
 /// See [`SPL`].
-pub const SREG: u16 = 0x5F;
+pub(crate) const SREG: u16 = 0x5F;
 
 /// What the core holds of data memory. All of it is behind one pointer, so that the hot loop has registers of the host left.
 #[derive(Debug, Clone)]
-pub struct Data {
+pub(crate) struct Data {
     /// The registers of the core, and from [`RAM`] on RAM, of which a chip has the first. What RAM there is below 100h is kept by
     /// the chip.
     pub bytes: [u8; RAM + MOST_RAM],
@@ -35,14 +35,14 @@ pub struct Data {
 }
 
 /// Where RAM begins in [`Data`]. Registers are a byte of index away, so that none is checked.
-pub const RAM: usize = 0x100;
+pub(crate) const RAM: usize = 0x100;
 
 /// RAM of the largest chip in bytes; a power of two.
-pub const MOST_RAM: usize = 0x1000;
+pub(crate) const MOST_RAM: usize = 0x1000;
 
 /// The state of the core that every instruction touches.
 #[derive(Debug, Clone, Copy)]
-pub struct Hot {
+pub(crate) struct Hot {
     /// Program word address; may stand behind the end of memory until it is masked.
     pub pc: u32,
     /// Stack pointer.
@@ -63,7 +63,7 @@ pub struct Hot {
 
 impl Hot {
     /// At cycle 0, everything 0 or off.
-    pub const START: Hot = Hot {
+    pub(crate) const START: Hot = Hot {
         pc: 0,
         sp: 0,
         flags: Flags::unpack(0),
@@ -76,7 +76,7 @@ impl Hot {
 }
 
 /// One turn of the loop: hot state by value, everything else borrowed.
-pub struct Turn<'a, P: Probe> {
+pub(crate) struct Turn<'a, P: Probe> {
     pub hot: Hot,
     pub data: &'a mut Data,
     pub code: &'a Code,
@@ -166,7 +166,7 @@ impl<P: Probe> Turn<'_, P> {
 
 /// Where a byte of RAM is kept.
 #[inline(always)]
-pub const fn ram(i: u16) -> usize {
+pub(crate) const fn ram(i: u16) -> usize {
     RAM + (i as usize & (MOST_RAM - 1))
 }
 
@@ -399,7 +399,7 @@ macro_rules! turn {
 impl<P: Probe> Turn<'_, P> {
     /// Runs to the deadline; returns the hot state. The turn is written twice so that there are two indirect jumps.
     #[inline(never)]
-    pub fn burst(self, ops: &[AvrOp; WORDS]) -> Hot {
+    pub(crate) fn burst(self, ops: &[AvrOp; WORDS]) -> Hot {
         let mut turn = self;
         while turn.hot.time.goes_on() {
             turn!(turn, ops);
@@ -413,7 +413,7 @@ impl<P: Probe> Turn<'_, P> {
 
     /// Executes one given op, whatever stands in the op array; a kind without a row does nothing.
     #[inline(never)]
-    pub fn single(self, op: Op<Kind>) -> Hot {
+    pub(crate) fn single(self, op: Op<Kind>) -> Hot {
         let mut turn = self;
         let m = &mut turn;
         let op = &op;
@@ -427,7 +427,7 @@ impl<P: Probe> Turn<'_, P> {
     /// Goes to the interrupt vector at the program word `vector`: return address on the stack, I clear, 4 cycles (data sheet
     /// 7.7.1).
     #[inline(never)]
-    pub fn interrupt(self, vector: u32) -> Hot {
+    pub(crate) fn interrupt(self, vector: u32) -> Hot {
         let mut turn = self;
         let m = &mut turn;
         if P::LINT {

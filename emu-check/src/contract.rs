@@ -25,7 +25,7 @@ pub(crate) struct Pace {
 
 impl Pace {
     /// The program's cycle at its clock, or at the one that is asked for, on a chip; nothing where that is no time.
-    pub fn new(program: &Program, options: &Options, chip: &Chip) -> Option<Pace> {
+    pub(crate) fn new(program: &Program, options: &Options, chip: &Chip) -> Option<Pace> {
         let Facts { clocks, ticks, most_ticks, poll, poll_turns } = facts(chip, frequency(program).is_some());
         let clock_hz = options.clock_hz.unwrap_or(program.settings.crystal_hz);
         let num = u128::from(clock_hz) * u128::from(program.settings.cycle_us);
@@ -45,7 +45,7 @@ impl Pace {
     }
 
     /// Machine cycles of a scan, as a number or a fraction.
-    pub fn period(&self) -> String {
+    pub(crate) fn period(&self) -> String {
         ratio(self.num, self.den)
     }
 }

@@ -25,7 +25,7 @@ pub(crate) struct Seen {
 
 impl Seen {
     /// Runs one scan and watches it.
-    pub fn scan(eval: &mut Evaluator) -> Seen {
+    pub(crate) fn scan(eval: &mut Evaluator) -> Seen {
         let symbols = eval.symbols().len();
         let before = (0..symbols).map(|i| eval.get(i)).collect();
         let mut trace = Vec::new();
@@ -38,13 +38,13 @@ impl Seen {
     }
 
     /// How far a symbol moved in the scan.
-    pub fn moved(&self, symbol: usize) -> i32 {
+    pub(crate) fn moved(&self, symbol: usize) -> i32 {
         let of = |values: &[i32]| values.get(symbol).copied().unwrap_or(0);
         of(&self.after).wrapping_sub(of(&self.before))
     }
 
     /// True when a symbol other than `symbol` ends differently.
-    pub fn differs_beside(&self, other: &Seen, symbol: usize) -> bool {
+    pub(crate) fn differs_beside(&self, other: &Seen, symbol: usize) -> bool {
         self.after.iter().zip(&other.after).enumerate().any(|(n, (a, b))| n != symbol && a != b)
     }
 }
@@ -78,7 +78,7 @@ pub(crate) struct Goals {
 }
 
 impl Goals {
-    pub fn new(program: &Program, eval: &Evaluator) -> Goals {
+    pub(crate) fn new(program: &Program, eval: &Evaluator) -> Goals {
         let mut goals = Goals { items: Vec::new(), goals: Vec::new(), open: 0 };
         let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
         for (position, (id, element, _)) in elements.enumerate() {
@@ -150,17 +150,17 @@ impl Goals {
     }
 
     /// True while a possible goal has not been reached.
-    pub fn open(&self) -> bool {
+    pub(crate) fn open(&self) -> bool {
         self.open > 0
     }
 
     /// Possible goals that have not been reached.
-    pub fn remaining(&self) -> usize {
+    pub(crate) fn remaining(&self) -> usize {
         self.open
     }
 
     /// How many open goals a scan with this step would reach.
-    pub fn gain(&self, eval: &Evaluator, hints: &Hints, step: &Step) -> usize {
+    pub(crate) fn gain(&self, eval: &Evaluator, hints: &Hints, step: &Step) -> usize {
         let mut eval = eval.clone();
         step.apply_at_once(hints, &mut eval);
         let seen = Seen::scan(&mut eval);
@@ -168,7 +168,7 @@ impl Goals {
     }
 
     /// Notes what a scan reached.
-    pub fn mark(&mut self, seen: &Seen) {
+    pub(crate) fn mark(&mut self, seen: &Seen) {
         if self.goals.iter().all(|goal| goal.reached) {
             return;
         }
@@ -211,7 +211,7 @@ impl Goals {
     }
 
     /// The report.
-    pub fn coverage(&self, program: &Program) -> Coverage {
+    pub(crate) fn coverage(&self, program: &Program) -> Coverage {
         let elements: HashMap<ElementId, &Element> = program.elements().map(|(id, element, _)| (id, element)).collect();
         let text = |id| elements.get(&id).map_or_else(String::new, |element| ladder::element_text(element));
         // Per item: whether all of its goals have been reached; nothing where one of them is impossible.

@@ -53,7 +53,7 @@ pub(crate) struct Hints {
 }
 
 impl Hints {
-    pub fn new(program: &Program, eval: &Evaluator) -> Hints {
+    pub(crate) fn new(program: &Program, eval: &Evaluator) -> Hints {
         let symbols = eval.symbols();
         let which = |wanted: fn(SymbolKind) -> bool| -> Vec<usize> {
             (0..symbols.len()).filter(|&i| symbols.get(i).is_some_and(|s| wanted(s.kind))).collect()
@@ -97,7 +97,7 @@ impl Hints {
     }
 
     /// A value for the integer `symbol`: mostly one at which something may turn over.
-    pub fn value(&self, symbol: usize, eval: &Evaluator, rng: &mut Rng) -> i32 {
+    pub(crate) fn value(&self, symbol: usize, eval: &Evaluator, rng: &mut Rng) -> i32 {
         let own = self.own.get(symbol).map_or(&[][..], Vec::as_slice);
         let bytes = self.bytes.get(symbol).copied().unwrap_or(2);
         let boundary = |rng: &mut Rng| match usize::from(bytes).checked_sub(2).filter(|_| rng.one_in(4)) {
@@ -116,7 +116,7 @@ impl Hints {
     }
 
     /// What a conversion may give: mostly an end of the scale, or a value at which something may turn over.
-    pub fn conversion(&self, symbol: usize, rng: &mut Rng) -> u16 {
+    pub(crate) fn conversion(&self, symbol: usize, rng: &mut Rng) -> u16 {
         let own = self.own.get(symbol).map_or(&[][..], Vec::as_slice);
         let drawn = match rng.below(8) {
             0..3 => pick(own, rng),
@@ -129,7 +129,7 @@ impl Hints {
     }
 
     /// A byte for the receiver: mostly a constant of the program, an end, or a sign that people send.
-    pub fn byte(&self, rng: &mut Rng) -> u8 {
+    pub(crate) fn byte(&self, rng: &mut Rng) -> u8 {
         let drawn = match rng.below(8) {
             0..4 => pick(&self.all, rng).map(|value| value as u8),
             4 => pick(&[0, 1, 0x7F, 0x80, 0xFF], rng),

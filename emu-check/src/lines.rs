@@ -41,19 +41,19 @@ pub(crate) struct Lines {
 
 impl Lines {
     /// Nothing is on its way. `busy`: machine cycles of the longest scan, by the compiler's reckoning.
-    pub fn new(places: &Places, busy: u64) -> Lines {
+    pub(crate) fn new(places: &Places, busy: u64) -> Lines {
         let busy = (busy + places.pace.poll + places.pace.tick).saturating_mul(places.pace.clocks);
         Lines { busy, ..Lines::default() }
     }
 
     /// A byte can begin on its way to the receiver.
-    pub fn free(&self, eval: &Evaluator) -> bool {
+    pub(crate) fn free(&self, eval: &Evaluator) -> bool {
         self.incoming.is_none() && !eval.waiting()
     }
 
     /// At the end of a scan: puts voltages for the next on analog inputs, and begins a byte to the receiver where none is under way
     /// and none waits.
-    pub fn prepare<C: Target>(&mut self, rig: &mut Rig<'_, C>, eval: &Evaluator, step: &Step) {
+    pub(crate) fn prepare<C: Target>(&mut self, rig: &mut Rig<'_, C>, eval: &Evaluator, step: &Step) {
         let peripherals = &rig.places.peripherals;
         for (&(_, pin), &value) in peripherals.analog.iter().zip(&step.analog) {
             peripherals.put(&mut rig.cpu, pin, value);
@@ -72,7 +72,7 @@ impl Lines {
     }
 
     /// At the start of a scan: what has arrived is there for the evaluator, and the PWM output is as it should be. Gives the values compared.
-    pub fn arrive<C: Target>(&mut self, rig: &mut Rig<'_, C>, eval: &mut Evaluator) -> Result<u64, Mismatch> {
+    pub(crate) fn arrive<C: Target>(&mut self, rig: &mut Rig<'_, C>, eval: &mut Evaluator) -> Result<u64, Mismatch> {
         if let Some((_, byte)) = self.incoming.filter(|(scan, _)| *scan <= rig.started()) {
             eval.receive(byte);
             self.incoming = None;
@@ -81,7 +81,7 @@ impl Lines {
     }
 
     /// The evaluator has run the scan that begins on the chip.
-    pub fn evaluated<C: Target>(&mut self, rig: &mut Rig<'_, C>, eval: &Evaluator) {
+    pub(crate) fn evaluated<C: Target>(&mut self, rig: &mut Rig<'_, C>, eval: &Evaluator) {
         let now = rig.clock();
         if let Some(byte) = eval.sent() {
             self.awaited.push_back(Awaited { byte, from: now, to: u64::MAX, scan: rig.started() });
@@ -95,7 +95,7 @@ impl Lines {
     }
 
     /// At the end of a scan: the bytes that were on the line. Gives the values compared.
-    pub fn sent<C: Target>(&mut self, rig: &mut Rig<'_, C>) -> Result<u64, Mismatch> {
+    pub(crate) fn sent<C: Target>(&mut self, rig: &mut Rig<'_, C>) -> Result<u64, Mismatch> {
         let (now, cycle) = (rig.clock(), rig.cpu.cycle());
         let bit = rig.places.peripherals.bit;
         let Some((pin, listener)) = rig.tap.as_mut().and_then(|tap| tap.serial.as_mut()) else { return Ok(0) };

@@ -56,12 +56,12 @@ impl Mismatch {
         Mismatch { what, cycle, differing, expected: String::new(), found: String::new(), pc: None }
     }
 
-    pub fn words(what: What, cycle: u64, expected: String, found: String) -> Mismatch {
+    pub(crate) fn words(what: What, cycle: u64, expected: String, found: String) -> Mismatch {
         Mismatch { what, cycle, differing: Vec::new(), expected, found, pc: None }
     }
 
     /// True when both are the same complaint about the same things.
-    pub fn like(&self, other: &Mismatch) -> bool {
+    pub(crate) fn like(&self, other: &Mismatch) -> bool {
         let symbols = |m: &Mismatch| m.differing.iter().map(|d| d.symbol).collect::<Vec<_>>();
         let same_pin = self.what != What::Pin || self.expected == other.expected;
         self.what == other.what && symbols(self) == symbols(other) && same_pin
@@ -97,12 +97,12 @@ pub(crate) struct Pair<'a, C> {
 
 impl<'a, C: Target> Pair<'a, C> {
     /// Both sides from power-up.
-    pub fn start<F: Fn(u64) -> C>(bench: &Bench<'a, C, F>, ram_seed: u64) -> Result<Self, Mismatch> {
+    pub(crate) fn start<F: Fn(u64) -> C>(bench: &Bench<'a, C, F>, ram_seed: u64) -> Result<Self, Mismatch> {
         Pair::with_cells(bench, ram_seed, bench.places.peripherals.eeprom(ram_seed))
     }
 
     /// The same, with what the EEPROM holds.
-    pub fn with_cells<F: Fn(u64) -> C>(
+    pub(crate) fn with_cells<F: Fn(u64) -> C>(
         bench: &Bench<'a, C, F>,
         ram_seed: u64,
         cells: impl IntoIterator<Item = u8>,
@@ -131,7 +131,7 @@ impl<'a, C: Target> Pair<'a, C> {
 
     /// Drives the inputs, runs the chip to the next scan's start, looks whether it is punctual and as the last scan left
     /// it, and gives both sides this scan's inputs and writes.
-    pub fn begin(&mut self, step: &Step) -> Result<u64, Mismatch> {
+    pub(crate) fn begin(&mut self, step: &Step) -> Result<u64, Mismatch> {
         self.rig.drive(step.inputs.iter().copied());
         self.rig.drive_spare(step.spare);
         self.lines.prepare(&mut self.rig, &self.eval, step);
@@ -160,7 +160,7 @@ impl<'a, C: Target> Pair<'a, C> {
     }
 
     /// One whole scan on both sides.
-    pub fn scan(&mut self, step: &Step) -> Result<Agreed, Mismatch> {
+    pub(crate) fn scan(&mut self, step: &Step) -> Result<Agreed, Mismatch> {
         let first = self.first;
         let mut compared = self.begin(step)?;
         let start = self.rig.cpu.cycle();
@@ -184,7 +184,7 @@ impl<'a, C: Target> Pair<'a, C> {
     }
 
     /// The inputs change once they must have been latched.
-    pub fn flip(&mut self, step: &Step) {
+    pub(crate) fn flip(&mut self, step: &Step) {
         if !step.flips.is_empty() {
             self.rig.drive_late(step.inputs.iter().zip(&step.flips).map(|(level, flip)| level ^ flip));
         }

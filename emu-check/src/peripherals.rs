@@ -34,7 +34,7 @@ pub(crate) struct Peripherals {
 
 impl Peripherals {
     /// Finds the pins in the map; the causes where something has none.
-    pub fn new(
+    pub(crate) fn new(
         program: &Program,
         map: &Map,
         chip: &Chip,
@@ -104,35 +104,35 @@ impl Peripherals {
     }
 
     /// All their pins.
-    pub fn pins(&self) -> impl Iterator<Item = PinId> {
+    pub(crate) fn pins(&self) -> impl Iterator<Item = PinId> {
         let serial = self.transmit.into_iter().chain(self.receive);
         serial.chain(self.pwm.map(|pwm| pwm.0)).chain(self.analog.iter().map(|analog| analog.1))
     }
 
     /// A clock as a moment of the chip.
-    pub fn time(&self, clock: u64) -> Time {
+    pub(crate) fn time(&self, clock: u64) -> Time {
         Time { cycle: clock / self.clocks, phase: (clock % self.clocks) as u8 }
     }
 
     /// A moment of the chip as a clock.
-    pub fn clock(&self, at: Time) -> u64 {
+    pub(crate) fn clock(&self, at: Time) -> u64 {
         at.cycle * self.clocks + u64::from(at.phase)
     }
 
     /// Puts a voltage on an analog input of which a conversion gives `value`: the middle of its step.
-    pub fn put<C: Cpu>(&self, cpu: &mut C, pin: PinId, value: u16) {
+    pub(crate) fn put<C: Cpu>(&self, cpu: &mut C, pin: PinId, value: u16) {
         let millivolts = (2 * u32::from(value) + 1) * REFERENCE / (2 * STEPS);
         cpu.drive_volts(Time::at(cpu.cycle()), pin, millivolts);
     }
 
     /// Queues a byte for the receiver whose start bit begins at the clock `start`.
-    pub fn send<C: Cpu>(&self, cpu: &mut C, start: u64, byte: u8) {
+    pub(crate) fn send<C: Cpu>(&self, cpu: &mut C, start: u64, byte: u8) {
         let Some(pin) = self.receive else { return };
         levels(self.bit, byte).for_each(|(after, high)| cpu.drive(self.time(start + after), pin, Level::of(high)));
     }
 
     /// What the EEPROM holds when a run with this seed begins: erased, or anything, as programs before have left it.
-    pub fn eeprom(&self, seed: u64) -> impl Iterator<Item = u8> + use<> {
+    pub(crate) fn eeprom(&self, seed: u64) -> impl Iterator<Item = u8> + use<> {
         let mut rng = Rng::new(seed ^ 0xEE);
         let erased = rng.one_in(2);
         (0..self.cells).map(move |_| if erased || rng.one_in(4) { 0xFF } else { rng.next_u64() as u8 })

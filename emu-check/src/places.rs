@@ -55,7 +55,7 @@ pub(crate) struct Places {
 }
 
 impl Places {
-    pub fn new(
+    pub(crate) fn new(
         program: &Program,
         map: &Map,
         chip: &'static Chip,
@@ -125,39 +125,39 @@ impl Places {
     }
 
     /// The chip's name of a pin.
-    pub fn pin_name(&self, pin: PinId) -> &'static str {
+    pub(crate) fn pin_name(&self, pin: PinId) -> &'static str {
         self.chip.pins.get(usize::from(pin)).map_or("?", |p| p.name)
     }
 
     /// What stands behind a pin; nothing where the machine knows no pins that are not driven.
-    pub fn nature(&self, pin: PinId) -> Option<Nature> {
+    pub(crate) fn nature(&self, pin: PinId) -> Option<Nature> {
         family::nature(self.chip, pin)
     }
 
     /// The machine itself paces its program: there is no timer that the program starts, inputs are taken before its first
     /// instruction, and it needs no loop.
-    pub fn paces_itself(&self) -> bool {
+    pub(crate) fn paces_itself(&self) -> bool {
         self.chip.family == Family::Ap101
     }
 
     /// The pin of the supply, on a machine that halts where nothing is to come from outside.
-    pub fn supply(&self) -> Option<PinId> {
+    pub(crate) fn supply(&self) -> Option<PinId> {
         self.chip.pin("POWER").filter(|_| self.paces_itself())
     }
 
     /// A moment of the scan is reached at this program word.
-    pub fn is_point(&self, pc: u32) -> bool {
+    pub(crate) fn is_point(&self, pc: u32) -> bool {
         [Some(self.timer_start), Some(self.scan_start), self.first_rung, Some(self.scan_end)].contains(&Some(pc))
     }
 
     /// Output channels of a controller.
-    pub fn channels<C: Cpu>(&self, cpu: &C) -> u64 {
+    pub(crate) fn channels<C: Cpu>(&self, cpu: &C) -> u64 {
         let output = |pin: &PinId| self.pin_name(*pin).starts_with('E') && cpu.has_pin(*pin);
         (0..self.chip.pins.len() as PinId).filter(output).count() as u64
     }
 
     /// Program word at which `point` is reached.
-    pub fn pc(&self, point: Point) -> Option<u32> {
+    pub(crate) fn pc(&self, point: Point) -> Option<u32> {
         match point {
             Point::TimerStart => Some(self.timer_start),
             Point::ScanStart => Some(self.scan_start),
@@ -167,12 +167,12 @@ impl Places {
     }
 
     /// Machine cycles in a period, rounded up.
-    pub fn period(&self) -> u64 {
+    pub(crate) fn period(&self) -> u64 {
         u64::try_from(self.pace.num.div_ceil(self.pace.den)).unwrap_or(u64::MAX)
     }
 
     /// The machine cycles in which scan `scan` (from 1) may start, counted from the start of the timer.
-    pub fn window(&self, scan: u64) -> (u64, u64) {
+    pub(crate) fn window(&self, scan: u64) -> (u64, u64) {
         let Pace { num, den, tick, poll, .. } = self.pace;
         let exact = u64::try_from(u128::from(scan).saturating_mul(num) / den).unwrap_or(u64::MAX);
         // An exact period has exact matches; where a tick is coarse or the period broken, one tick may be missing.
@@ -181,7 +181,7 @@ impl Places {
     }
 
     /// Reads a symbol on the chip; places outside of its memories read as 0.
-    pub fn read<C: Cpu>(&self, cpu: &C, symbol: usize) -> i32 {
+    pub(crate) fn read<C: Cpu>(&self, cpu: &C, symbol: usize) -> i32 {
         match self.symbols.get(symbol) {
             Some(Place::Bit { space, addr, bit }) => i32::from(cpu.peek(space, *addr).unwrap_or(0) >> bit & 1),
             Some(Place::Word { space, addr, bytes }) => {
@@ -194,7 +194,7 @@ impl Places {
     }
 
     /// Writes a symbol on the chip, as a debugger does.
-    pub fn write<C: Cpu>(&self, cpu: &mut C, symbol: usize, value: i32) {
+    pub(crate) fn write<C: Cpu>(&self, cpu: &mut C, symbol: usize, value: i32) {
         match self.symbols.get(symbol) {
             Some(Place::Bit { space, addr, bit }) => {
                 let old = cpu.peek(space, *addr).unwrap_or(0) & !(1 << bit);

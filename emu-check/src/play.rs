@@ -184,27 +184,27 @@ pub(crate) struct Hand {
 }
 
 impl Hand {
-    pub fn new(site: &LadderSite) -> Hand {
+    pub(crate) fn new(site: &LadderSite) -> Hand {
         let (inputs, analog) = (vec![false; site.hints.inputs.len()], vec![0; site.hints.analog.len()]);
         Hand { inputs, analog, ..Hand::default() }
     }
 
     /// What the next scan gets. `free`: a byte can begin on its way.
-    pub fn step(&mut self, free: bool) -> Step {
+    pub(crate) fn step(&mut self, free: bool) -> Step {
         let byte = if free { self.queue.pop_front() } else { None };
         let writes = std::mem::take(&mut self.writes);
         Step { inputs: self.inputs.clone(), analog: self.analog.clone(), byte, writes, ..Step::default() }
     }
 
     /// A scan has run: in this one, a byte was sent or not.
-    pub fn scanned(&mut self, site: &LadderSite, sent: Option<u8>) {
+    pub(crate) fn scanned(&mut self, site: &LadderSite, sent: Option<u8>) {
         self.moment += 1;
         self.air.extend(sent.map(|byte| (self.moment + site.byte.1, byte)));
         self.land();
     }
 
     /// A byte was sent in scan `scan`.
-    pub fn heard(&mut self, site: &LadderSite, scan: u64, byte: u8) {
+    pub(crate) fn heard(&mut self, site: &LadderSite, scan: u64, byte: u8) {
         self.air.push_back((scan + site.byte.1, byte));
         self.land();
     }
@@ -218,7 +218,7 @@ impl Hand {
 
     /// Lets all players look; the first that has ended tells how. `read`: what the last scan has left of a symbol; before the first
     /// scan behind power-up it is what `fresh` says, for a chip has not begun then.
-    pub fn look(
+    pub(crate) fn look(
         &mut self,
         site: &LadderSite,
         players: &mut [Player],

@@ -54,12 +54,12 @@ pub(crate) struct Meter {
 
 impl Meter {
     /// A meter at a pin that is low.
-    pub fn new(wanted: Wanted) -> Meter {
+    pub(crate) fn new(wanted: Wanted) -> Meter {
         Meter { wanted, duty: None, from: 0, high: false, rose: None, fell: None, seen: 0, fault: None }
     }
 
     /// The duty is set at `now` at the latest.
-    pub fn set(&mut self, now: u64, duty: Option<u8>) {
+    pub(crate) fn set(&mut self, now: u64, duty: Option<u8>) {
         if duty != self.duty {
             self.duty = duty;
             self.from = now + SETTLES * self.wanted.clocks();
@@ -68,12 +68,12 @@ impl Meter {
     }
 
     /// The duty that should show.
-    pub fn duty(&self) -> Option<u8> {
+    pub(crate) fn duty(&self) -> Option<u8> {
         self.duty
     }
 
     /// The pin has changed.
-    pub fn edge(&mut self, at: u64, high: bool) {
+    pub(crate) fn edge(&mut self, at: u64, high: bool) {
         if high == self.high {
             return;
         }
@@ -97,7 +97,7 @@ impl Meter {
     }
 
     /// What is wrong, expected and found, by `now`.
-    pub fn judge(&self, now: u64) -> Result<u64, (String, String)> {
+    pub(crate) fn judge(&self, now: u64) -> Result<u64, (String, String)> {
         if let Some(fault) = &self.fault {
             return Err(fault.clone());
         }

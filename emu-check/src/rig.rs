@@ -43,7 +43,7 @@ pub(crate) struct Rig<'a, C> {
 
 impl<'a, C: Target> Rig<'a, C> {
     /// A chip fresh from reset, run until its timer has started.
-    pub fn start(mut cpu: C, places: &'a Places) -> Result<Self, Astray> {
+    pub(crate) fn start(mut cpu: C, places: &'a Places) -> Result<Self, Astray> {
         for point in [Point::TimerStart, Point::ScanStart, Point::FirstRung, Point::ScanEnd] {
             places.pc(point).into_iter().for_each(|pc| cpu.trap(pc, true));
         }
@@ -77,13 +77,13 @@ impl<'a, C: Target> Rig<'a, C> {
     }
 
     /// Stops at each rung from now on, to see how long it takes.
-    pub fn time_rungs(&mut self) {
+    pub(crate) fn time_rungs(&mut self) {
         self.timed = true;
         self.places.rungs.iter().for_each(|&(pc, _)| self.cpu.trap(pc, true));
     }
 
     /// The rungs of the scan that has ended, by position, with their machine cycles.
-    pub fn rung_times(&self) -> impl Iterator<Item = (usize, u64)> {
+    pub(crate) fn rung_times(&self) -> impl Iterator<Item = (usize, u64)> {
         let pairs = self.marks.windows(2).filter_map(|pair| match pair {
             [(rung, from), (_, to)] => Some((*rung, to - from)),
             _ => None,
@@ -92,7 +92,7 @@ impl<'a, C: Target> Rig<'a, C> {
     }
 
     /// At the end of a scan: the machine cycles until the chip waits again.
-    pub fn tail(&self) -> u64 {
+    pub(crate) fn tail(&self) -> u64 {
         let mut cpu = self.cpu.clone();
         let before = cpu.cycle();
         cpu.step(&mut ());
@@ -102,7 +102,7 @@ impl<'a, C: Target> Rig<'a, C> {
     }
 
     /// Drives the pins that the program does not name, now: the n-th by bit n.
-    pub fn drive_spare(&mut self, levels: u32) {
+    pub(crate) fn drive_spare(&mut self, levels: u32) {
         let now = Time::at(self.cpu.cycle());
         for (n, &pin) in (0..).zip(&self.places.spare) {
             self.cpu.drive(now, pin, Level::of(levels.checked_shr(n).unwrap_or(0) & 1 == 1));
@@ -110,13 +110,13 @@ impl<'a, C: Target> Rig<'a, C> {
     }
 
     /// Drives all inputs, now.
-    pub fn drive(&mut self, levels: impl Iterator<Item = bool>) {
+    pub(crate) fn drive(&mut self, levels: impl Iterator<Item = bool>) {
         self.drive_at(Time::at(self.cpu.cycle()), levels);
     }
 
     /// Drives all inputs as soon as they have been latched, where a scan takes them: a machine that paces itself stands at the start
     /// of a scan, and latches at the first clock of the cycle that comes.
-    pub fn drive_late(&mut self, levels: impl Iterator<Item = bool>) {
+    pub(crate) fn drive_late(&mut self, levels: impl Iterator<Item = bool>) {
         let phase = u8::from(self.places.paces_itself());
         self.drive_at(Time { cycle: self.cpu.cycle(), phase }, levels);
     }
@@ -128,7 +128,7 @@ impl<'a, C: Target> Rig<'a, C> {
     }
 
     /// Runs to the next start of a scan.
-    pub fn reach_start(&mut self) -> Result<(), Astray> {
+    pub(crate) fn reach_start(&mut self) -> Result<(), Astray> {
         self.run_to(Point::ScanStart, 0)?;
         self.marks.clear();
         self.mark(self.cpu.pc());
@@ -140,7 +140,7 @@ impl<'a, C: Target> Rig<'a, C> {
     }
 
     /// Runs to the first rung; false where that is no place of its own.
-    pub fn reach_rungs(&mut self) -> Result<bool, Astray> {
+    pub(crate) fn reach_rungs(&mut self) -> Result<bool, Astray> {
         match self.places.pc(Point::FirstRung) {
             Some(_) => self.run_to(Point::FirstRung, 0).map(|()| true),
             None => Ok(false),
@@ -148,12 +148,12 @@ impl<'a, C: Target> Rig<'a, C> {
     }
 
     /// Runs to the end of the scan.
-    pub fn reach_end(&mut self) -> Result<(), Astray> {
+    pub(crate) fn reach_end(&mut self) -> Result<(), Astray> {
         self.run_to(Point::ScanEnd, 0)
     }
 
     /// Runs to whatever trap comes next; a wrong one is not an error here. Gives the program word.
-    pub fn reach_next(&mut self) -> Result<u32, Astray> {
+    pub(crate) fn reach_next(&mut self) -> Result<u32, Astray> {
         let until = self.until(0);
         match self.go(until) {
             Stop::Trap { pc } => Ok(pc),
@@ -162,27 +162,27 @@ impl<'a, C: Target> Rig<'a, C> {
     }
 
     /// Scans that have started.
-    pub fn started(&self) -> u64 {
+    pub(crate) fn started(&self) -> u64 {
         self.scans + u64::from(self.places.paces_itself() && self.started.is_some())
     }
 
     /// The first machine cycle in which scan `scan` (from 1) may start.
-    pub fn starts(&self, scan: u64) -> u64 {
+    pub(crate) fn starts(&self, scan: u64) -> u64 {
         self.started.unwrap_or(0).saturating_add(self.places.window(scan).0)
     }
 
     /// Now, in clocks since power-up.
-    pub fn clock(&self) -> u64 {
+    pub(crate) fn clock(&self) -> u64 {
         self.places.peripherals.clock(Time::at(self.cpu.cycle()))
     }
 
     /// At a scan's start: the cycles, since the timer was started, in which it may lie, and the one in which it does.
-    pub fn punctual(&self) -> ((u64, u64), u64) {
+    pub(crate) fn punctual(&self) -> ((u64, u64), u64) {
         (self.places.window(self.scans), self.cpu.cycle().saturating_sub(self.started.unwrap_or(0)))
     }
 
     /// At a scan's start: the stack pointer of the first scan's start and the present one, where they differ.
-    pub fn stack_moved(&mut self) -> Option<(u32, u32)> {
+    pub(crate) fn stack_moved(&mut self) -> Option<(u32, u32)> {
         let now = Target::depth(&self.cpu)?;
         let first = *self.stack.get_or_insert(now);
         (first != now).then_some((first, now))

@@ -29,14 +29,14 @@ pub(crate) struct Step {
 
 impl Step {
     /// Gives the evaluator this scan's inputs and writes.
-    pub fn apply(&self, hints: &Hints, eval: &mut Evaluator) {
+    pub(crate) fn apply(&self, hints: &Hints, eval: &mut Evaluator) {
         hints.inputs.iter().zip(&self.inputs).for_each(|(&symbol, &on)| eval.set(symbol, i32::from(on)));
         hints.analog.iter().zip(&self.analog).for_each(|(&symbol, &value)| eval.set_adc(symbol, value));
         self.writes.iter().for_each(|&(symbol, value)| eval.set(symbol, value));
     }
 
     /// The same where there is no line on which a byte takes its time: it is there at once, unless one waits.
-    pub fn apply_at_once(&self, hints: &Hints, eval: &mut Evaluator) {
+    pub(crate) fn apply_at_once(&self, hints: &Hints, eval: &mut Evaluator) {
         self.apply(hints, eval);
         if let Some(byte) = self.byte.filter(|_| !eval.waiting()) {
             eval.receive(byte);
@@ -135,7 +135,7 @@ pub(crate) struct Stimulus {
 }
 
 impl Stimulus {
-    pub fn new(seed: u64, wishes: Wishes) -> Stimulus {
+    pub(crate) fn new(seed: u64, wishes: Wishes) -> Stimulus {
         Stimulus {
             rng: Rng::new(seed),
             spare: Rng::new(!seed),
@@ -153,17 +153,17 @@ impl Stimulus {
     }
 
     /// With a run of so many scans after each round: what is reached by time alone is reached there.
-    pub fn patient(seed: u64, wishes: Wishes, patience: usize) -> Stimulus {
+    pub(crate) fn patient(seed: u64, wishes: Wishes, patience: usize) -> Stimulus {
         Stimulus { patience, ..Stimulus::new(seed, wishes) }
     }
 
     /// True in a long run.
-    pub fn is_long(&self) -> bool {
+    pub(crate) fn is_long(&self) -> bool {
         self.kind.0 == Inputs::Slow
     }
 
     /// When a new run begins: the seed of its random RAM.
-    pub fn begin(&mut self, hints: &Hints) -> Option<u64> {
+    pub(crate) fn begin(&mut self, hints: &Hints) -> Option<u64> {
         if self.left > 0 {
             return None;
         }
@@ -201,7 +201,7 @@ impl Stimulus {
 
     /// The next scan's step; `eval` is in the state before it. Where writing is allowed, several are drawn and tried: for
     /// goals that are still open, or for a wish.
-    pub fn step(&mut self, hints: &Hints, eval: &Evaluator, goals: &Goals) -> Step {
+    pub(crate) fn step(&mut self, hints: &Hints, eval: &Evaluator, goals: &Goals) -> Step {
         let drawn = self.draw(hints, eval);
         let writes = self.kind.1 != Writes::Nothing && (self.first || self.kind.1 != Writes::First);
         let mut step = match (writes, self.rng.below(4)) {

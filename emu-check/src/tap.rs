@@ -17,7 +17,7 @@ pub(crate) struct Tap {
 
 impl Tap {
     /// A probe for a program; nothing where there is nothing to listen to.
-    pub fn new(of: &Peripherals) -> Option<Tap> {
+    pub(crate) fn new(of: &Peripherals) -> Option<Tap> {
         let serial = of.transmit.map(|pin| (pin, Listener::new(of.bit, 2 * of.clocks)));
         let pwm = of.pwm.map(|(pin, wanted)| (pin, Meter::new(wanted)));
         (serial.is_some() || pwm.is_some()).then_some(Tap { serial, pwm, clocks: of.clocks })

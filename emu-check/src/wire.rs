@@ -20,12 +20,12 @@ pub(crate) struct Bit {
 
 impl Bit {
     /// Clocks of `halves` half bits, rounded down.
-    pub fn halves(self, halves: u64) -> u64 {
+    pub(crate) fn halves(self, halves: u64) -> u64 {
         (u128::from(halves) * u128::from(self.hz) / (2 * u128::from(self.baud.max(1)))) as u64
     }
 
     /// Clocks of so many bits, rounded down.
-    pub fn times(self, bits: u64) -> u64 {
+    pub(crate) fn times(self, bits: u64) -> u64 {
         self.halves(2 * bits)
     }
 }
@@ -56,12 +56,12 @@ pub(crate) struct Listener {
 
 impl Listener {
     /// A receiver of a line at rest.
-    pub fn new(bit: Bit, grain: u64) -> Listener {
+    pub(crate) fn new(bit: Bit, grain: u64) -> Listener {
         Listener { bit, grain, high: true, byte: None, over: 0, frames: VecDeque::new() }
     }
 
     /// The line has changed at `at`.
-    pub fn edge(&mut self, at: u64, high: bool) {
+    pub(crate) fn edge(&mut self, at: u64, high: bool) {
         self.pass(at);
         if high == self.high {
             return;
@@ -86,7 +86,7 @@ impl Listener {
     }
 
     /// Nothing has changed until `now`.
-    pub fn pass(&mut self, now: u64) {
+    pub(crate) fn pass(&mut self, now: u64) {
         let Some((start, bits, _)) = &mut self.byte else { return };
         while (bits.len() as u64) < BITS && *start + self.bit.halves(2 * bits.len() as u64 + 1) < now {
             bits.push(self.high);
@@ -104,12 +104,12 @@ impl Listener {
     }
 
     /// The next whole byte.
-    pub fn take(&mut self) -> Option<Frame> {
+    pub(crate) fn take(&mut self) -> Option<Frame> {
         self.frames.pop_front()
     }
 
     /// When the byte began that is on the line now.
-    pub fn began(&self) -> Option<u64> {
+    pub(crate) fn began(&self) -> Option<u64> {
         self.byte.as_ref().map(|byte| byte.0)
     }
 }

@@ -53,7 +53,7 @@ pub(crate) struct Wishes {
 }
 
 impl Wishes {
-    pub fn new(program: &Program, eval: &Evaluator) -> Wishes {
+    pub(crate) fn new(program: &Program, eval: &Evaluator) -> Wishes {
         let integer = |name: &str| {
             let index = eval.index(name)?;
             eval.symbols().get(index).filter(|s| !s.kind.is_bit() && s.kind != SymbolKind::Adc).map(|_| index)
@@ -112,7 +112,7 @@ impl Wishes {
     }
 
     /// The next wish that is still open; when all are done, all are open again.
-    pub fn choose(&mut self) -> Option<usize> {
+    pub(crate) fn choose(&mut self) -> Option<usize> {
         let open = |wish: &Wish| !wish.granted && wish.failed < PATIENCE;
         if !self.wishes.iter().any(open) {
             self.wishes.iter_mut().for_each(|wish| wish.granted = false);
@@ -124,7 +124,7 @@ impl Wishes {
     }
 
     /// Tries to grant a wish with `step`, changed to write the wanted value: true when it does.
-    pub fn grant(&mut self, wish: usize, eval: &Evaluator, hints: &Hints, step: &mut Step) -> bool {
+    pub(crate) fn grant(&mut self, wish: usize, eval: &Evaluator, hints: &Hints, step: &mut Step) -> bool {
         let Some(wish) = self.wishes.get_mut(wish) else { return false };
         if hints.writable.get(wish.symbol) != Some(&true) {
             wish.failed = PATIENCE;

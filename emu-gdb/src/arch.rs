@@ -5,15 +5,15 @@ use std::num::NonZeroUsize;
 use gdbstub::arch::{Arch, RegId, Registers};
 
 /// Any of our processors.
-pub enum Any {}
+pub(crate) enum Any {}
 
 /// A register by its number in target.xml.
 #[derive(Debug, Clone, Copy)]
-pub struct Number(pub usize);
+pub(crate) struct Number(pub usize);
 
 /// All registers as the packets `g` and `G` have them, one behind the other, the lowest byte first.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Bytes {
+pub(crate) struct Bytes {
     /// The registers.
     pub bytes: Vec<u8>,
     /// The program counter among them, in bytes.

@@ -36,7 +36,7 @@ const STACK: usize = 8;
 
 /// A register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// One of [`Chip::cpu_regs`].
     Core(&'static str),
     /// The program counter under its name there; gdb has it in bytes.
@@ -47,7 +47,7 @@ pub enum Kind {
 
 /// A memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Memory {
+pub(crate) struct Memory {
     /// Its name in [`Chip::spaces`].
     pub space: &'static str,
     /// gdb's address of its first byte.
@@ -60,7 +60,7 @@ pub struct Memory {
 
 /// A chip as gdb sees it.
 #[derive(Debug, Clone)]
-pub struct Layout {
+pub(crate) struct Layout {
     chip: &'static Chip,
     /// Registers in gdb's order, with their bytes.
     pub registers: Vec<(Kind, usize)>,
@@ -70,7 +70,7 @@ pub struct Layout {
 
 impl Layout {
     /// The chip of a machine.
-    pub fn new(target: &dyn Target) -> Layout {
+    pub(crate) fn new(target: &dyn Target) -> Layout {
         let chip = target.chip();
         let core = chip.cpu_regs.iter().map(|name| match *name {
             "PC" | "NA" => (Kind::Pc(name), 4),
@@ -87,7 +87,7 @@ impl Layout {
     }
 
     /// The memory in which `len` bytes from gdb's address `addr` on lie, and the address of the first there, in bytes.
-    pub fn find(&self, addr: u32, len: usize) -> Option<(&Memory, u32)> {
+    pub(crate) fn find(&self, addr: u32, len: usize) -> Option<(&Memory, u32)> {
         let memory = self.memories.iter().rev().find(|memory| memory.base <= addr)?;
         let offset = addr - memory.base;
         let left = memory.len.checked_sub(offset)?;
@@ -95,14 +95,14 @@ impl Layout {
     }
 
     /// The program word at gdb's address, which is one in bytes.
-    pub fn word(&self, addr: u32) -> Option<u32> {
+    pub(crate) fn word(&self, addr: u32) -> Option<u32> {
         let (memory, offset) = self.find(addr, 1)?;
         let per_word = self.chip.word_bytes.max(1);
         (memory.space == self.chip.code && offset.is_multiple_of(per_word)).then_some(offset / per_word)
     }
 
     /// The file target.xml. gdb knows the registers of AVR, and takes no others; of the other families it is told what there is.
-    pub fn target_xml(&self) -> String {
+    pub(crate) fn target_xml(&self) -> String {
         let mut xml =
             "<?xml version=\"1.0\"?>\n<!DOCTYPE target SYSTEM \"gdb-target.dtd\">\n<target version=\"1.0\">\n"
                 .to_owned();
@@ -130,7 +130,7 @@ impl Layout {
 
     /// The map of memories: with it gdb's `load` writes program memory as one does a flash. A block is one word, so that nothing is
     /// erased but what is loaded.
-    pub fn memory_xml(&self) -> String {
+    pub(crate) fn memory_xml(&self) -> String {
         let mut xml = "<?xml version=\"1.0\"?>\n<memory-map>\n".to_owned();
         for memory in &self.memories {
             let place = format!("start=\"0x{:x}\" length=\"0x{:x}\"", memory.base, memory.len);

@@ -11,7 +11,7 @@ use crate::stub::Stub;
 
 /// What gdb has asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Asked {
+pub(crate) enum Asked {
     /// `Z0`: to us the same as `Z1`, but gdb wants to hear the same word again.
     Soft,
     /// `Z1`.
@@ -22,7 +22,7 @@ pub enum Asked {
 
 /// A point of gdb's.
 #[derive(Debug, Clone, Copy)]
-pub struct Set {
+pub(crate) struct Set {
     /// Number of the session's point.
     pub id: u32,
     /// What gdb has asked for.
@@ -49,7 +49,7 @@ impl Stub<'_> {
     }
 
     /// Takes all of gdb's points away, when it has gone.
-    pub fn remove_all(&mut self) {
+    pub(crate) fn remove_all(&mut self) {
         for set in std::mem::take(&mut self.set) {
             self.session.points.remove(set.id);
         }

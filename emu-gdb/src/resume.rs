@@ -21,7 +21,7 @@ use crate::stub::Stub;
 
 /// What gdb wants of the program.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Go {
+pub(crate) enum Go {
     /// Run.
     On,
     /// One step.
@@ -35,11 +35,11 @@ pub enum Go {
 }
 
 /// What gdb is told: the stop, and a line for the user where the stop alone does not say enough.
-pub type Told = (SingleThreadStopReason<u32>, Option<String>);
+pub(crate) type Told = (SingleThreadStopReason<u32>, Option<String>);
 
 impl Stub<'_> {
     /// Does what gdb wants, until something stops the program.
-    pub fn run(&mut self) -> Told {
+    pub(crate) fn run(&mut self) -> Told {
         let (session, input) = (&mut *self.session, &mut self.input);
         let since = session.target().cycle();
         let go_on = &mut || input.go_on();

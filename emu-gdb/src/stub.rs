@@ -29,7 +29,7 @@ const NO_PLACE: u8 = 14;
 const NO_VALUE: u8 = 22;
 
 /// A session that gdb looks at.
-pub struct Stub<'a> {
+pub(crate) struct Stub<'a> {
     pub session: &'a mut Session,
     pub input: Input,
     pub layout: Layout,
@@ -45,14 +45,14 @@ pub struct Stub<'a> {
 }
 
 impl<'a> Stub<'a> {
-    pub fn new(session: &'a mut Session, input: Input, monitor: Option<&'a mut Monitor>) -> Stub<'a> {
+    pub(crate) fn new(session: &'a mut Session, input: Input, monitor: Option<&'a mut Monitor>) -> Stub<'a> {
         let layout = Layout::new(session.target());
         let why = "the client has just come".to_owned();
         Stub { session, input, layout, monitor, set: Vec::new(), go: Go::Step, why, load: None }
     }
 
     /// Value of a register, the program counter in bytes.
-    pub fn register(&self, kind: Kind) -> u32 {
+    pub(crate) fn register(&self, kind: Kind) -> u32 {
         let target = self.session.target();
         let bytes = |word: u32| word.saturating_mul(target.chip().word_bytes);
         match kind {
@@ -77,7 +77,7 @@ impl<'a> Stub<'a> {
     }
 
     /// Writes bytes. Of program memory only those that are different, four at a time: an action is kept for each.
-    pub fn write(&mut self, addr: u32, data: &[u8]) -> TargetResult<(), Self> {
+    pub(crate) fn write(&mut self, addr: u32, data: &[u8]) -> TargetResult<(), Self> {
         let Some((memory, offset)) = self.layout.find(addr, data.len()).map(|(memory, offset)| (*memory, offset))
         else {
             return Err(TargetError::Errno(NO_PLACE));

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use gdbstub::conn::Connection;
 
 /// Bytes of the longest packet, its frame included; the client is told so.
-pub const PACKET: usize = 4096;
+pub(crate) const PACKET: usize = 4096;
 
 /// Packets that may wait while the program runs. A client waits for the answer to one, so more are no debugger's.
 const WAITING: usize = 256;
@@ -21,7 +21,7 @@ const LOOK: Duration = Duration::from_millis(1);
 
 /// What comes from the client.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Item {
+pub(crate) enum Item {
     /// A packet, frame and all.
     Packet(Vec<u8>),
     /// Ctrl-C.
@@ -44,7 +44,7 @@ enum State {
 
 /// Makes items of bytes.
 #[derive(Debug, Default)]
-pub struct Decoder {
+pub(crate) struct Decoder {
     state: State,
     body: Vec<u8>,
     long: bool,
@@ -52,7 +52,7 @@ pub struct Decoder {
 
 impl Decoder {
     /// Takes a byte; an item may be complete with it. What lies between packets and is nothing is passed over.
-    pub fn take(&mut self, byte: u8) -> Option<Item> {
+    pub(crate) fn take(&mut self, byte: u8) -> Option<Item> {
         match (&mut self.state, byte) {
             (State::Between, 0x03) => return Some(Item::Interrupt),
             (State::Between, b'-') => return Some(Item::Nack),
@@ -87,7 +87,7 @@ fn sum(body: &[u8]) -> u8 {
 }
 
 /// A packet around a body.
-pub fn frame(body: &[u8]) -> Vec<u8> {
+pub(crate) fn frame(body: &[u8]) -> Vec<u8> {
     let mut packet = vec![b'$'];
     packet.extend_from_slice(body);
     packet.extend_from_slice(format!("#{:02x}", sum(body)).as_bytes());
@@ -95,7 +95,7 @@ pub fn frame(body: &[u8]) -> Vec<u8> {
 }
 
 /// What the client sends.
-pub struct Input {
+pub(crate) struct Input {
     stream: TcpStream,
     decoder: Decoder,
     waiting: VecDeque<Item>,
@@ -106,12 +106,12 @@ pub struct Input {
 
 impl Input {
     /// From this stream.
-    pub fn new(stream: TcpStream) -> Input {
+    pub(crate) fn new(stream: TcpStream) -> Input {
         Input { stream, decoder: Decoder::default(), waiting: VecDeque::new(), looked: Instant::now(), over: None }
     }
 
     /// The next item; waits for it. Nothing where the client has gone.
-    pub fn next(&mut self) -> Option<Item> {
+    pub(crate) fn next(&mut self) -> Option<Item> {
         while self.waiting.is_empty() {
             if self.over.is_some() {
                 return None;
@@ -122,7 +122,7 @@ impl Input {
     }
 
     /// The run may go on: asked again and again while the program runs. False at Ctrl-C, and when the client has gone.
-    pub fn go_on(&mut self) -> bool {
+    pub(crate) fn go_on(&mut self) -> bool {
         if self.looked.elapsed() < LOOK {
             return true;
         }
@@ -165,7 +165,7 @@ impl Input {
 }
 
 /// What the client is sent.
-pub struct Output {
+pub(crate) struct Output {
     stream: TcpStream,
     ready: Vec<u8>,
     /// The last answer.
@@ -177,7 +177,7 @@ impl Output {
     ///
     /// # Errors
     /// Of the system.
-    pub fn new(stream: TcpStream) -> io::Result<Output> {
+    pub(crate) fn new(stream: TcpStream) -> io::Result<Output> {
         stream.set_nodelay(true)?;
         stream.set_write_timeout(Some(PATIENCE))?;
         Ok(Output { stream, ready: Vec::new(), last: Vec::new() })
@@ -187,7 +187,7 @@ impl Output {
     ///
     /// # Errors
     /// Of the system.
-    pub fn send(&mut self, body: &[u8]) -> io::Result<()> {
+    pub(crate) fn send(&mut self, body: &[u8]) -> io::Result<()> {
         self.write_all(&frame(body))?;
         self.flush()
     }
@@ -197,7 +197,7 @@ impl Output {
     ///
     /// # Errors
     /// Of the system.
-    pub fn refuse(&mut self, quiet: bool, why: &str) -> io::Result<()> {
+    pub(crate) fn refuse(&mut self, quiet: bool, why: &str) -> io::Result<()> {
         if !quiet {
             self.send_raw(b"+")?;
         }
@@ -208,7 +208,7 @@ impl Output {
     ///
     /// # Errors
     /// Of the system.
-    pub fn send_raw(&mut self, bytes: &[u8]) -> io::Result<()> {
+    pub(crate) fn send_raw(&mut self, bytes: &[u8]) -> io::Result<()> {
         Write::write_all(&mut self.stream, bytes)
     }
 
@@ -216,7 +216,7 @@ impl Output {
     ///
     /// # Errors
     /// Of the system.
-    pub fn show(&mut self, text: &str) -> io::Result<()> {
+    pub(crate) fn show(&mut self, text: &str) -> io::Result<()> {
         let hex: String = text.bytes().map(|byte| format!("{byte:02x}")).collect();
         self.send(format!("O{hex}").as_bytes())
     }
@@ -225,7 +225,7 @@ impl Output {
     ///
     /// # Errors
     /// Of the system.
-    pub fn again(&mut self) -> io::Result<()> {
+    pub(crate) fn again(&mut self) -> io::Result<()> {
         Write::write_all(&mut self.stream, &self.last)
     }
 }

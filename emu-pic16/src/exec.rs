@@ -10,7 +10,7 @@ use crate::operands::{B, F, K, Place, Ram, Target};
 use crate::periph::map::Sfr;
 
 /// What PIC16 bodies need beyond [`Machine`].
-pub trait Pic16Machine: Machine {
+pub(crate) trait Pic16Machine: Machine {
     /// W.
     fn w(&self) -> Self::Word;
     /// Writes W.
@@ -67,7 +67,7 @@ pub trait Pic16Machine: Machine {
 }
 
 /// A file register as an operand.
-pub trait File: Copy {
+pub(crate) trait File: Copy {
     /// It is the program counter: writing it is a jump.
     fn is_pcl(self) -> bool;
     /// Finds out where it lies, once for an access.
@@ -195,7 +195,7 @@ fn no_borrows<W: WordOps>(a: W, b: W, d: W) -> W {
 macro_rules! bodies {
     ($( fn $name:ident $(<$place:ident>)? ($m:ident $(, $arg:ident : $type:ty)*) $body:block )*) => { $(
         #[inline(always)]
-        pub fn $name<M: Pic16Machine $(, $place: File)?>($m: &mut M $(, $arg: $type)*) $body
+        pub(crate) fn $name<M: Pic16Machine $(, $place: File)?>($m: &mut M $(, $arg: $type)*) $body
     )* };
 }
 

@@ -5,7 +5,7 @@ use emu_core::countdown::Countdown;
 /// The state of the core that every instruction touches. Bytes and flags stand in words of their own: side by side they would
 /// be kept packed in one host register.
 #[derive(Debug, Clone, Copy)]
-pub struct Hot {
+pub(crate) struct Hot {
     /// Index of the next op: RP1:RP0 in bits 15 and 14, the program counter below, which may stand one or two behind 1FFFh.
     pub at: u32,
     /// Cycles and instructions.
@@ -33,28 +33,28 @@ pub struct Hot {
 }
 
 /// TO and PD in STATUS.
-pub const TO: u32 = 0x10;
+pub(crate) const TO: u32 = 0x10;
 /// See [`TO`].
-pub const PD: u32 = 0x08;
+pub(crate) const PD: u32 = 0x08;
 
 /// RP1:RP0 in the index of an op.
-pub const BANK: u32 = 0xC000;
+pub(crate) const BANK: u32 = 0xC000;
 
 impl Hot {
     /// Program counter.
     #[inline(always)]
-    pub const fn pc(&self) -> u32 {
+    pub(crate) const fn pc(&self) -> u32 {
         self.at & 0x1FFF
     }
 
     /// Sets the program counter, of which 13 bits count.
     #[inline(always)]
-    pub const fn set_pc(&mut self, pc: u32) {
+    pub(crate) const fn set_pc(&mut self, pc: u32) {
         self.at = self.at & BANK | pc & 0x1FFF;
     }
 
     /// After power-on, at cycle 0 (DS30292, table 12-6; what is unknown is 0).
-    pub const START: Hot = Hot {
+    pub(crate) const START: Hot = Hot {
         at: 0,
         time: Countdown::START,
         w: 0,
@@ -71,21 +71,21 @@ impl Hot {
 
     /// STATUS.
     #[inline(always)]
-    pub const fn status(&self) -> u8 {
+    pub(crate) const fn status(&self) -> u8 {
         let z = ((self.z as u8 == 0) as u32) << 2;
         ((self.pointer & 0x100) >> 1 | (self.at & BANK) >> 9 | self.to_pd | z | self.dc >> 2 & 2 | self.c) as u8
     }
 
     /// Writes IRP and RP1:RP0, as every instruction can.
     #[inline(always)]
-    pub const fn set_banks(&mut self, status: u32) {
+    pub(crate) const fn set_banks(&mut self, status: u32) {
         self.pointer = self.pointer & 0xFF | (status & 0x80) << 1;
         self.at = self.at & !BANK | (status & 0x60) << 9;
     }
 
     /// Writes STATUS but for TO and PD, which no instruction can.
     #[inline(always)]
-    pub const fn set_status(&mut self, status: u32) {
+    pub(crate) const fn set_status(&mut self, status: u32) {
         self.set_banks(status);
         self.z = !status & 4;
         self.dc = (status & 2) << 2;

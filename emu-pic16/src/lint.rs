@@ -20,7 +20,7 @@ const VECTOR: u32 = 4;
 
 /// Kept while a probe asks for diagnostics.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Lints {
+pub(crate) struct Lints {
     /// Return addresses on the stack, up to 8.
     depth: u8,
     chosen: Chosen,
@@ -90,7 +90,7 @@ impl<P: Probe> Turn<'_, P> {
     }
 
     /// A register of the chip is read.
-    pub fn lint_read(&mut self, place: u16) {
+    pub(crate) fn lint_read(&mut self, place: u16) {
         let bits = self.bus.analog_bits(place - REGISTERS) & wanted(self.running().1);
         if bits != 0 {
             let port = self.address();
@@ -99,7 +99,7 @@ impl<P: Probe> Turn<'_, P> {
     }
 
     /// A register of the chip or of the core is about to be written.
-    pub fn lint_write(&mut self, place: u16, value: u8) {
+    pub(crate) fn lint_write(&mut self, place: u16, value: u8) {
         if place == PCLATH {
             self.lints.chosen = Chosen { page: self.running().0 & PAGE, called: false };
         }
@@ -119,7 +119,7 @@ impl<P: Probe> Turn<'_, P> {
 
     /// GOTO and CALL go to `target`. That page was not chosen here when code in another page has written PCLATH; nor, for GOTO,
     /// when it was chosen for a call that has returned. Several calls after one choice are usual.
-    pub fn lint_go(&mut self, target: u32) {
+    pub(crate) fn lint_go(&mut self, target: u32) {
         let (from, word) = self.running();
         if (target ^ from) & PAGE == 0 {
             return;
@@ -132,7 +132,7 @@ impl<P: Probe> Turn<'_, P> {
     }
 
     /// A return address is about to be pushed, by what stands at `pc`.
-    pub fn lint_push(&mut self, pc: u32) {
+    pub(crate) fn lint_push(&mut self, pc: u32) {
         if self.lints.depth == STACK {
             self.seldom_of_two(pc, Lint::StackOverflow);
         } else {
@@ -141,7 +141,7 @@ impl<P: Probe> Turn<'_, P> {
     }
 
     /// A return address is about to be popped.
-    pub fn lint_pop(&mut self) {
+    pub(crate) fn lint_pop(&mut self) {
         match self.lints.depth.checked_sub(1) {
             Some(depth) => self.lints.depth = depth,
             None => self.seldom_of_two(self.running().0, Lint::StackUnderflow),
@@ -149,14 +149,14 @@ impl<P: Probe> Turn<'_, P> {
     }
 
     /// An interrupt is entered, its cycles charged, the program counter still that of the interrupted code.
-    pub fn lint_interrupt(&mut self) {
+    pub(crate) fn lint_interrupt(&mut self) {
         self.lint_push(VECTOR);
         self.lints.found = Some(Found { context: self.context(), chosen: self.lints.chosen });
         self.lints.chosen.page = NOBODY;
     }
 
     /// RETFIE, before it returns.
-    pub fn lint_interrupt_ended(&mut self) {
+    pub(crate) fn lint_interrupt_ended(&mut self) {
         let Some(found) = self.lints.found.take() else { return };
         let (now, pc) = (self.context(), self.running().0);
         for ((register, was), is) in SAVED.into_iter().zip(found.context).zip(now) {
@@ -170,7 +170,7 @@ impl<P: Probe> Turn<'_, P> {
     }
 
     /// SLEEP has done nothing. With interrupts enabled the flag has come just now and is about to be served, as it is to be.
-    pub fn lint_no_sleep(&mut self) {
+    pub(crate) fn lint_no_sleep(&mut self) {
         if !self.bus.interrupts_enabled() {
             self.seldom(Lint::NoSleep);
         }

@@ -17,7 +17,7 @@ const REACH: u32 = 16;
 
 /// A loop that only looks.
 #[derive(Debug, Clone)]
-pub struct Loop {
+pub(crate) struct Loop {
     /// Its first instruction.
     pub head: u32,
     /// The registers of the chip that it reads.
@@ -30,7 +30,7 @@ pub struct Loop {
 
 /// Program memory in both forms. Behind its end it begins anew (DS33023, section 6.2).
 #[derive(Debug, Clone)]
-pub struct Code {
+pub(crate) struct Code {
     /// Words of 14 bits, erased ones 3FFFh.
     pub words: Box<[u16; SPAN]>,
     /// One op per bank and word, traps in place: `ops[0]` marks jumps to themselves as [`Kind::Poll`], since that is how
@@ -52,7 +52,7 @@ pub struct Code {
 
 impl Code {
     /// Program memory of `size` words (a power of two, at most [`SPAN`]) filled from address 0 with `image`, erased behind it.
-    pub fn new(image: &[u16], size: u32, places: Box<[Place; DATA]>) -> Code {
+    pub(crate) fn new(image: &[u16], size: u32, places: Box<[Place; DATA]>) -> Code {
         let size = size.clamp(1, SPAN as u32);
         let mut words = Box::new([0x3FFF; SPAN]);
         for (at, word) in words.iter_mut().enumerate() {
@@ -82,7 +82,7 @@ impl Code {
     }
 
     /// Writes a word, at all addresses where it stands.
-    pub fn poke(&mut self, addr: u32, word: u16) {
+    pub(crate) fn poke(&mut self, addr: u32, word: u16) {
         let at = addr % self.size;
         self.changes.note(at as usize, self.words[at as usize], word & 0x3FFF);
         for first in (0..SPAN as u32).step_by(self.size as usize) {
@@ -97,7 +97,7 @@ impl Code {
     }
 
     /// Sets or clears a trap; false when it was so already.
-    pub fn trap(&mut self, pc: u32, on: bool) -> bool {
+    pub(crate) fn trap(&mut self, pc: u32, on: bool) -> bool {
         let changed = if on { self.traps.insert(pc) } else { self.traps.remove(&pc) };
         if changed {
             self.predecode(pc);
@@ -106,12 +106,12 @@ impl Code {
     }
 
     /// True when a trap stands at `pc`.
-    pub fn has_trap(&self, pc: u32) -> bool {
+    pub(crate) fn has_trap(&self, pc: u32) -> bool {
         self.traps.contains(&pc)
     }
 
     /// What the instruction at `pc` is in the bank that begins at the op `bank`.
-    pub fn mark(&self, bank: u32, pc: u32) -> Mark {
+    pub(crate) fn mark(&self, bank: u32, pc: u32) -> Mark {
         match self.plain[(bank | pc) as usize % OPS].kind {
             Kind::Goto if spins(self.words[pc as usize % SPAN], pc) => Mark::Spins,
             _ if self.loops.contains_key(&(bank | pc)) => Mark::ClosesLoop,
@@ -120,7 +120,7 @@ impl Code {
     }
 
     /// The loop that only looks and is closed by the jump at `end`.
-    pub fn look(&self, bank: u32, end: u32) -> Option<&Loop> {
+    pub(crate) fn look(&self, bank: u32, end: u32) -> Option<&Loop> {
         self.loops.get(&(bank | end))
     }
 

@@ -15,7 +15,7 @@ use crate::periph::map::Sfr;
 
 /// What one execution of an instruction touched.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Record {
+pub(crate) struct Record {
     /// Cycles charged, apart from those of a skip.
     pub cycles: u32,
     /// Flags written: C, DC, Z.
@@ -33,7 +33,7 @@ pub struct Record {
 }
 
 /// Runs the body of `op` without values. A kind without a row reaches out.
-pub fn record(op: Pic16Op) -> Record {
+pub(crate) fn record(op: Pic16Op) -> Record {
     let mut record = Record::default();
     let (m, op) = (&mut record, &op);
     pic16_table!(dispatch { (m, op, op.kind, m.reaches_out = true) });

@@ -127,15 +127,15 @@ use every_part;
 /// Parts by number.
 #[rustfmt::skip]
 mod at {
-    pub const TIMER0:      usize = 0;
-    pub const TIMERS:      usize = 1;
-    pub const USART:       usize = 2;
-    pub const SSP:         usize = 3;
-    pub const EEPROM:      usize = 4;
-    pub const ADC:         usize = 5;
-    pub const COMPARATORS: usize = 6;
-    pub const PSP:         usize = 7;
-    pub const COUNT:       usize = 8;
+    pub(super) const TIMER0:      usize = 0;
+    pub(super) const TIMERS:      usize = 1;
+    pub(super) const USART:       usize = 2;
+    pub(super) const SSP:         usize = 3;
+    pub(super) const EEPROM:      usize = 4;
+    pub(super) const ADC:         usize = 5;
+    pub(super) const COMPARATORS: usize = 6;
+    pub(super) const PSP:         usize = 7;
+    pub(super) const COUNT:       usize = 8;
 }
 
 impl Soc {

@@ -18,17 +18,17 @@ use crate::periph::map::Sfr;
 use crate::soc::Soc;
 
 /// Addresses of data memory.
-pub const DATA: usize = 0x200;
+pub(crate) const DATA: usize = 0x200;
 
 /// Ops of all banks: every bank has its own, since an address means something else in each. Half of the places are behind the
 /// end of program memory.
-pub const OPS: usize = 0x1_0000;
+pub(crate) const OPS: usize = 0x1_0000;
 
 /// Data memory in the list of a chip's memories.
 const DATA_SPACE: u8 = 1;
 
 /// One turn of the loop: hot state by value, everything else borrowed.
-pub struct Turn<'a, P: Probe> {
+pub(crate) struct Turn<'a, P: Probe> {
     pub hot: Hot,
     /// By the address under which a byte is kept. A slice, whose length is checked in one compare.
     pub ram: &'a mut [u8],
@@ -47,7 +47,7 @@ const INDF: u16 = Place::sfr(Sfr::INDF).0;
 const STATUS: u16 = Place::sfr(Sfr::STATUS).0;
 const FSR: u16 = Place::sfr(Sfr::FSR).0;
 const PCL: u16 = Place::sfr(Sfr::PCL).0;
-pub const PCLATH: u16 = Place::sfr(Sfr::PCLATH).0;
+pub(crate) const PCLATH: u16 = Place::sfr(Sfr::PCLATH).0;
 const NOWHERE: u16 = Place::NONE.0;
 /// Bits of STATUS.
 const C: u8 = 0x01;
@@ -55,13 +55,13 @@ const Z: u8 = 0x04;
 const RP0: u8 = 0x20;
 const RP1: u8 = 0x40;
 /// The first register of the chip among places.
-pub const REGISTERS: u16 = INDF;
+pub(crate) const REGISTERS: u16 = INDF;
 
 impl<P: Probe> Turn<'_, P> {
     /// The cycle in which the running instruction reads and writes: its first. Only instructions that do neither have had more
     /// than one charged by now.
     #[inline(always)]
-    pub const fn cycle(&self) -> u64 {
+    pub(crate) const fn cycle(&self) -> u64 {
         self.hot.time.now().wrapping_sub(1)
     }
 
@@ -87,14 +87,14 @@ impl<P: Probe> Turn<'_, P> {
 
     /// The running instruction.
     #[inline(always)]
-    pub const fn running(&self) -> (u32, u16) {
+    pub(crate) const fn running(&self) -> (u32, u16) {
         let pc = self.hot.at.wrapping_sub(1) % SPAN as u32;
         (pc, self.words[pc as usize])
     }
 
     /// The address of data memory that the running instruction reaches, of several for one byte the lowest.
     #[inline(always)]
-    pub const fn address(&self) -> u16 {
+    pub(crate) const fn address(&self) -> u16 {
         let word = self.running().1;
         let addr = match word {
             0x62 => 0x81,
@@ -445,7 +445,7 @@ fn bit_of(op: &Pic16Op) -> B {
 impl<P: Probe> Turn<'_, P> {
     /// Runs to the deadline; returns the hot state. The turn is written twice so that there are two indirect jumps.
     #[inline(never)]
-    pub fn burst(self, ops: &[Pic16Op; OPS]) -> Hot {
+    pub(crate) fn burst(self, ops: &[Pic16Op; OPS]) -> Hot {
         let mut turn = self;
         while turn.hot.time.goes_on() {
             turn!(turn, ops);
@@ -459,7 +459,7 @@ impl<P: Probe> Turn<'_, P> {
 
     /// Executes one given op, whatever stands in the op array; a kind without a row does nothing.
     #[inline(never)]
-    pub fn single(self, op: Pic16Op) -> Hot {
+    pub(crate) fn single(self, op: Pic16Op) -> Hot {
         let mut turn = self;
         let m = &mut turn;
         let op = &op;
@@ -469,7 +469,7 @@ impl<P: Probe> Turn<'_, P> {
 
     /// Goes to the interrupt vector: the return address on the stack, `cycles` without an instruction.
     #[inline(never)]
-    pub fn interrupt(self, cycles: u32) -> Hot {
+    pub(crate) fn interrupt(self, cycles: u32) -> Hot {
         let mut turn = self;
         let m = &mut turn;
         m.charge(cycles);

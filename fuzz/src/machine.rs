@@ -7,10 +7,10 @@ use emu_debug::debug::{Options, Rig, Scope, Session, Target};
 use emu_debug::{Board, Clock};
 
 /// The families, in the order of [`chips`].
-pub const FAMILIES: [Family; 4] = [Family::Avr, Family::Mcs51, Family::Pic16, Family::Ap101];
+pub(crate) const FAMILIES: [Family; 4] = [Family::Avr, Family::Mcs51, Family::Pic16, Family::Ap101];
 
 /// The chip that stands for a family.
-pub fn chip(family: Family) -> &'static Chip {
+pub(crate) fn chip(family: Family) -> &'static Chip {
     let found = match family {
         Family::Avr => emu_avr::chips::chip("atmega328p"),
         Family::Mcs51 => emu_8051::chips::chip("at89s52"),
@@ -21,12 +21,12 @@ pub fn chip(family: Family) -> &'static Chip {
 }
 
 /// All of them.
-pub fn chips() -> impl Iterator<Item = &'static Chip> {
+pub(crate) fn chips() -> impl Iterator<Item = &'static Chip> {
     FAMILIES.into_iter().map(chip)
 }
 
 /// Something to do with a machine of whatever family.
-pub trait MachineVisitor {
+pub(crate) trait MachineVisitor {
     /// What it gives.
     type Out;
     /// Does it, with a machine after power-up.
@@ -34,7 +34,7 @@ pub trait MachineVisitor {
 }
 
 /// Does it with a machine of a chip that has the image in its memories and zeros in RAM.
-pub fn on_machine<V: MachineVisitor>(chip: &'static Chip, image: &Image, visitor: V) -> V::Out {
+pub(crate) fn on_machine<V: MachineVisitor>(chip: &'static Chip, image: &Image, visitor: V) -> V::Out {
     match chip.family {
         Family::Avr => visitor.visit(emu_avr::Avr::new(chip, image, RamInit::Zero)),
         Family::Mcs51 => visitor.visit(emu_8051::Mcs51::new(chip, image, RamInit::Zero)),
@@ -44,7 +44,7 @@ pub fn on_machine<V: MachineVisitor>(chip: &'static Chip, image: &Image, visitor
 }
 
 /// A program that counts for ever and writes memory, in the assembly of a family.
-pub fn program(family: Family) -> &'static str {
+pub(crate) fn program(family: Family) -> &'static str {
     match family {
         Family::Avr => {
             "ldi r16, 0x40\nloop: sts 0x100, r16\ninc r16\nout 5, r16\nrcall sub\nrjmp loop\nsub: push r16\npop r16\nret\n"
@@ -56,12 +56,12 @@ pub fn program(family: Family) -> &'static str {
 }
 
 /// The image of a source; an empty one where it is refused.
-pub fn assembled(chip: &'static Chip, source: &str) -> Image {
+pub(crate) fn assembled(chip: &'static Chip, source: &str) -> Image {
     emu_asm::image(chip, source).unwrap_or_default()
 }
 
 /// An image whose program memory begins with these bytes, as far as they fit.
-pub fn of_bytes(chip: &'static Chip, bytes: &[u8]) -> Image {
+pub(crate) fn of_bytes(chip: &'static Chip, bytes: &[u8]) -> Image {
     let end = bytes.len().min(chip.flash as usize) & !(chip.word_bytes as usize - 1);
     let bytes: Vec<u8> = bytes.get(..end).unwrap_or_default().to_vec();
     let segments = if bytes.is_empty() { Vec::new() } else { vec![Segment { space: chip.code, addr: 0, bytes }] };
@@ -69,7 +69,7 @@ pub fn of_bytes(chip: &'static Chip, bytes: &[u8]) -> Image {
 }
 
 /// Makes a machine one for the debugger.
-pub struct Fit;
+pub(crate) struct Fit;
 
 impl MachineVisitor for Fit {
     type Out = (Box<dyn Target>, Clock);
@@ -83,7 +83,7 @@ impl MachineVisitor for Fit {
 }
 
 /// A session of the debugger on a machine with an image.
-pub fn session(chip: &'static Chip, image: Image) -> Session {
+pub(crate) fn session(chip: &'static Chip, image: Image) -> Session {
     let (target, clock) = on_machine(chip, &image, Fit);
     let mut scope = Scope::new(chip);
     (scope.symbols, scope.lines) = (image.symbols, image.lines);

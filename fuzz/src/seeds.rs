@@ -49,7 +49,7 @@ pub(crate) fn walk(folder: &Path, ending: &str, out: &mut Vec<(String, Vec<u8>)>
 }
 
 /// None.
-pub fn no_words() -> Vec<String> {
+pub(crate) fn no_words() -> Vec<String> {
     Vec::new()
 }
 
@@ -142,7 +142,7 @@ fn states(family: Family) -> Vec<Vec<u8>> {
 }
 
 /// Files of snapshots.
-pub fn snapshots() -> Vec<Vec<u8>> {
+pub(crate) fn snapshots() -> Vec<Vec<u8>> {
     let file = |family: Family, state: Vec<u8>| {
         let head = Head { chip: chip(family).name.to_owned(), program: 7, options: "16 MHz".to_owned(), cycle: 9 };
         snapshot::write(&head, &state)
@@ -154,13 +154,13 @@ pub fn snapshots() -> Vec<Vec<u8>> {
 macro_rules! of_families {
     ($($of:ident -> $out:ty: $avr:ident $mcs51:ident $pic16:ident $ap101:ident;)*) => {$(
         #[doc = concat!("`", stringify!($of), "` of AVR.")]
-        pub fn $avr() -> $out { $of(Family::Avr) }
+        pub(crate) fn $avr() -> $out { $of(Family::Avr) }
         #[doc = concat!("`", stringify!($of), "` of the 8051.")]
-        pub fn $mcs51() -> $out { $of(Family::Mcs51) }
+        pub(crate) fn $mcs51() -> $out { $of(Family::Mcs51) }
         #[doc = concat!("`", stringify!($of), "` of the PIC16.")]
-        pub fn $pic16() -> $out { $of(Family::Pic16) }
+        pub(crate) fn $pic16() -> $out { $of(Family::Pic16) }
         #[doc = concat!("`", stringify!($of), "` of AP101.")]
-        pub fn $ap101() -> $out { $of(Family::Ap101) }
+        pub(crate) fn $ap101() -> $out { $of(Family::Ap101) }
     )*};
 }
 

@@ -18,7 +18,7 @@ pub(crate) fn words(list: &[&str]) -> Vec<String> {
 }
 
 /// Words of SDCC's files.
-pub fn sdcc() -> Vec<String> {
+pub(crate) fn sdcc() -> Vec<String> {
     words(&[
         "S:",
         "L:",
@@ -39,7 +39,7 @@ pub fn sdcc() -> Vec<String> {
 }
 
 /// Rows of maps of Keil's linkers.
-pub fn keil() -> Vec<String> {
+pub(crate) fn keil() -> Vec<String> {
     words(&[
         "\n  C:0040H         PUBLIC        ",
         "\n  D:0008H         SYMBOL        ",
@@ -56,7 +56,7 @@ pub fn keil() -> Vec<String> {
 }
 
 /// Words of gpsim's commands.
-pub fn cod() -> Vec<String> {
+pub(crate) fn cod() -> Vec<String> {
     words(&[
         ".assert",
         ".sim",
@@ -74,7 +74,7 @@ pub fn cod() -> Vec<String> {
 }
 
 /// Words of `.ld` files.
-pub fn ladder() -> Vec<String> {
+pub(crate) fn ladder() -> Vec<String> {
     words(&[
         "LDmicro0.1\n",
         "LDmicro0.2\n",
@@ -130,7 +130,7 @@ pub fn ladder() -> Vec<String> {
 }
 
 /// Words of scenarios.
-pub fn scenario() -> Vec<String> {
+pub(crate) fn scenario() -> Vec<String> {
     let keys = scenario::KEYS.iter().copied().chain(scenario::STEP_KEYS.iter().map(|key| key.name));
     let keys = keys.map(|key| format!("{key} = "));
     keys.chain(words(&[
@@ -147,7 +147,7 @@ pub fn scenario() -> Vec<String> {
 }
 
 /// What was done, in pieces of kind, tick and length.
-pub fn records() -> Vec<Vec<u8>> {
+pub(crate) fn records() -> Vec<Vec<u8>> {
     texts(&[
         "\u{4}\u{3}\u{9}\u{3}RA0\u{0}\u{9}\u{2}hi",
         "\u{1f}\u{1}\u{2}\u{0}\u{2}\u{3}\u{5}a\nb\"c",
@@ -160,12 +160,12 @@ const WAVE: &str = "$timescale 1 us $end\n$scope module top $end\n$var wire 1 ! 
     $upscope $end\n$enddefinitions $end\n#0\n0!\nbx #\nr1.5 %\n#10\n1!\nb101 #\n#300\nz!\n";
 
 /// Waveforms.
-pub fn waves() -> Vec<Vec<u8>> {
+pub(crate) fn waves() -> Vec<Vec<u8>> {
     texts(&[WAVE])
 }
 
 /// Words of waveforms.
-pub fn vcd() -> Vec<String> {
+pub(crate) fn vcd() -> Vec<String> {
     words(&[
         "$timescale 1 ns $end\n",
         "$scope module m $end\n",
@@ -183,7 +183,7 @@ pub fn vcd() -> Vec<String> {
 }
 
 /// Traces of the same instructions in both shapes.
-pub fn traces() -> Vec<Vec<u8>> {
+pub(crate) fn traces() -> Vec<Vec<u8>> {
     texts(&[
         "emu-trace 1 mcu=atmega328p hz=16000000\n        12  0x0080 <main+0x4>  ldi   r16, 0x05          ; r16=05 SREG=80 write data:0x0024(DDRB)=20\n         9  interrupt 16 T0 ; SP=0ff\n        99  end: halted\n",
         "{\"emu-trace\":1,\"mcu\":\"8051\",\"hz\":12000000}\n{\"cycle\":12,\"addr\":128,\"at\":\"main+0x4\",\"text\":\"nop\",\"regs\":{\"r16\":5},\"data\":[{\"write\":\"data\",\"addr\":36,\"value\":32}]}\n{\"cycle\":99,\"end\":\"x\"}\n",
@@ -191,7 +191,7 @@ pub fn traces() -> Vec<Vec<u8>> {
 }
 
 /// Words of traces.
-pub fn trace() -> Vec<String> {
+pub(crate) fn trace() -> Vec<String> {
     words(&[
         "  interrupt ",
         "  end: ",
@@ -210,7 +210,7 @@ pub fn trace() -> Vec<String> {
 }
 
 /// Expressions, places, times and stimuli.
-pub fn expressions() -> Vec<Vec<u8>> {
+pub(crate) fn expressions() -> Vec<Vec<u8>> {
     texts(&[
         "PORTB.5 + 1\n$pc == 0x10 && !(r16 & 3)\n*0x100\n-(~1) << 3 % 7\ndata:0x100..0x120\nR0\n",
         "pin PB5=1\npc=main\nread data:0x100\nwrite sfr:P1\ncycle 1000\nuart \"ready\"\nfetch=3\n",
@@ -221,7 +221,7 @@ pub fn expressions() -> Vec<Vec<u8>> {
 }
 
 /// Words of expressions.
-pub fn expressions_words() -> Vec<String> {
+pub(crate) fn expressions_words() -> Vec<String> {
     let spaces = machine::chips().flat_map(|chip| chip.spaces.iter().map(|space| format!("{}:", space.0)));
     let registers = machine::chips().flat_map(|chip| chip.cpu_regs.iter().map(|name| (*name).to_owned()));
     let pieces = [
@@ -232,7 +232,7 @@ pub fn expressions_words() -> Vec<String> {
 }
 
 /// Command lines, an argument a line.
-pub fn arguments() -> Vec<Vec<u8>> {
+pub(crate) fn arguments() -> Vec<Vec<u8>> {
     texts(&[
         "run\na.hex\n--mcu\natmega328p\n--for\n2s\n--set\nPB0=1\n--at\n10ms:PB0=0\n--until\npin PB5=1\n--json\n",
         "run\na.elf\n--mcu\natmega8\n--attach\ni2c:24c64@0x50,file=log.bin\n--fuse\nlow=0xe4\n--uart-in\n10ms:hello\\n\n",
@@ -246,7 +246,7 @@ pub fn arguments() -> Vec<Vec<u8>> {
 }
 
 /// Words of command lines.
-pub fn arguments_words() -> Vec<String> {
+pub(crate) fn arguments_words() -> Vec<String> {
     words(&[
         "--mcu\n",
         "--for\n",
@@ -283,7 +283,7 @@ pub fn arguments_words() -> Vec<String> {
 }
 
 /// Lines of the debugger behind the byte that chooses the program.
-pub fn commands() -> Vec<Vec<u8>> {
+pub(crate) fn commands() -> Vec<Vec<u8>> {
     let scripts = [
         "step 3\nnext\nstepi 5\nnexti\nfinish\nuntil\nbt\nlist\ndisas\nx/8xb data:0x100\ninfo registers\n",
         "break 0x10\ntbreak 4 if r16 == 3\nwatch r16\nrwatch data:0x100\ncontinue\ninfo breakpoints\ndelete 1\n",
@@ -301,7 +301,7 @@ pub fn commands() -> Vec<Vec<u8>> {
 }
 
 /// Words of the debugger.
-pub fn commands_words() -> Vec<String> {
+pub(crate) fn commands_words() -> Vec<String> {
     words(&[
         "\nbreak ",
         "\nwatch ",
@@ -337,7 +337,7 @@ pub fn commands_words() -> Vec<String> {
 }
 
 /// Packets behind the byte that chooses the chip.
-pub fn packets() -> Vec<Vec<u8>> {
+pub(crate) fn packets() -> Vec<Vec<u8>> {
     let mut all = Vec::new();
     for chip in 0..4u8 {
         for talk in [
@@ -353,7 +353,7 @@ pub fn packets() -> Vec<Vec<u8>> {
 }
 
 /// Words of gdb's protocol; `qRcmd` takes its command as hexadecimal digits.
-pub fn packets_words() -> Vec<String> {
+pub(crate) fn packets_words() -> Vec<String> {
     let hex = |text: &str| "\nqRcmd,".to_owned() + &text.bytes().map(|byte| format!("{byte:02x}")).collect::<String>();
     let monitor = [
         "set r16=5",
@@ -394,7 +394,7 @@ pub fn packets_words() -> Vec<String> {
 const LAUNCH: &str = "{\"command\":\"initialize\",\"arguments\":{\"adapterID\":\"emu\"}}\n";
 
 /// The requests of the transcripts of the tests, some at a time, each stretch behind a launch.
-pub fn requests() -> Vec<Vec<u8>> {
+pub(crate) fn requests() -> Vec<Vec<u8>> {
     let mut files = Vec::new();
     walk(&root().join("emu-dap/tests"), ".txt", &mut files);
     files.sort();
@@ -416,7 +416,7 @@ pub fn requests() -> Vec<Vec<u8>> {
 }
 
 /// Words of the Debug Adapter Protocol: names of requests and of their arguments.
-pub fn requests_words() -> Vec<String> {
+pub(crate) fn requests_words() -> Vec<String> {
     let mut found = BTreeSet::new();
     for seed in requests() {
         for line in String::from_utf8_lossy(&seed).lines() {
@@ -439,7 +439,7 @@ fn names(value: &Value, found: &mut BTreeSet<String>) {
 }
 
 /// Messages in their frames.
-pub fn frames() -> Vec<Vec<u8>> {
+pub(crate) fn frames() -> Vec<Vec<u8>> {
     texts(&[
         "Content-Length: 13\r\n\r\n{\"command\":1}Content-Length: 2\r\nContent-Type: x\r\n\r\n{}",
         "content-length:4\n\nnull",
@@ -448,6 +448,6 @@ pub fn frames() -> Vec<Vec<u8>> {
 }
 
 /// Words of frames.
-pub fn frames_words() -> Vec<String> {
+pub(crate) fn frames_words() -> Vec<String> {
     words(&["Content-Length: ", "\r\n", "\r\n\r\n", "99999999", "{}", "[[[[", "\"\\ud800\"", "1e999"])
 }

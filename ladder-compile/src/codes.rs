@@ -5,7 +5,7 @@ use diag::Code;
 
 macro_rules! codes {
     ($($name:ident $code:literal $title:literal $explain:literal;)*) => {
-        $(#[doc = $title] pub const $name: &str = $code;)*
+        $(#[doc = $title] #[allow(unreachable_pub)] pub const $name: &str = $code;)*
         /// Every code of this crate, in order of its number.
         pub const CODES: &[Code] = &[$(Code { code: $code, title: $title, explain: $explain }),*];
     };

@@ -138,7 +138,7 @@ pub(crate) struct Prepared {
 
 impl Prepared {
     /// The compilation.
-    pub fn job<'a>(&'a self, program: &Program) -> Job<'a> {
+    pub(crate) fn job<'a>(&'a self, program: &Program) -> Job<'a> {
         Job {
             ir: &self.ir,
             target: self.target,

@@ -13,7 +13,7 @@ use crate::target::{Built, Mark};
 /// The listing of an image: a head with pins and places, then address, words and instruction per line. Addresses are bytes on
 /// AVR and 8051, words on the others, as their assemblers have it.
 #[must_use]
-pub fn listing(program: &Program, ir: &Ir, chip: &Chip, built: &Built, map: &Map) -> String {
+pub(crate) fn listing(program: &Program, ir: &Ir, chip: &Chip, built: &Built, map: &Map) -> String {
     let mut out = String::new();
     head(&mut out, program, map);
     let mut marks = built.marks.iter().peekable();

@@ -160,7 +160,7 @@ impl Builder<'_> {
     }
 
     /// A new memory bit, 0 at power-up.
-    pub fn memory(&mut self) -> u32 {
+    pub(crate) fn memory(&mut self) -> u32 {
         self.code.memories += 1;
         self.code.memories - 1
     }
@@ -173,7 +173,7 @@ impl Builder<'_> {
     }
 
     /// The index of an integer.
-    pub fn integer(&self, name: &str) -> Result<u32, String> {
+    pub(crate) fn integer(&self, name: &str) -> Result<u32, String> {
         match self.find(name)? {
             (index, false) => Ok(index),
             (_, true) => Err(format!("`{name}` is a bit (a contact, a coil or a pin) and is used as an integer")),
@@ -181,7 +181,7 @@ impl Builder<'_> {
     }
 
     /// Width of an integer in bytes.
-    pub fn bytes(&self, symbol: u32) -> u8 {
+    pub(crate) fn bytes(&self, symbol: u32) -> u8 {
         self.symbols.get(symbol as usize).map_or(0, |s| s.bytes)
     }
 
@@ -193,7 +193,7 @@ impl Builder<'_> {
     }
 
     /// An operand.
-    pub fn value(&self, operand: &Operand) -> Result<Value, String> {
+    pub(crate) fn value(&self, operand: &Operand) -> Result<Value, String> {
         match operand {
             Operand::Var(name) => self.integer(name).map(Value::Var),
             Operand::Const { value, .. } => self.constant("an operand", *value).map(Value::Const),
@@ -201,7 +201,7 @@ impl Builder<'_> {
     }
 
     /// A constant in the range of the dialect; `what` names it in the refusal.
-    pub fn constant(&self, what: &str, value: i64) -> Result<i32, String> {
+    pub(crate) fn constant(&self, what: &str, value: i64) -> Result<i32, String> {
         let range = match self.program.dialect {
             Dialect::Ldmicro23 => i64::from(i16::MIN)..=i64::from(i16::MAX),
             Dialect::Ldmicro5 => i64::from(i32::MIN)..=i64::from(i32::MAX),
@@ -291,7 +291,7 @@ impl Builder<'_> {
     }
 
     /// The time of a scan in microseconds, for what counts scans.
-    pub fn cycle(&self) -> Result<u64, String> {
+    pub(crate) fn cycle(&self) -> Result<u64, String> {
         match self.program.settings.cycle_us {
             0 => Err("it needs a cycle time, and CYCLE is 0 (free running)".to_owned()),
             cycle => Ok(cycle),

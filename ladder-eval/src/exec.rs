@@ -130,7 +130,7 @@ pub(crate) struct State {
 
 impl State {
     /// All zero but the start values of counters.
-    pub fn power_up(code: &Code) -> State {
+    pub(crate) fn power_up(code: &Code) -> State {
         State {
             values: code.start.clone(),
             scans: 0,
@@ -142,7 +142,7 @@ impl State {
     }
 
     /// One scan; `watch` gets every element with the rung bit before and after it, and the values of all symbols after it.
-    pub fn scan(&mut self, code: &Code, mut watch: impl FnMut(ElementId, bool, bool, &[i32])) {
+    pub(crate) fn scan(&mut self, code: &Code, mut watch: impl FnMut(ElementId, bool, bool, &[i32])) {
         self.parts.start_scan();
         self.master = true;
         let mut rung = true;

@@ -15,7 +15,7 @@ pub(crate) struct Curve {
 
 impl Curve {
     /// The value at an index; nothing behind the last point (2.5).
-    pub fn at(&self, index: i32) -> Option<i32> {
+    pub(crate) fn at(&self, index: i32) -> Option<i32> {
         let segment = self.points.windows(2).find(|pair| index <= pair[1].0)?;
         let [(x, y), (next_x, next_y)] = [segment[0], segment[1]].map(|(x, y)| (i64::from(x), i64::from(y)));
         let along = cut(i64::from(index) - x, self.cut);
@@ -67,7 +67,7 @@ pub(crate) struct Parts {
 
 impl Parts {
     /// Nothing sent, received or set, the EEPROM erased.
-    pub fn power_up(code: &Code) -> Parts {
+    pub(crate) fn power_up(code: &Code) -> Parts {
         Parts {
             adc: vec![0; code.adc.len()],
             duty: None,
@@ -81,7 +81,7 @@ impl Parts {
     }
 
     /// What goes on by itself from scan to scan.
-    pub fn start_scan(&mut self) {
+    pub(crate) fn start_scan(&mut self) {
         self.sent = None;
         self.busy = self.busy.saturating_sub(1);
         self.writing = self.writing.saturating_sub(1);
@@ -94,7 +94,7 @@ impl Parts {
     }
 
     /// UART_SEND: sends where the transmitter is free; gives whether it is busy.
-    pub fn send(&mut self, code: &Code, value: i32, rung: bool) -> bool {
+    pub(crate) fn send(&mut self, code: &Code, value: i32, rung: bool) -> bool {
         if rung && self.busy == 0 {
             self.transmit(code, value as u8);
         }
@@ -102,12 +102,12 @@ impl Parts {
     }
 
     /// The byte that waits, which then waits no more.
-    pub fn take(&mut self) -> Option<u8> {
+    pub(crate) fn take(&mut self) -> Option<u8> {
         self.waiting.take()
     }
 
     /// FORMATTED_STRING `number`: one character where the transmitter is free; gives whether characters are left.
-    pub fn text(&mut self, code: &Code, number: usize, values: &[i32], rung: bool) -> bool {
+    pub(crate) fn text(&mut self, code: &Code, number: usize, values: &[i32], rung: bool) -> bool {
         let text = &code.texts[number];
         let mut now = self.texts[number];
         if rung && !now.before {
@@ -126,13 +126,13 @@ impl Parts {
     }
 
     /// Whether no byte is being written to the EEPROM.
-    pub fn cells_are_free(&self) -> bool {
+    pub(crate) fn cells_are_free(&self) -> bool {
         self.writing == 0
     }
 
     /// PERSIST of `width` bytes from `cell` on, while the EEPROM is free: the variable's new value. It is loaded first, then
     /// the lowest byte that differs is written.
-    pub fn persist(&mut self, code: &Code, cell: usize, width: usize, value: i32, loaded: bool) -> i32 {
+    pub(crate) fn persist(&mut self, code: &Code, cell: usize, width: usize, value: i32, loaded: bool) -> i32 {
         let cells = &mut self.cells[cell..cell + width];
         if !loaded {
             return cells.iter().rev().fold(0, |value, byte| value << 8 | i32::from(*byte));

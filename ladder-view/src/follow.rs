@@ -37,13 +37,13 @@ pub(crate) struct Scan {
 
 impl Scan {
     /// The rung bit before and behind an element.
-    pub fn power(&self, id: ElementId) -> Option<(bool, bool)> {
+    pub(crate) fn power(&self, id: ElementId) -> Option<(bool, bool)> {
         let at = self.power.binary_search_by_key(&id, |row| row.0).ok()?;
         self.power.get(at).map(|row| (row.1, row.2))
     }
 
     /// The value of a symbol when the scan comes to the element `to`; behind the last rung without one.
-    pub fn value(&self, symbol: usize, to: Option<ElementId>) -> i32 {
+    pub(crate) fn value(&self, symbol: usize, to: Option<ElementId>) -> i32 {
         let Some(to) = to else { return self.after.get(symbol).copied().unwrap_or(0) };
         let earlier = self.writes.partition_point(|write| write.0 < to);
         let last = self.writes.iter().take(earlier).rev().find(|write| write.1 as usize == symbol);
@@ -51,7 +51,7 @@ impl Scan {
     }
 
     /// When this scan comes to the element `to`, a symbol has another value than the scan before left it.
-    pub fn changed(&self, symbol: usize, to: Option<ElementId>) -> bool {
+    pub(crate) fn changed(&self, symbol: usize, to: Option<ElementId>) -> bool {
         self.old.get(symbol) != Some(&self.value(symbol, to))
     }
 }
@@ -80,7 +80,7 @@ pub(crate) struct Follower {
 }
 
 impl Follower {
-    pub fn new(facts: Arc<Facts>) -> Follower {
+    pub(crate) fn new(facts: Arc<Facts>) -> Follower {
         let changes = vec![VecDeque::new(); facts.places.len()];
         Follower {
             eval: facts.start.clone(),
@@ -96,12 +96,12 @@ impl Follower {
     }
 
     /// The follower behind the face that a session shows.
-    pub fn of(follow: &dyn Follow) -> Option<&Follower> {
+    pub(crate) fn of(follow: &dyn Follow) -> Option<&Follower> {
         follow.as_any().downcast_ref()
     }
 
     /// The scan whose inputs were latched last, if it is under way: what its rungs make of them.
-    pub fn begun(&self, target: &dyn Target) -> Option<Arc<Scan>> {
+    pub(crate) fn begun(&self, target: &dyn Target) -> Option<Arc<Scan>> {
         let cycle = self.latched?;
         Some(Arc::new(self.run(&mut self.eval.clone(), cycle, target)))
     }

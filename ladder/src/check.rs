@@ -52,15 +52,22 @@ impl Checker<'_> {
         self.diagnostics.push(new);
     }
 
-    pub fn error(&mut self, code: &'static str, at: At<'_>, cause: impl AsRef<str>, hint: impl Into<String>) {
+    pub(crate) fn error(&mut self, code: &'static str, at: At<'_>, cause: impl AsRef<str>, hint: impl Into<String>) {
         self.tell(Severity::Error, code, at, cause.as_ref(), hint);
     }
 
-    pub fn warning(&mut self, code: &'static str, at: At<'_>, cause: impl AsRef<str>, hint: impl Into<String>) {
+    pub(crate) fn warning(&mut self, code: &'static str, at: At<'_>, cause: impl AsRef<str>, hint: impl Into<String>) {
         self.tell(Severity::Warning, code, at, cause.as_ref(), hint);
     }
 
-    pub fn tell(&mut self, severity: Severity, code: &'static str, at: At<'_>, cause: &str, hint: impl Into<String>) {
+    pub(crate) fn tell(
+        &mut self,
+        severity: Severity,
+        code: &'static str,
+        at: At<'_>,
+        cause: &str,
+        hint: impl Into<String>,
+    ) {
         let cause = format!("{} ({}): {cause}", at.id, crate::reader::shown(&element_text(at.element)));
         self.diagnostics.push(Diagnostic::new(severity, code, &self.program.file, at.pos, cause, hint));
     }

@@ -41,7 +41,7 @@ pub(crate) struct Head {
 
 impl Head {
     /// The program with this head; a setting that was missing (which is told as an error) is zero.
-    pub fn program(self, file: &str, format: Format, dialect: Dialect, rungs: Vec<Rung>) -> Program {
+    pub(crate) fn program(self, file: &str, format: Format, dialect: Dialect, rungs: Vec<Rung>) -> Program {
         let (cycle_us, cycle_rest) = self.cycle.unwrap_or_default();
         let (crystal_hz, crystal_rest) = self.crystal.unwrap_or_default();
         let (baud, baud_rest) = self.baud.map_or((None, String::new()), |(value, rest)| (Some(value), rest));

@@ -22,11 +22,11 @@ pub(crate) struct Line<'a> {
 
 impl<'a> Line<'a> {
     /// The first word.
-    pub fn keyword(&self) -> &'a str {
+    pub(crate) fn keyword(&self) -> &'a str {
         self.tokens.first().map_or("", |t| t.text)
     }
     /// What follows the first word, trimmed.
-    pub fn rest(&self) -> &'a str {
+    pub(crate) fn rest(&self) -> &'a str {
         self.text.get(self.keyword().len()..).unwrap_or("").trim()
     }
 }

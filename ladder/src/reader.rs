@@ -23,7 +23,7 @@ pub(crate) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    pub fn new(file: &'a str) -> Self {
+    pub(crate) fn new(file: &'a str) -> Self {
         Reader {
             file,
             dialect: Dialect::Ldmicro23,
@@ -34,11 +34,11 @@ impl<'a> Reader<'a> {
         }
     }
 
-    pub fn error(&mut self, code: &'static str, pos: Pos, cause: impl Into<String>, hint: impl Into<String>) {
+    pub(crate) fn error(&mut self, code: &'static str, pos: Pos, cause: impl Into<String>, hint: impl Into<String>) {
         self.tell(Severity::Error, code, pos, cause, hint);
     }
 
-    pub fn tell(
+    pub(crate) fn tell(
         &mut self,
         severity: Severity,
         code: &'static str,
@@ -51,17 +51,17 @@ impl<'a> Reader<'a> {
     }
 
     /// True when so many errors stand that reading on is pointless.
-    pub fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         self.errors + self.misused.len() > 2 * MAX_ERRORS
     }
 
     /// Notes that a contact, a coil or `IO LIST` uses the name as a bit.
-    pub fn use_as_bit(&mut self, name: &str) {
+    pub(crate) fn use_as_bit(&mut self, name: &str) {
         self.bits.insert(name.to_owned());
     }
 
     /// The range of constants.
-    pub const fn constants(&self) -> (i64, i64) {
+    pub(crate) const fn constants(&self) -> (i64, i64) {
         match self.dialect {
             Dialect::Ldmicro23 => (i16::MIN as i64, i16::MAX as i64),
             Dialect::Ldmicro5 => (i32::MIN as i64, i32::MAX as i64),
@@ -69,7 +69,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A name of any kind.
-    pub fn name(&mut self, token: Token<'_>) -> Option<String> {
+    pub(crate) fn name(&mut self, token: Token<'_>) -> Option<String> {
         if lex::is_name(token.text) {
             return Some(token.text.to_owned());
         }
@@ -93,7 +93,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The name of an integer, by the element `keyword`; names of bits are judged at the end of the file.
-    pub fn integer(&mut self, keyword: &'static str, token: Token<'_>) -> Option<String> {
+    pub(crate) fn integer(&mut self, keyword: &'static str, token: Token<'_>) -> Option<String> {
         let name = self.name(token)?;
         if name.starts_with(['X', 'Y', 'R']) {
             self.misused.push((name, token.pos, keyword));
@@ -103,7 +103,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A number between `low` and `high`; `what` names it in the message.
-    pub fn number(&mut self, token: Token<'_>, what: &str, low: i64, high: i64) -> Option<i64> {
+    pub(crate) fn number(&mut self, token: Token<'_>, what: &str, low: i64, high: i64) -> Option<i64> {
         let shown = shown(token.text);
         match lex::number(token.text) {
             None => {
@@ -129,13 +129,13 @@ impl<'a> Reader<'a> {
     }
 
     /// A number that is stored as `u32`.
-    pub fn small(&mut self, token: Token<'_>, what: &str, low: u32, high: u32) -> Option<u32> {
+    pub(crate) fn small(&mut self, token: Token<'_>, what: &str, low: u32, high: u32) -> Option<u32> {
         let value = self.number(token, what, i64::from(low), i64::from(high))?;
         u32::try_from(value).ok()
     }
 
     /// All complaints in order of their places, at most [`MAX_ERRORS`] errors of them.
-    pub fn finish(mut self) -> Vec<Diagnostic> {
+    pub(crate) fn finish(mut self) -> Vec<Diagnostic> {
         for (name, pos, keyword) in std::mem::take(&mut self.misused) {
             if self.bits.contains(&name) {
                 let cause = format!("{name} is used as a bit elsewhere, and {keyword} uses it as an integer");

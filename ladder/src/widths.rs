@@ -15,7 +15,7 @@ pub(crate) struct Widths<'a> {
 
 impl<'a> Widths<'a> {
     /// Looks through the whole program. In dialect 2.3 every integer has two bytes, whatever `VAR LIST` says.
-    pub fn new(program: &'a Program) -> Widths<'a> {
+    pub(crate) fn new(program: &'a Program) -> Widths<'a> {
         let mut known = HashMap::new();
         if program.dialect == Dialect::Ldmicro23 {
             return Widths { known };
@@ -42,12 +42,12 @@ impl<'a> Widths<'a> {
     }
 
     /// The width of an integer in bytes, 1 to 4.
-    pub fn of(&self, name: &str) -> u8 {
+    pub(crate) fn of(&self, name: &str) -> u8 {
         self.known.get(name).copied().unwrap_or(USUAL)
     }
 
     /// The width of an operand in bytes: a constant has the least that holds it.
-    pub fn operand(&self, operand: &Operand) -> u8 {
+    pub(crate) fn operand(&self, operand: &Operand) -> u8 {
         match operand {
             Operand::Const { value, .. } => least(i128::from(*value)),
             Operand::Var(name) => self.of(name),

@@ -26,7 +26,7 @@ pub(crate) struct Check {
 
 impl Check {
     /// The reading is what it should be.
-    pub fn holds(&self, reading: Reading) -> bool {
+    pub(crate) fn holds(&self, reading: Reading) -> bool {
         match (self.compare, reading) {
             (Compare::Floating, reading) => reading == Reading::Floating,
             (Compare::Is(wanted), Reading::Value(value)) => value == wanted,
@@ -65,7 +65,7 @@ pub(crate) enum Act {
 impl Act {
     /// It is done at its time, between two instructions, and neither decides anything nor changes what a step goes by: it tells, or
     /// writes memory.
-    pub fn is_quiet(&self) -> bool {
+    pub(crate) fn is_quiet(&self) -> bool {
         match self {
             Act::Log(_) => true,
             Act::Put(puts) => puts.iter().all(|put| !put.input.ahead && put.level.is_none()),
@@ -74,7 +74,7 @@ impl Act {
     }
 
     /// The toggled bits whose level it goes by or gives.
-    pub fn bits(&self) -> Box<dyn Iterator<Item = usize> + '_> {
+    pub(crate) fn bits(&self) -> Box<dyn Iterator<Item = usize> + '_> {
         let given = |put: &Put| put.level.map(|(bit, _)| bit);
         match self {
             Act::Put(puts) => Box::new(puts.iter().filter_map(given)),
@@ -85,7 +85,7 @@ impl Act {
     }
 
     /// It can be told to the machine before its time.
-    pub fn ahead(&self, bits: &[[Input; 2]]) -> bool {
+    pub(crate) fn ahead(&self, bits: &[[Input; 2]]) -> bool {
         match self {
             Act::Put(puts) => puts.iter().all(|put| put.input.ahead),
             Act::Toggle(which) => which.iter().filter_map(|bit| bits.get(*bit)).flatten().all(|input| input.ahead),

@@ -14,7 +14,7 @@ const TCLK: u8 = 0x10;
 
 /// Where ticks of a 16x baud clock come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
+pub(super) enum Source {
     /// Mode 0 needs none.
     None,
     /// Overflows of timer 1, or every second one.
@@ -34,7 +34,7 @@ enum Side {
 
 /// How far the clocks of both sides have come: what their sources have counted.
 #[derive(Debug, Clone, Copy)]
-pub struct Baud {
+pub(super) struct Baud {
     tx: u64,
     rx: u64,
 }
@@ -43,7 +43,7 @@ state! { Baud { tx, rx } }
 
 impl Baud {
     /// Nothing counted.
-    pub const START: Baud = Baud { tx: 0, rx: 0 };
+    pub(super) const START: Baud = Baud { tx: 0, rx: 0 };
 }
 
 impl Soc {

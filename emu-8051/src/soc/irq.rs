@@ -16,7 +16,7 @@ const EA: u8 = 0x80;
 
 /// An external interrupt, INT0 or INT1.
 #[derive(Debug, Clone, Copy)]
-pub struct External {
+pub(super) struct External {
     /// ITn: falling edges count; else the level.
     pub edge: bool,
     /// IEn, as an edge has left it.
@@ -33,12 +33,12 @@ state! { External { edge, flag, since, level_since, levels } }
 
 impl External {
     /// After reset, the pin at this level.
-    pub const fn new(level: bool) -> External {
+    pub(super) const fn new(level: bool) -> External {
         External { edge: false, flag: false, since: 0, level_since: 0, levels: [(0, level); 3] }
     }
 
     /// The pin is sampled at this level from `cycle` on.
-    pub fn pin(&mut self, level: bool, cycle: u64) {
+    pub(super) fn pin(&mut self, level: bool, cycle: u64) {
         if self.edge && self.levels[0].1 && !level && !self.flag {
             (self.flag, self.since) = (true, cycle);
         }
@@ -46,12 +46,12 @@ impl External {
     }
 
     /// IEn as a program reads it.
-    pub const fn flag(&self) -> bool {
+    pub(super) const fn flag(&self) -> bool {
         if self.edge { self.flag } else { !self.levels[0].1 }
     }
 
     /// A program writes IEn at the end of `cycle`; in level mode the next sample overwrites it.
-    pub const fn set_flag(&mut self, on: bool, cycle: u64) {
+    pub(super) const fn set_flag(&mut self, on: bool, cycle: u64) {
         if on && !self.flag {
             self.since = cycle + 1;
         }
@@ -59,7 +59,7 @@ impl External {
     }
 
     /// A program writes ITn at the end of `cycle`.
-    pub const fn set_edge(&mut self, on: bool, cycle: u64) {
+    pub(super) const fn set_edge(&mut self, on: bool, cycle: u64) {
         if on && !self.edge {
             (self.flag, self.since) = (self.flag(), cycle);
         }
@@ -97,7 +97,7 @@ impl External {
 
 /// The interrupt system but for the flags of timers and serial port, which they keep.
 #[derive(Debug, Clone)]
-pub struct Interrupts {
+pub(super) struct Interrupts {
     pub ie: u8,
     pub ip: u8,
     pub external: [External; 2],
@@ -112,24 +112,24 @@ state! { Interrupts { ie, ip, external, in_progress, polled } }
 
 impl Interrupts {
     /// After reset, with INT0 and INT1 at these levels.
-    pub const fn new(levels: [bool; 2]) -> Interrupts {
+    pub(super) const fn new(levels: [bool; 2]) -> Interrupts {
         let external = [External::new(levels[0]), External::new(levels[1])];
         Interrupts { ie: 0, ip: 0, external, in_progress: 0, polled: [(0, 0); 2] }
     }
 
     /// Sources that are enabled, as bits by number minus 1.
-    pub const fn enabled(&self) -> u8 {
+    pub(super) const fn enabled(&self) -> u8 {
         if self.ie & EA == 0 { 0 } else { self.ie & !EA }
     }
 
     /// The external interrupt `n` has woken the chip, and is served at the boundary before cycle `t` although its level has
     /// gone.
-    pub const fn remember(&mut self, n: usize, t: u64) {
+    pub(super) const fn remember(&mut self, n: usize, t: u64) {
         self.polled = [(t, 1 << (2 * n)), (0, 0)];
     }
 
     /// RETI: the interrupt of the highest level in progress has ended.
-    pub const fn reti(&mut self) {
+    pub(super) const fn reti(&mut self) {
         self.in_progress &= if self.in_progress & 2 != 0 { !2 } else { !1 };
     }
 

@@ -10,22 +10,22 @@ use crate::periph::map::pin;
 use crate::periph::serial::REN;
 
 /// PCON: double baud rate.
-pub const SMOD: u8 = 0x80;
+pub(super) const SMOD: u8 = 0x80;
 /// PCON: power was off.
-pub const POF: u8 = 0x10;
+pub(super) const POF: u8 = 0x10;
 /// PCON: general flags.
-pub const GF: u8 = 0x0C;
+pub(super) const GF: u8 = 0x0C;
 /// PCON: power-down.
-pub const PD: u8 = 0x02;
+pub(super) const PD: u8 = 0x02;
 /// PCON: idle.
-pub const IDL: u8 = 0x01;
+pub(super) const IDL: u8 = 0x01;
 
 /// AUXR: the watchdog does not drive the reset pin.
-pub const DISRTO: u8 = 0x08;
+pub(super) const DISRTO: u8 = 0x08;
 /// AUXR: ALE only at MOVX; stored, and without effect here.
-pub const DISALE: u8 = 0x01;
+pub(super) const DISALE: u8 = 0x01;
 /// AUXR: the watchdog rests in idle.
-pub const WDIDLE: u8 = 0x10;
+pub(super) const WDIDLE: u8 = 0x10;
 
 /// Machine cycles that RST must be high for a reset ("Reset").
 const RESET_CYCLES: u64 = 2;
@@ -38,7 +38,7 @@ const WATCHDOG_CYCLES: u64 = 0x3FFF;
 
 /// What stops the core, in machine cycles.
 #[derive(Debug, Clone, Copy)]
-pub struct Power {
+pub(super) struct Power {
     /// Power-down since this cycle, with the external interrupt that has begun to end it.
     down: Option<(u64, Option<usize>)>,
     /// The reset pin will have been high long enough at this cycle.
@@ -57,15 +57,16 @@ state! {
 
 impl Power {
     /// Running.
-    pub const START: Power = Power { down: None, reset_at: NEVER, requested: None, held_until: None, pulse_end: NEVER };
+    pub(super) const START: Power =
+        Power { down: None, reset_at: NEVER, requested: None, held_until: None, pulse_end: NEVER };
 
     /// The oscillator stands.
-    pub const fn down(&self) -> bool {
+    pub(super) const fn down(&self) -> bool {
         self.down.is_some()
     }
 
     /// The machine cycle at which the oscillator stopped, or `now` while it runs.
-    pub const fn stopped_at(&self, now: u64) -> u64 {
+    pub(super) const fn stopped_at(&self, now: u64) -> u64 {
         match self.down {
             Some((since, _)) => since,
             None => now,
@@ -73,12 +74,12 @@ impl Power {
     }
 
     /// Nothing is executed and no interrupt is served, idle aside.
-    pub const fn stops_core(&self) -> bool {
+    pub(super) const fn stops_core(&self) -> bool {
         self.down.is_some() || self.held_until.is_some()
     }
 
     /// The next machine cycle at which something happens here.
-    pub fn next(&self) -> u64 {
+    pub(super) fn next(&self) -> u64 {
         self.reset_at.min(self.held_until.unwrap_or(NEVER)).min(self.pulse_end)
     }
 
@@ -89,7 +90,7 @@ impl Power {
     }
 
     /// The reset pin has this level from the machine cycle `now` on.
-    pub fn reset_pin(&mut self, high: bool, now: u64) {
+    pub(super) fn reset_pin(&mut self, high: bool, now: u64) {
         if high {
             // Who powers up with the pin high executes nothing.
             self.reset_at = if now == 0 { 0 } else { now + RESET_CYCLES };
@@ -107,7 +108,7 @@ impl Power {
 
 /// The watchdog of the AT89S parts, in oscillator time.
 #[derive(Debug, Clone, Copy)]
-pub struct Watchdog {
+pub(super) struct Watchdog {
     /// 1Eh was written last.
     unlocked: bool,
     /// The cycle at the end of which it was cleared, if it runs.
@@ -120,10 +121,10 @@ state! { Watchdog { unlocked, cleared, paused } if |of, _now| ![of.cleared, of.p
 
 impl Watchdog {
     /// As after reset.
-    pub const OFF: Watchdog = Watchdog { unlocked: false, cleared: None, paused: None };
+    pub(super) const OFF: Watchdog = Watchdog { unlocked: false, cleared: None, paused: None };
 
     /// The cycle of its overflow.
-    pub fn next(&self) -> u64 {
+    pub(super) fn next(&self) -> u64 {
         match (self.cleared, self.paused) {
             (Some(cleared), None) => cleared + WATCHDOG_CYCLES,
             _ => NEVER,
@@ -131,7 +132,7 @@ impl Watchdog {
     }
 
     /// A program writes WDTRST at the end of cycle `t`: 1Eh and then E1h start or clear it.
-    pub fn write(&mut self, value: u8, t: u64) {
+    pub(super) fn write(&mut self, value: u8, t: u64) {
         if value == 0xE1 && self.unlocked {
             self.cleared = Some(t);
         }
@@ -139,12 +140,12 @@ impl Watchdog {
     }
 
     /// Rests from the end of cycle `t` on.
-    pub fn pause(&mut self, t: u64) {
+    pub(super) fn pause(&mut self, t: u64) {
         self.paused = self.paused.or(self.cleared.map(|_| t));
     }
 
     /// Counts on from cycle `t` on.
-    pub fn resume(&mut self, t: u64) {
+    pub(super) fn resume(&mut self, t: u64) {
         if let (Some(cleared), Some(paused)) = (self.cleared, self.paused.take()) {
             self.cleared = Some(cleared + t.saturating_sub(1).saturating_sub(paused));
         }

@@ -82,7 +82,7 @@ const fn delay(sut: u8) -> u64 {
 /// ATmega48 to 328 (DS40002061, tables 9-3 to 9-13): 0 and 2 oscillators that start at once, 4 and 5 a watch crystal, then
 /// crystals.
 #[must_use]
-pub const fn start_up(cksel: u8, sut: u8) -> (u64, u64) {
+pub(super) const fn start_up(cksel: u8, sut: u8) -> (u64, u64) {
     match cksel {
         6.. => crystal(cksel, sut),
         4 => (1_024, delay(sut)),
@@ -93,14 +93,14 @@ pub const fn start_up(cksel: u8, sut: u8) -> (u64, u64) {
 
 /// ATmega162 (Atmel 2513, clock sources): as ATmega328, with a watch crystal at 4 to 7.
 #[must_use]
-pub const fn start_up_162(cksel: u8, sut: u8) -> (u64, u64) {
+pub(super) const fn start_up_162(cksel: u8, sut: u8) -> (u64, u64) {
     start_up(if cksel & 0x0C == 4 { cksel & 5 } else { cksel }, sut)
 }
 
 /// ATmega8, 16, 32, 64 and 128 (Atmel 2486, 2466, 2503, 2490, 2467, clock sources): 0 a clock from outside, 1 to 4 the internal
 /// oscillator, 5 to 8 one of resistor and capacitor, 9 a watch crystal, then crystals.
 #[must_use]
-pub const fn start_up_old(cksel: u8, sut: u8) -> (u64, u64) {
+pub(super) const fn start_up_old(cksel: u8, sut: u8) -> (u64, u64) {
     match (cksel, sut) {
         (0..=4, _) => (6, delay(sut)),
         (5..=8, 3) => (6, SHORT),

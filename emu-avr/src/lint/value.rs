@@ -11,7 +11,7 @@ use emu_core::machine::{BitOps, WideOps, WordOps};
 
 /// What is not known of a byte, and where that comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Doubt {
+pub(super) struct Doubt {
     /// The bits.
     pub bits: u8,
     /// The bits of the byte from which they come: the same, until they are moved.
@@ -24,15 +24,15 @@ pub struct Doubt {
 
 impl Doubt {
     /// Everything is known.
-    pub const NONE: Doubt = Doubt { bits: 0, source: 0, moved: false, from: 0 };
+    pub(super) const NONE: Doubt = Doubt { bits: 0, source: 0, moved: false, from: 0 };
 
     /// These bits of the byte at a data address are not known.
-    pub const fn at(addr: u16, bits: u8) -> Doubt {
+    pub(super) const fn at(addr: u16, bits: u8) -> Doubt {
         Doubt { bits, source: bits, moved: false, from: addr }
     }
 
     /// The same doubt of other bits.
-    pub const fn of(self, bits: u8) -> Doubt {
+    pub(super) const fn of(self, bits: u8) -> Doubt {
         Doubt { bits, source: if self.moved { self.source } else { bits }, ..self }
     }
 
@@ -42,14 +42,14 @@ impl Doubt {
     }
 
     /// This one, or where there is none the other.
-    pub const fn or(self, other: Doubt) -> Doubt {
+    pub(super) const fn or(self, other: Doubt) -> Doubt {
         if self.bits != 0 { self } else { other }
     }
 }
 
 /// A bit and what is not known of it: any bits of doubt make it unknown.
 #[derive(Debug, Clone, Copy)]
-pub struct Bit {
+pub(super) struct Bit {
     /// The bit.
     pub on: bool,
     /// The bits of the byte from which it was made that are unknown, if it is.
@@ -58,7 +58,7 @@ pub struct Bit {
 
 /// A byte and what is not known of it.
 #[derive(Debug, Clone, Copy)]
-pub struct Value {
+pub(super) struct Value {
     /// The byte.
     pub byte: u8,
     /// What is not known.
@@ -69,7 +69,7 @@ pub struct Value {
 
 /// Two bytes.
 #[derive(Debug, Clone, Copy)]
-pub struct Pair {
+pub(super) struct Pair {
     /// The upper byte.
     pub hi: Value,
     /// The lower byte.
@@ -78,7 +78,7 @@ pub struct Pair {
 
 impl Value {
     /// A byte that is known.
-    pub const fn known(byte: u8) -> Value {
+    pub(super) const fn known(byte: u8) -> Value {
         Value { byte, doubt: Doubt::NONE, stack: false }
     }
 
@@ -101,13 +101,13 @@ impl Value {
 
 impl Pair {
     /// A number that is known.
-    pub const fn known(number: u16) -> Pair {
+    pub(super) const fn known(number: u16) -> Pair {
         let [hi, lo] = number.to_be_bytes();
         Pair { hi: Value::known(hi), lo: Value::known(lo) }
     }
 
     /// The number.
-    pub const fn number(self) -> u16 {
+    pub(super) const fn number(self) -> u16 {
         u16::from_be_bytes([self.hi.byte, self.lo.byte])
     }
 
@@ -116,7 +116,7 @@ impl Pair {
     }
 
     /// What is not known of it, the lower byte first.
-    pub const fn doubt(self) -> Doubt {
+    pub(super) const fn doubt(self) -> Doubt {
         self.lo.doubt.or(self.hi.doubt)
     }
 

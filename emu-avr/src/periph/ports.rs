@@ -6,14 +6,14 @@ use emu_core::state;
 use super::Drive;
 
 /// Most ports of a chip, of eight pins each.
-pub const PORTS: usize = 7;
+pub(crate) const PORTS: usize = 7;
 
 /// Most pins.
-pub const PINS: usize = PORTS * 8;
+pub(crate) const PINS: usize = PORTS * 8;
 
 /// All ports.
 #[derive(Debug, Clone)]
-pub struct Ports {
+pub(crate) struct Ports {
     pins: [Pin; PINS],
     /// What units do to the pins.
     over: [Drive; PINS],
@@ -36,7 +36,7 @@ state! {
 impl Ports {
     /// All inputs, no pull-ups, nothing attached; `exist` are the bits of each port that there are, `reset` the
     /// reset pin, where it is one.
-    pub fn new(exist: &'static [u8], reset: Option<PinId>) -> Ports {
+    pub(crate) fn new(exist: &'static [u8], reset: Option<PinId>) -> Ports {
         Ports {
             pins: [Pin::default(); PINS],
             over: [Drive::Port; PINS],
@@ -50,49 +50,49 @@ impl Ports {
     }
 
     /// Registers as after reset; wires and outside drives stay until the pins are settled.
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         *self = Ports { pins: self.pins, held: self.held, ..Ports::new(self.exist, self.reset) };
     }
 
     /// The pins that the chip's list has.
-    pub fn pins(&self) -> &[Pin] {
+    pub(crate) fn pins(&self) -> &[Pin] {
         &self.pins[..(self.exist.len() * 8).min(PINS)]
     }
 
     /// The pin `pin`; one that does not exist floats.
-    pub fn pin(&self, pin: PinId) -> Pin {
+    pub(crate) fn pin(&self, pin: PinId) -> Pin {
         self.pins.get(usize::from(pin)).copied().unwrap_or_default()
     }
 
     /// DDRx.
-    pub fn ddr(&self, port: usize) -> u8 {
+    pub(crate) fn ddr(&self, port: usize) -> u8 {
         self.ddr[port % PORTS]
     }
 
     /// PORTx.
-    pub fn port(&self, port: usize) -> u8 {
+    pub(crate) fn port(&self, port: usize) -> u8 {
         self.port[port % PORTS]
     }
 
     /// DDR makes a pin an output.
-    pub fn is_output(&self, pin: PinId) -> bool {
+    pub(crate) fn is_output(&self, pin: PinId) -> bool {
         self.ddr(usize::from(pin / 8)) >> (pin % 8) & 1 == 1
     }
 
     /// Sets DDRx; returns the bits that changed.
-    pub fn set_ddr(&mut self, port: usize, value: u8) -> u8 {
+    pub(crate) fn set_ddr(&mut self, port: usize, value: u8) -> u8 {
         let value = value & self.exist.get(port).copied().unwrap_or(0);
         std::mem::replace(&mut self.ddr[port % PORTS], value) ^ value
     }
 
     /// Sets PORTx; returns the bits that changed.
-    pub fn set_port(&mut self, port: usize, value: u8) -> u8 {
+    pub(crate) fn set_port(&mut self, port: usize, value: u8) -> u8 {
         let value = value & self.exist.get(port).copied().unwrap_or(0);
         std::mem::replace(&mut self.port[port % PORTS], value) ^ value
     }
 
     /// What a unit does to a pin from now on, until it is settled.
-    pub fn take(&mut self, pin: PinId, drive: Drive) {
+    pub(crate) fn take(&mut self, pin: PinId, drive: Drive) {
         if let Some(over) = self.over.get_mut(usize::from(pin)) {
             *over = drive;
         }
@@ -100,7 +100,7 @@ impl Ports {
 
     /// PINx as read in the cycle `now`: the wires as they were one cycle before, behind the synchroniser (14.2.4). The reset pin
     /// reads 0.
-    pub fn input(&self, port: usize, now: u64) -> u8 {
+    pub(crate) fn input(&self, port: usize, now: u64) -> u8 {
         let wires = self.wires(port);
         let bits = wires.iter().enumerate().fold(0, |bits, (i, pin)| bits | u8::from(seen(pin, now)) << i);
         let reset = self.reset.filter(|pin| usize::from(pin / 8) == port).map_or(0, |pin| 1 << (pin % 8));
@@ -108,7 +108,7 @@ impl Ports {
     }
 
     /// True when PINx will read the same in every cycle from `now` on as long as no wire changes.
-    pub fn settled(&self, port: usize, now: u64) -> bool {
+    pub(crate) fn settled(&self, port: usize, now: u64) -> bool {
         self.wires(port).iter().all(|pin| seen(pin, now) == pin.high)
     }
 
@@ -118,12 +118,12 @@ impl Ports {
     }
 
     /// Drives a pin from outside from the cycle `at` on. Returns the new level where it changed.
-    pub fn drive(&mut self, pin: PinId, outside: Level, at: u64) -> Option<Change> {
+    pub(crate) fn drive(&mut self, pin: PinId, outside: Level, at: u64) -> Option<Change> {
         self.change(pin, at, |pin| pin.outside = outside)
     }
 
     /// Works out what the chip does to `pin` from the cycle `at` on. Returns the new level where it changed.
-    pub fn settle(&mut self, pin: PinId, at: u64) -> Option<Change> {
+    pub(crate) fn settle(&mut self, pin: PinId, at: u64) -> Option<Change> {
         let drivers = self.drivers(pin);
         self.change(pin, at, |pin| (pin.own, pin.pull_up) = drivers)
     }
@@ -161,7 +161,7 @@ impl Ports {
 
 /// What has become of a pin.
 #[derive(Debug, Clone, Copy)]
-pub struct Change {
+pub(crate) struct Change {
     /// Its level, [`Level::Float`] where nothing holds it.
     pub level: Level,
     /// The wire has another level than before.

@@ -33,11 +33,11 @@ state! { enum Put { 0 = Level(pin, level), 1 = Volts(pin, millivolts), 2 = Suppl
 
 /// Who listens on each pin, and the package that has the pins, where one is chosen.
 #[derive(Debug)]
-pub struct Wiring(Vec<Vec<(usize, Line)>>, Option<&'static Package>);
+pub(super) struct Wiring(Vec<Vec<(usize, Line)>>, Option<&'static Package>);
 
 impl Wiring {
     /// The wiring of a part in the package of that name.
-    pub fn new(part: &Part, package: Option<&str>) -> Wiring {
+    pub(super) fn new(part: &Part, package: Option<&str>) -> Wiring {
         let mut pins = vec![Vec::new(); PINS];
         for &(number, line, pin) in part.lines {
             if let Some(lines) = pins.get_mut(usize::from(pin)) {

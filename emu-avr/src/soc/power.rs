@@ -14,7 +14,7 @@ use crate::periph::spm::Bytes;
 use crate::periph::{Device, Drive};
 
 /// WDRF in MCUSR.
-pub const WDRF: u8 = 1 << 3;
+pub(super) const WDRF: u8 = 1 << 3;
 
 /// CLKPCE in CLKPR.
 const CLKPCE: u8 = 1 << 7;
@@ -24,7 +24,7 @@ const WINDOW: u64 = 4;
 
 /// What the chip is supplied with and clocked by, and what is under way of that.
 #[derive(Debug, Clone)]
-pub struct Power {
+pub(super) struct Power {
     /// Main clock in Hz, before CLKPR.
     source_hz: u64,
     /// CLKPS.
@@ -82,7 +82,7 @@ state! {
 
 impl Power {
     /// As the fuses say.
-    pub fn new(part: &Part, options: Options, bytes: &Bytes) -> Power {
+    pub(super) fn new(part: &Part, options: Options, bytes: &Bytes) -> Power {
         let rows = &part.fuses;
         let value = |fuse| Fuses::value(bytes.fuses, fuse);
         let (cksel, sut) = (value(rows.cksel), value(rows.sut));
@@ -115,7 +115,7 @@ impl Power {
     }
 
     /// Asks for a reset.
-    pub fn request(&mut self, why: Reset) {
+    pub(super) fn request(&mut self, why: Reset) {
         // The weightier cause stays.
         if self.request != Some(Reset::PowerOn) {
             self.request = Some(why);
@@ -123,23 +123,23 @@ impl Power {
     }
 
     /// A reset is asked for.
-    pub const fn requests(&self) -> bool {
+    pub(super) const fn requests(&self) -> bool {
         self.request.is_some()
     }
 
     /// The chip is held in reset from outside.
-    pub const fn held(&self) -> bool {
+    pub(super) const fn held(&self) -> bool {
         self.low || self.brown
     }
 
     /// The cycle at which something comes of this by itself.
-    pub fn next(&self) -> u64 {
+    pub(super) fn next(&self) -> u64 {
         let starts = if self.starts != 0 && !self.held() { self.starts } else { NEVER };
         if self.wakes != 0 { starts.min(self.wakes) } else { starts }
     }
 
     /// Cycles in a second.
-    pub fn hz(&self) -> u64 {
+    pub(super) fn hz(&self) -> u64 {
         (self.source_hz >> self.clkps).max(1)
     }
 
@@ -150,40 +150,40 @@ impl Power {
     }
 
     /// CLKPR.
-    pub const fn clkpr(&self, t: u64) -> u8 {
+    pub(super) const fn clkpr(&self, t: u64) -> u8 {
         self.clkps | if t < self.windows[0] { CLKPCE } else { 0 }
     }
 
     /// IVCE reads as one.
-    pub const fn ivce_open(&self, t: u64) -> bool {
+    pub(super) const fn ivce_open(&self, t: u64) -> bool {
         t < self.windows[1]
     }
 
     /// IVCE is set at the edge `t`.
-    pub fn open_ivce(&mut self, t: u64) {
+    pub(super) fn open_ivce(&mut self, t: u64) {
         self.windows[1] = t + WINDOW;
     }
 
     /// IVSEL is written.
-    pub fn close_ivce(&mut self) {
+    pub(super) fn close_ivce(&mut self) {
         self.windows[1] = 0;
         self.moved_vectors = true;
     }
 
     /// BODSE and BODS are set at the edge `t`.
-    pub fn open_bods(&mut self, t: u64) {
+    pub(super) fn open_bods(&mut self, t: u64) {
         self.windows[2] = t + WINDOW;
     }
 
     /// BODS alone is set: the detector is off in a sleep that begins within three cycles (10.11.2).
-    pub fn set_bods(&mut self, t: u64) {
+    pub(super) fn set_bods(&mut self, t: u64) {
         if t <= self.windows[2] {
             self.windows[3] = t + 3;
         }
     }
 
     /// A unit does something to a pin.
-    pub fn drives_pin(&mut self, pin: PinId, number: usize, drive: Drive) {
+    pub(super) fn drives_pin(&mut self, pin: PinId, number: usize, drive: Drive) {
         self.pins.retain(|row| (row.0, row.1) != (pin, number));
         if drive != Drive::Port {
             self.pins.push((pin, number, drive));
@@ -192,7 +192,7 @@ impl Power {
 
     /// What becomes of a pin that several units want: who overrides its direction comes before who gives a value, and values are
     /// ORed (14.3: MOSI and OC2A on PB3).
-    pub fn driver(&self, pin: PinId) -> Drive {
+    pub(super) fn driver(&self, pin: PinId) -> Drive {
         let of = self.pins.iter().filter(|row| row.0 == pin).map(|row| row.2);
         let all = of.clone().find(|drive| !matches!(drive, Drive::Value(_)));
         let any = |one: Drive, other| if one == Drive::Value(true) { one } else { other };

@@ -16,11 +16,11 @@ const PSRSYNC: u8 = 1 << 0;
 const BODS: u8 = 1 << 6;
 const BODSE: u8 = 1 << 5;
 const PUD: u8 = 1 << 4;
-pub const IVSEL: u8 = 1 << 1;
+pub(super) const IVSEL: u8 = 1 << 1;
 const IVCE: u8 = 1 << 0;
 
 /// RAMPZ0, the one bit of RAMPZ.
-pub const RAMPZ: u8 = 1;
+pub(super) const RAMPZ: u8 = 1;
 
 /// URSEL in UCSRC and UBRRH.
 const URSEL: u8 = 1 << 7;

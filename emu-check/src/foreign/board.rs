@@ -49,7 +49,7 @@ pub(crate) struct Board {
 impl Board {
     /// # Errors
     /// Pins that are not known, and a map that does not fit.
-    pub fn new(
+    pub(super) fn new(
         program: &Program,
         options: &Options,
         eval: &Evaluator,
@@ -156,7 +156,7 @@ impl Board {
     }
 
     /// The chip's name of a pin.
-    pub fn pin_name(&self, pin: PinId) -> &'static str {
+    pub(super) fn pin_name(&self, pin: PinId) -> &'static str {
         self.chip.pins.get(usize::from(pin)).map_or("?", |p| p.name)
     }
 }

@@ -56,7 +56,7 @@ pub(crate) struct Course<'a, C> {
 
 impl<'a, C: Target> Course<'a, C> {
     /// Both sides at power-up. Cells that the image does not fill are erased.
-    pub fn start(mut cpu: C, eval: &Evaluator, board: &'a Board, hints: &'a Hints, found: Found) -> Self {
+    pub(super) fn start(mut cpu: C, eval: &Evaluator, board: &'a Board, hints: &'a Hints, found: Found) -> Self {
         let mut eval = eval.clone();
         for addr in 0..board.peripherals.cells {
             eval.set_eeprom(addr as usize, cpu.peek("eeprom", addr).unwrap_or(0xFF));
@@ -82,12 +82,12 @@ impl<'a, C: Target> Course<'a, C> {
     }
 
     /// Machine cycles since power-up.
-    pub fn cycle(&self) -> u64 {
+    pub(super) fn cycle(&self) -> u64 {
         self.cpu.cycle()
     }
 
     /// While the chip waits: the outside of the next scan. Then that scan on both sides, until the chip waits again.
-    pub fn scan(&mut self, step: &Step) -> Result<Seen, Wrong> {
+    pub(super) fn scan(&mut self, step: &Step) -> Result<Seen, Wrong> {
         self.outside(step);
         let extra = if self.starts.scans == 0 { RESET } else { 0 };
         self.go(self.found.start, extra, "the start of the scan")?;

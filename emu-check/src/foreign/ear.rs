@@ -19,7 +19,7 @@ pub(crate) struct Ear {
 }
 
 impl Ear {
-    pub fn new(board: &Board) -> Ear {
+    pub(super) fn new(board: &Board) -> Ear {
         let of = &board.peripherals;
         Ear {
             clocks: of.clocks,
@@ -79,14 +79,14 @@ pub(crate) struct Pulses {
 }
 
 impl Pulses {
-    pub fn new(clock_hz: u64, hertz: u64, grain: u64) -> Pulses {
+    pub(super) fn new(clock_hz: u64, hertz: u64, grain: u64) -> Pulses {
         let period = clock_hz / hertz.max(1);
         let (duty, rose, fell, fault) = (None, None, None, None);
         Pulses { period, grain, duty, from: 0, high: false, rose, fell, edges: 0, fault }
     }
 
     /// The duty that a scan has set which is over by `now`.
-    pub fn set(&mut self, now: u64, duty: Option<u8>) {
+    pub(super) fn set(&mut self, now: u64, duty: Option<u8>) {
         if duty != self.duty {
             self.duty = duty;
             self.from = now.saturating_add(SETTLES * self.period * (100 + PERIOD_PERCENT) / 100);
@@ -94,7 +94,7 @@ impl Pulses {
         }
     }
 
-    pub fn edge(&mut self, at: u64, high: bool) {
+    pub(super) fn edge(&mut self, at: u64, high: bool) {
         if high == self.high {
             return;
         }
@@ -121,7 +121,7 @@ impl Pulses {
     }
 
     /// What is wrong by `now`: expected and found.
-    pub fn judge(&self, now: u64) -> Option<(String, String)> {
+    pub(super) fn judge(&self, now: u64) -> Option<(String, String)> {
         if self.fault.is_some() || now < self.from {
             return self.fault.clone();
         }

@@ -34,13 +34,13 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    pub fn new(asked: Option<u64>, patience: u64) -> Budget {
+    pub(super) fn new(asked: Option<u64>, patience: u64) -> Budget {
         let least = patience + SHORT;
         Budget { scans: asked.unwrap_or(least), quiet: asked.is_none().then_some(least) }
     }
 
     /// A scan is done; `new` says that it reached something for the first time.
-    pub fn seen(&mut self, scan: u64, new: bool) {
+    pub(super) fn seen(&mut self, scan: u64, new: bool) {
         if let Some(quiet) = self.quiet.filter(|_| new) {
             self.scans = self.scans.max(scan + quiet).min(MOST);
         }

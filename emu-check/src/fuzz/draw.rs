@@ -40,17 +40,17 @@ pub(super) struct Draw {
 }
 
 impl Draw {
-    pub fn pick<T: Clone>(&mut self, from: &[T]) -> T {
+    pub(super) fn pick<T: Clone>(&mut self, from: &[T]) -> T {
         from[self.rng.below(from.len() as u64) as usize].clone()
     }
 
     /// True in dialect ldmicro-5.
-    pub fn five(&self) -> bool {
+    pub(super) fn five(&self) -> bool {
         self.style.dialect == Dialect::Ldmicro5
     }
 
     /// True where a timer or counter is a module of the machine.
-    pub fn bits(&self) -> bool {
+    pub(super) fn bits(&self) -> bool {
         self.style.profile == Profile::Bits
     }
 

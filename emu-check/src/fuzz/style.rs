@@ -140,7 +140,7 @@ pub(super) struct Style {
 }
 
 impl Style {
-    pub fn draw(rng: &mut Rng) -> Style {
+    pub(super) fn draw(rng: &mut Rng) -> Style {
         let profile = match rng.below(12) {
             0..4 => Profile::Bits,
             4..7 => Profile::Words,
@@ -221,7 +221,7 @@ impl Style {
     }
 
     /// A sort by its weight; `last` where the element ends a path to the right rail.
-    pub fn sort(&self, rng: &mut Rng, last: bool) -> Sort {
+    pub(super) fn sort(&self, rng: &mut Rng, last: bool) -> Sort {
         let from = if last { &self.end } else { &self.middle };
         let mut left = rng.below(from.iter().map(|(_, weight)| weight).sum());
         for (sort, weight) in from {

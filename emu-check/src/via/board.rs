@@ -33,7 +33,7 @@ pub(super) struct Board {
 
 impl Board {
     /// None is there yet.
-    pub fn new() -> Result<Board, Diagnostic> {
+    pub(super) fn new() -> Result<Board, Diagnostic> {
         let core = std::env::var("ARDUINO_AVR").unwrap_or_else(|_| CORE.to_owned());
         if !std::path::Path::new(&core).join("cores/arduino/Arduino.h").exists() {
             let cause = format!("the core of the Arduino is not at {core}");
@@ -44,7 +44,7 @@ impl Board {
     }
 
     /// The image of a sketch.
-    pub fn build(&self, source: &Source) -> Result<Image, Diagnostic> {
+    pub(super) fn build(&self, source: &Source) -> Result<Image, Diagnostic> {
         self.scratch.write("arduino.sh", SCRIPT)?;
         self.scratch.write("sketch.ino", &source.text)?;
         let args = ["arduino.sh", "sketch.ino", "./sketch.elf"].map(str::to_owned);

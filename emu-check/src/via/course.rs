@@ -80,7 +80,7 @@ pub(super) fn course(program: &Program, fresh: &Evaluator, seed: u64, scans: u64
 
 impl Course {
     /// The course as a script for a served program.
-    pub fn script(&self, source: &Source, slots: Slots) -> Script {
+    pub(super) fn script(&self, source: &Source, slots: Slots) -> Script {
         let shape = slots.shape(source);
         let slot = |name: &str| {
             let cell = source.cells.iter().position(|cell| cell.symbol && cell.name == name);
@@ -110,7 +110,7 @@ impl Course {
 
     /// The first thing in which `records` are not as they should be: scan from 0, what, expected, found. Gives the number of
     /// values compared besides. `lines`: what is sent is compared elsewhere, a duty is compared where it was measured, and one that was never set counts as 0.
-    pub fn compare(&self, source: &Source, records: &[Record], lines: bool) -> Result<u64, Wrong> {
+    pub(super) fn compare(&self, source: &Source, records: &[Record], lines: bool) -> Result<u64, Wrong> {
         let mut compared = 0;
         for (scan, (turn, record)) in self.turns.iter().zip(records).enumerate() {
             let wrong = |what: &str, expected: String, found: String| {

@@ -30,7 +30,7 @@ pub(super) struct Scratch {
 
 impl Scratch {
     /// An empty folder that nobody else has.
-    pub fn new() -> Result<Scratch, Diagnostic> {
+    pub(super) fn new() -> Result<Scratch, Diagnostic> {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         let mut tried = 0;
         loop {
@@ -46,19 +46,19 @@ impl Scratch {
     }
 
     /// A path in it.
-    pub fn at(&self, name: &str) -> PathBuf {
+    pub(super) fn at(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 
     /// Writes a file in it.
-    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) -> Result<PathBuf, Diagnostic> {
+    pub(super) fn write(&self, name: &str, content: impl AsRef<[u8]>) -> Result<PathBuf, Diagnostic> {
         let path = self.at(name);
         fs::write(&path, content).map_err(|e| no_file(&path, &e))?;
         Ok(path)
     }
 
     /// Reads a file in it.
-    pub fn read(&self, name: &str) -> Result<Vec<u8>, Diagnostic> {
+    pub(super) fn read(&self, name: &str) -> Result<Vec<u8>, Diagnostic> {
         let path = self.at(name);
         fs::read(&path).map_err(|e| no_file(&path, &e))
     }

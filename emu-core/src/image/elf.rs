@@ -62,7 +62,7 @@ pub(super) enum DebugSection<'b> {
 
 impl<'b> DebugSection<'b> {
     /// Its bytes; none where it is compressed.
-    pub fn bytes(&self) -> &'b [u8] {
+    pub(super) fn bytes(&self) -> &'b [u8] {
         match self {
             DebugSection::Plain(bytes) => bytes,
             DebugSection::Compressed => &[],

@@ -27,43 +27,43 @@ struct Kept {
 
 impl<'f> Faults<'f> {
     /// No faults yet. `more_code` is the code of the closing note.
-    pub fn new(file: &'f str, more_code: &'static str) -> Self {
+    pub(super) fn new(file: &'f str, more_code: &'static str) -> Self {
         Faults { file, more_code, errors: Kept::default(), warnings: Kept::default(), unread: false }
     }
 
     /// Adds an error. The text is made only when it is kept.
-    pub fn error(&mut self, code: &'static str, pos: Pos, cause: impl FnOnce() -> String, hint: &str) {
+    pub(super) fn error(&mut self, code: &'static str, pos: Pos, cause: impl FnOnce() -> String, hint: &str) {
         self.errors.add(|| Diagnostic::new(Severity::Error, code, self.file, pos, cause(), hint));
     }
 
     /// Adds a warning. The text is made only when it is kept.
-    pub fn warning(&mut self, code: &'static str, pos: Pos, cause: impl FnOnce() -> String, hint: &str) {
+    pub(super) fn warning(&mut self, code: &'static str, pos: Pos, cause: impl FnOnce() -> String, hint: &str) {
         self.warnings.add(|| Diagnostic::new(Severity::Warning, code, self.file, pos, cause(), hint));
     }
 
     /// Adds a note. The text is made only when it is kept.
-    pub fn note(&mut self, code: &'static str, pos: Pos, cause: impl FnOnce() -> String, hint: &str) {
+    pub(super) fn note(&mut self, code: &'static str, pos: Pos, cause: impl FnOnce() -> String, hint: &str) {
         self.warnings.add(|| Diagnostic::new(Severity::Note, code, self.file, pos, cause(), hint));
     }
 
     /// True when nothing has refused the file so far.
-    pub fn none(&self) -> bool {
+    pub(super) fn none(&self) -> bool {
         self.errors.list.is_empty()
     }
 
     /// True when errors were counted that are not kept: looking further would only count more.
-    pub fn full(&self) -> bool {
+    pub(super) fn full(&self) -> bool {
         self.errors.more > 0
     }
 
     /// True when there are so many errors that reading on is of no use, which the closing note then says.
-    pub fn hopeless(&mut self) -> bool {
+    pub(super) fn hopeless(&mut self) -> bool {
         self.unread |= self.errors.list.len() as u64 + self.errors.more >= HOPELESS;
         self.unread
     }
 
     /// The image when there were no errors, else all that was found, in the order of the places.
-    pub fn finish(self, image: Image) -> Result<Loaded, Vec<Diagnostic>> {
+    pub(super) fn finish(self, image: Image) -> Result<Loaded, Vec<Diagnostic>> {
         let refused = !self.none();
         let more = self.errors.more + self.warnings.more;
         let mut all = self.errors.list;

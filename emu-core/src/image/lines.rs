@@ -63,7 +63,7 @@ pub(super) struct Found {
 
 impl Found {
     /// Puts the lines in order.
-    pub fn of(mut lines: Vec<LineAt>, folders: Vec<(Arc<str>, String)>, warnings: Vec<Diagnostic>) -> Found {
+    pub(super) fn of(mut lines: Vec<LineAt>, folders: Vec<(Arc<str>, String)>, warnings: Vec<Diagnostic>) -> Found {
         lines.sort_unstable();
         lines.dedup();
         let mut kinds: Vec<LineKind> = [LineKind::C, LineKind::Asm, LineKind::Listing].into();

@@ -37,7 +37,7 @@ pub(super) const STAYS_ERASED: &str = ", which stays erased (0xFF)";
 
 impl HalfWord<'_> {
     /// The byte that is there and the one that is not, for messages.
-    pub fn bytes(&self) -> String {
+    pub(super) fn bytes(&self) -> String {
         format!("byte 0x{:04X} without 0x{:04X}", self.addr, self.addr ^ 1)
     }
 }
@@ -83,12 +83,12 @@ fn is_erased(space: &Space, at: u32, byte: u8) -> bool {
 }
 
 impl<'s> Placed<'s> {
-    pub fn new(spaces: &'s [Space]) -> Self {
+    pub(super) fn new(spaces: &'s [Space]) -> Self {
         Placed { spaces, runs: spaces.iter().map(|_| BTreeMap::new()).collect() }
     }
 
     /// Places `bytes` at the image address `addr`. What is in trouble is told and left out, the rest is kept.
-    pub fn put(&mut self, addr: u64, bytes: &[u8], from: Origin, mut tell: impl FnMut(Trouble)) {
+    pub(super) fn put(&mut self, addr: u64, bytes: &[u8], from: Origin, mut tell: impl FnMut(Trouble)) {
         let end = addr + bytes.len() as u64;
         let mut at = addr;
         while at < end {
@@ -162,7 +162,7 @@ impl<'s> Placed<'s> {
 
     /// The bytes that define half a word: in a memory of two-byte words every stretch of bytes, as long as it goes,
     /// must begin and end at an even address.
-    pub fn half_words(&self) -> Vec<HalfWord<'_>> {
+    pub(super) fn half_words(&self) -> Vec<HalfWord<'_>> {
         let mut halves = Vec::new();
         for (space, runs) in self.spaces.iter().zip(&self.runs).filter(|(s, _)| s.word == 2) {
             let mut runs = runs.iter().peekable();
@@ -183,7 +183,7 @@ impl<'s> Placed<'s> {
     }
 
     /// Puts an erased byte beside each that [`Placed::half_words`] finds in a memory of words of 16 bits.
-    pub fn fill_half_words(&mut self) {
+    pub(super) fn fill_half_words(&mut self) {
         let halves = self.half_words().into_iter().filter(|half| half.space.bits == Bits::All);
         let halves: Vec<_> = halves.map(|half| (half.space.name, half.addr ^ 1, half.from)).collect();
         for (name, addr, from) in halves {
@@ -195,7 +195,7 @@ impl<'s> Placed<'s> {
     }
 
     /// The words that have bits which their memory has not, memory by memory. Half words are none.
-    pub fn wide_words(&self) -> Vec<WideWords<'_>> {
+    pub(super) fn wide_words(&self) -> Vec<WideWords<'_>> {
         let mut found = Vec::new();
         for (space, runs) in self.spaces.iter().zip(&self.runs).filter(|(s, _)| s.word == 2) {
             let (Bits::Only(bits) | Bits::Low(bits)) = space.bits else { continue };
@@ -222,12 +222,12 @@ impl<'s> Placed<'s> {
     }
 
     /// True when nothing was placed.
-    pub fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.runs.iter().all(BTreeMap::is_empty)
     }
 
     /// The bytes in the order of memories and addresses, neighbours merged.
-    pub fn into_segments(self) -> Vec<Segment> {
+    pub(super) fn into_segments(self) -> Vec<Segment> {
         let mut segments: Vec<Segment> = Vec::new();
         for (space, runs) in self.spaces.iter().zip(self.runs) {
             for (addr, run) in runs {

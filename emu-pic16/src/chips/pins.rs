@@ -16,7 +16,7 @@ macro_rules! package {
             use emu_core::pins::PinId;
             #[allow(clippy::upper_case_acronyms)]
             enum Id { $($pin),* }
-            $( pub const $pin: PinId = Id::$pin as PinId; )*
+            $( pub(crate) const $pin: PinId = Id::$pin as PinId; )*
         }
     };
 }

@@ -26,9 +26,9 @@ pub struct Enables {
 emu_core::state! { Enables { intcon, pie } }
 
 /// GIE in INTCON.
-pub const GIE: u8 = 0x80;
+pub(super) const GIE: u8 = 0x80;
 /// RBIF in INTCON.
-pub const RBIF: u8 = 0x01;
+pub(super) const RBIF: u8 = 0x01;
 /// PEIE in INTCON.
 const PEIE: u8 = 0x40;
 

@@ -12,7 +12,7 @@ use crate::periph::{Device, Drive};
 
 /// What stands on a pin or on the supply from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Put {
+pub(super) enum Put {
     /// A level, or nothing.
     Level(PinId, Level),
     /// A voltage, in millivolts.
@@ -31,7 +31,7 @@ emu_core::state! { enum Put { 0 = Level(pin, level), 1 = Volts(pin, millivolts),
 
 /// What comes from outside, and which lines are on which pins.
 #[derive(Debug, Clone)]
-pub struct Outside {
+pub(super) struct Outside {
     /// To come, by clocks.
     pub drives: Drives<Put>,
     lines: [LineAt; LINES],
@@ -52,7 +52,7 @@ const LINES: usize = 16;
 
 impl Outside {
     /// Nothing from outside; 5 V. `ccp1`: the pin of CCP1 where the configuration chooses it.
-    pub fn new(part: &Part, ccp1: Option<PinId>) -> Outside {
+    pub(super) fn new(part: &Part, ccp1: Option<PinId>) -> Outside {
         let mut lines = [LineAt { line: Line::T0cki, pin: NO_PIN, over_tris: false }; LINES];
         for (place, line) in lines.iter_mut().zip(part.lines) {
             let moved = ccp1.filter(|_| line.line == Line::Ccp1);
@@ -72,7 +72,7 @@ impl Outside {
     }
 
     /// Pins that concern others than their port, a bit each.
-    pub fn concerned(&self) -> u64 {
+    pub(super) fn concerned(&self) -> u64 {
         self.heard | self.special
     }
 

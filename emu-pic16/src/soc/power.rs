@@ -66,7 +66,7 @@ impl Clocks {
 
 /// The words from 2000h on: those of the image, what it leaves out as erased; `first` stands in for the first
 /// configuration word.
-pub fn configuration(part: &Part, first: Option<u16>, image: &[u16]) -> [u16; 16] {
+pub(super) fn configuration(part: &Part, first: Option<u16>, image: &[u16]) -> [u16; 16] {
     let mut words = [0x3FFF; 16];
     for (word, &given) in words.iter_mut().zip(image) {
         // The cells of an image that nothing fills are FFFFh.
@@ -85,7 +85,7 @@ pub fn configuration(part: &Part, first: Option<u16>, image: &[u16]) -> [u16; 16
 
 /// What the configuration words say.
 #[derive(Debug, Clone, Copy)]
-pub struct Settings {
+pub(super) struct Settings {
     /// The watchdog is on.
     pub watchdog: bool,
     /// The power-up timer is on.
@@ -156,7 +156,7 @@ emu_core::state! { enum State { 0 = Runs, 1 = Standby, 2 = Starts { until, woken
 
 /// What the core does, and why.
 #[derive(Debug, Clone)]
-pub struct Power {
+pub(super) struct Power {
     /// The configuration.
     pub config: Settings,
     clocks: Clocks,
@@ -177,7 +177,7 @@ emu_core::state! { Power { state, request, brown_out_at, low, off, cleared, read
 
 impl Power {
     /// Before power-on.
-    pub fn new(part: &Part, clocks: Clocks, config: &[u16; 16]) -> Power {
+    pub(super) fn new(part: &Part, clocks: Clocks, config: &[u16; 16]) -> Power {
         Power {
             config: Settings::new(part, config[7]),
             clocks,
@@ -193,12 +193,12 @@ impl Power {
 
     /// The core executes instructions.
     #[inline]
-    pub const fn runs(&self) -> bool {
+    pub(super) const fn runs(&self) -> bool {
         matches!(self.state, State::Runs)
     }
 
     /// When something is due.
-    pub const fn next(&self) -> u64 {
+    pub(super) const fn next(&self) -> u64 {
         let start = match self.state {
             State::Starts { until, .. } => until,
             _ => NEVER,
@@ -207,12 +207,12 @@ impl Power {
     }
 
     /// The chip is held in reset at the clock `t`, or was not on before it: what pins do then is no change to a program.
-    pub const fn in_reset(&self, t: u64) -> bool {
+    pub(super) const fn in_reset(&self, t: u64) -> bool {
         t == 0 || matches!(self.state, State::Held | State::Starts { woken: None, .. })
     }
 
     /// A reset is asked for.
-    pub const fn requests(&self) -> bool {
+    pub(super) const fn requests(&self) -> bool {
         self.request.is_some()
     }
 }

@@ -5,7 +5,7 @@ use crate::Look;
 use crate::look::Paper;
 
 /// The source around the cursor, which is in the middle where there is enough on both sides.
-pub fn source(source: &Source, marked: bool, paper: &mut Paper<'_>, look: Look) {
+pub(super) fn source(source: &Source, marked: bool, paper: &mut Paper<'_>, look: Look) {
     paper.head(0, &format!("Source {}", source.file), look);
     let height = usize::from(paper.area.height.saturating_sub(1));
     let at = source.lines.iter().position(|line| line.0 == source.around).unwrap_or(0);
@@ -34,7 +34,7 @@ pub fn source(source: &Source, marked: bool, paper: &mut Paper<'_>, look: Look) 
 }
 
 /// The last lines of what the serial port has sent.
-pub fn serial(lines: &[String], paper: &mut Paper<'_>, look: Look) {
+pub(super) fn serial(lines: &[String], paper: &mut Paper<'_>, look: Look) {
     paper.head(0, "Serial port, sent", look);
     if lines.is_empty() {
         paper.put(1, 1, "nothing was sent yet", look.faint());

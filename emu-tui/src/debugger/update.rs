@@ -26,13 +26,13 @@ const COMMANDS: [(char, &str); 13] = [
 const LINES: [(char, &str); 3] = [('s', "step"), ('u', "reverse-step"), ('U', "reverse-next")];
 
 /// Machine cycles in a column of the waveform.
-pub const SCALES: [u64; 8] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
+pub(super) const SCALES: [u64; 8] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
 
 /// Longest command line.
 const LINE: usize = 400;
 
 /// What a key makes of the screen.
-pub fn update<M: Machine>(screen: &mut Debugger<M>, key: Key, area: Rect) -> Wish {
+pub(super) fn update<M: Machine>(screen: &mut Debugger<M>, key: Key, area: Rect) -> Wish {
     if let Some(line) = screen.prompt.take() {
         return typed(screen, line, key);
     }

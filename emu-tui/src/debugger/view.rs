@@ -98,13 +98,13 @@ fn places(area: Rect, sight: &Sight) -> Places {
 }
 
 /// Bytes of memory in a row.
-pub fn row_bytes(area: Rect) -> u32 {
+pub(super) fn row_bytes(area: Rect) -> u32 {
     let left = if area.width >= WIDE { area.width - (area.width * 2 / 5).clamp(28, 42) - 3 } else { area.width };
     if left >= 74 { 16 } else { 8 }
 }
 
 /// The whole picture.
-pub fn view<M: Machine>(screen: &Debugger<M>, area: Rect, look: Look) -> Buffer {
+pub(super) fn view<M: Machine>(screen: &Debugger<M>, area: Rect, look: Look) -> Buffer {
     let mut picture = Buffer::empty(area);
     if area.width < LEAST.0 || area.height < LEAST.1 {
         let text = format!("needs {}x{}", LEAST.0, LEAST.1);

@@ -19,7 +19,7 @@ const SENT: usize = 4_096;
 
 /// The program and what its surroundings do.
 #[derive(Debug, Clone)]
-pub struct Machine {
+pub(super) struct Machine {
     pub program: Arc<Program>,
     /// At power-up, with an erased EEPROM.
     fresh: Arc<Evaluator>,
@@ -61,7 +61,7 @@ impl State {
 
 /// What a scan left, with the inputs as it found them.
 #[derive(Debug)]
-pub struct Moment {
+pub(super) struct Moment {
     state: State,
     /// Per element: bit 0 it ran, bit 1 power came in, bit 2 power went out.
     flow: Vec<u8>,
@@ -69,23 +69,23 @@ pub struct Moment {
 
 impl Moment {
     /// The value of a symbol after the scan; inputs hold for the whole scan.
-    pub fn get(&self, symbol: usize) -> i32 {
+    pub(super) fn get(&self, symbol: usize) -> i32 {
         self.state.evaluator.get(symbol)
     }
 
     /// Which scan it was since the first power-up, from 1.
-    pub fn scan(&self) -> u64 {
+    pub(super) fn scan(&self) -> u64 {
         self.state.scans
     }
 
     /// False for what is before the first scan, and for what a power cycle left.
-    pub fn ran(&self) -> bool {
+    pub(super) fn ran(&self) -> bool {
         !self.flow.is_empty()
     }
 }
 
 impl Machine {
-    pub fn new(program: Program, evaluator: Evaluator) -> Machine {
+    pub(super) fn new(program: Program, evaluator: Evaluator) -> Machine {
         let mut firsts = vec![0];
         let mut rung = 0;
         let mut count = 0;
@@ -121,7 +121,7 @@ impl Machine {
     }
 
     /// Runs scans.
-    pub fn run(&mut self, scans: u64) {
+    pub(super) fn run(&mut self, scans: u64) {
         for _ in 0..scans {
             self.scan();
         }
@@ -164,7 +164,7 @@ impl Machine {
     }
 
     /// Goes back by scans, as far as they are kept, and tells by how many. Switches go back too.
-    pub fn back(&mut self, scans: usize) -> usize {
+    pub(super) fn back(&mut self, scans: usize) -> usize {
         let scans = scans.min(self.past.len() - 1);
         self.past.truncate(self.past.len() - scans);
         if let (true, Some(last)) = (scans > 0, self.past.back()) {
@@ -177,7 +177,7 @@ impl Machine {
     }
 
     /// Takes the power away and gives it back: switches, levels and the EEPROM stay.
-    pub fn power_cycle(&mut self) {
+    pub(super) fn power_cycle(&mut self) {
         let old = std::mem::replace(&mut self.now.evaluator, (*self.fresh).clone());
         for (symbol, kind) in old.symbols().iter().map(|s| s.kind).enumerate() {
             // All but the switches is as at power-up, whatever was set before the first scan.
@@ -200,24 +200,24 @@ impl Machine {
     }
 
     /// Throws a switch, or sets another symbol.
-    pub fn set(&mut self, symbol: usize, value: i32) {
+    pub(super) fn set(&mut self, symbol: usize, value: i32) {
         self.now.evaluator.set(symbol, value);
         self.now.pulsed.retain(|pulsed| *pulsed != symbol);
     }
 
     /// The other position of a switch, for one scan.
-    pub fn pulse(&mut self, symbol: usize) {
+    pub(super) fn pulse(&mut self, symbol: usize) {
         let value = i32::from(self.get(symbol) == 0);
         self.set(symbol, value);
         self.now.pulsed.push(symbol);
     }
 
     /// True while an input is to go back after the next scan.
-    pub fn is_pulsed(&self, symbol: usize) -> bool {
+    pub(super) fn is_pulsed(&self, symbol: usize) -> bool {
         self.now.pulsed.contains(&symbol)
     }
 
-    pub fn set_level(&mut self, symbol: usize, level: u16) {
+    pub(super) fn set_level(&mut self, symbol: usize, level: u16) {
         let at = self.now.evaluator.adc_symbols().position(|adc| adc == symbol);
         if let Some(slot) = at.and_then(|at| self.now.levels.get_mut(at)) {
             *slot = level.min(1023);
@@ -226,52 +226,52 @@ impl Machine {
     }
 
     /// The analog inputs with their levels.
-    pub fn levels(&self) -> impl Iterator<Item = (usize, u16)> {
+    pub(super) fn levels(&self) -> impl Iterator<Item = (usize, u16)> {
         self.now.evaluator.adc_symbols().zip(self.now.levels.iter().copied())
     }
 
     /// Lets bytes arrive on the serial line, as fast as it is.
-    pub fn send(&mut self, bytes: &[u8]) {
+    pub(super) fn send(&mut self, bytes: &[u8]) {
         self.now.coming.extend(bytes);
     }
 
     /// Bytes that are still to arrive.
-    pub fn coming(&self) -> usize {
+    pub(super) fn coming(&self) -> usize {
         self.now.coming.len()
     }
 
-    pub fn get(&self, symbol: usize) -> i32 {
+    pub(super) fn get(&self, symbol: usize) -> i32 {
         self.now.evaluator.get(symbol)
     }
 
-    pub fn index(&self, name: &str) -> Option<usize> {
+    pub(super) fn index(&self, name: &str) -> Option<usize> {
         self.now.evaluator.index(name)
     }
 
-    pub fn symbols(&self) -> &[Symbol] {
+    pub(super) fn symbols(&self) -> &[Symbol] {
         self.now.evaluator.symbols()
     }
 
-    pub fn symbols_of(&self, is: impl Fn(SymbolKind) -> bool) -> impl Iterator<Item = usize> {
+    pub(super) fn symbols_of(&self, is: impl Fn(SymbolKind) -> bool) -> impl Iterator<Item = usize> {
         self.symbols().iter().enumerate().filter(move |(_, s)| is(s.kind)).map(|(at, _)| at)
     }
 
     /// The evaluator, to look at.
-    pub fn evaluator(&self) -> &Evaluator {
+    pub(super) fn evaluator(&self) -> &Evaluator {
         &self.now.evaluator
     }
 
-    pub fn sent(&self) -> &VecDeque<u8> {
+    pub(super) fn sent(&self) -> &VecDeque<u8> {
         &self.now.sent
     }
 
     /// Whether the program can send.
-    pub fn sends(&self) -> bool {
+    pub(super) fn sends(&self) -> bool {
         self.has(|e| matches!(e, Element::UartSend { .. } | Element::FormattedString { .. }))
     }
 
     /// Whether the program can receive.
-    pub fn receives(&self) -> bool {
+    pub(super) fn receives(&self) -> bool {
         self.has(|e| matches!(e, Element::UartRecv { .. }))
     }
 
@@ -279,17 +279,17 @@ impl Machine {
         self.program.elements().any(|(_, element, _)| is(element))
     }
 
-    pub fn cycle_us(&self) -> u64 {
+    pub(super) fn cycle_us(&self) -> u64 {
         self.program.settings.cycle_us
     }
 
     /// Number of elements.
-    pub fn elements(&self) -> usize {
+    pub(super) fn elements(&self) -> usize {
         self.firsts.last().copied().unwrap_or(0)
     }
 
     /// What the scans left that are kept, the last one last. The first is from before them.
-    pub fn past(&self) -> impl DoubleEndedIterator<Item = &Moment> + ExactSizeIterator {
+    pub(super) fn past(&self) -> impl DoubleEndedIterator<Item = &Moment> + ExactSizeIterator {
         self.past.iter().map(|moment| &**moment)
     }
 }

@@ -7,7 +7,7 @@ use crate::flow::Seen;
 
 /// A timer or counter of the program.
 #[derive(Debug, Clone)]
-pub struct Part {
+pub(super) struct Part {
     id: ElementId,
     /// LDmicro's word for it.
     pub word: &'static str,
@@ -19,7 +19,7 @@ pub struct Part {
 
 /// A row of the panel.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Row {
+pub(super) struct Row {
     /// What it counts to.
     pub preset: String,
     /// Where it is.
@@ -31,7 +31,7 @@ pub struct Row {
 }
 
 /// Those of a program, in text order.
-pub fn of(program: &Program) -> Vec<Part> {
+pub(super) fn of(program: &Program) -> Vec<Part> {
     let part = |(id, element, _): (ElementId, &Element, _)| {
         let (word, name, limit, timer) = match element {
             Element::Timer { kind, name, delay, .. } => {
@@ -59,7 +59,7 @@ pub fn of(program: &Program) -> Vec<Part> {
 
 impl Part {
     /// How it stands.
-    pub fn row(&self, machine: &Machine) -> Row {
+    pub(super) fn row(&self, machine: &Machine) -> Row {
         let value = |name: &str| machine.index(name).map_or(0, |index| i64::from(machine.get(index)));
         let count = value(&self.name);
         let limit = match &self.limit {
@@ -81,7 +81,7 @@ impl Part {
 }
 
 /// Microseconds as people say them.
-pub fn time(us: i64) -> String {
+pub(super) fn time(us: i64) -> String {
     let decimal = |unit: i64, digits: usize, name: &str| {
         let text = format!("{}.{:0digits$}", us / unit, us.abs() % unit);
         format!("{} {name}", text.trim_end_matches('0').trim_end_matches('.'))

@@ -6,7 +6,7 @@ use super::{Panel, SPEEDS};
 const SCANS: u64 = 1_000_000;
 
 /// Does what a line says; what it came to, or why it cannot be.
-pub fn obey(panel: &mut Panel, line: &str) -> Result<String, String> {
+pub(super) fn obey(panel: &mut Panel, line: &str) -> Result<String, String> {
     let line = line.trim();
     if let Some((name, value)) = line.split_once('=') {
         return set(panel, name.trim(), value.trim());

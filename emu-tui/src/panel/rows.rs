@@ -10,7 +10,7 @@ use crate::Look;
 use crate::look::fit;
 
 /// A line of the panel.
-pub enum Row {
+pub(super) enum Row {
     /// Begins a part.
     Head(String),
     /// Texts side by side.
@@ -21,7 +21,7 @@ pub enum Row {
 const NAME: usize = 16;
 
 /// All lines for a width.
-pub fn rows(panel: &Panel, width: u16, look: Look) -> Vec<Row> {
+pub(super) fn rows(panel: &Panel, width: u16, look: Look) -> Vec<Row> {
     let width = usize::from(width);
     let mut rows = Vec::new();
     let mut part = |name: &str, lines: Vec<Row>| {

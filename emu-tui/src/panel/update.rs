@@ -6,7 +6,7 @@ use super::{Pace, Panel, SPEEDS, prompt, view};
 use crate::{Key, Wish};
 
 /// Keys of the inputs, in their order. Letters that do something else are left out.
-pub const SWITCHES: &str = "123456789acdefhijklmnostuvxy";
+pub(super) const SWITCHES: &str = "123456789acdefhijklmnostuvxy";
 
 /// What the digits are with the shift key, on an American keyboard. Alt does the same on every keyboard.
 const SHIFTED: &str = "!@#$%^&*(";
@@ -18,7 +18,7 @@ const ZOOMS: [usize; 6] = [1, 2, 5, 10, 20, 50];
 const LINE: usize = 200;
 
 /// What a key makes of the panel, on a screen of this size.
-pub fn update(panel: &mut Panel, key: Key, area: Rect) -> Wish {
+pub(super) fn update(panel: &mut Panel, key: Key, area: Rect) -> Wish {
     if key == Key::Ctrl('c') {
         return Wish::Quit;
     }

@@ -72,27 +72,27 @@ fn places(panel: &Panel, area: Rect) -> [Rect; 3] {
 }
 
 /// How far the parts can be scrolled.
-pub fn lowest(panel: &Panel, area: Rect) -> usize {
+pub(super) fn lowest(panel: &Panel, area: Rect) -> usize {
     let [_, place, _] = places(panel, area);
     rows::rows(panel, place.width, Look { color: false }).len().saturating_sub(usize::from(place.height))
 }
 
 /// The first bit of the waveform after another screenful; the first of all after the last.
-pub fn next_bit(panel: &Panel, area: Rect) -> usize {
+pub(super) fn next_bit(panel: &Panel, area: Rect) -> usize {
     let [.., place] = places(panel, area);
     let rows = usize::from(place.height.saturating_sub(1));
     if panel.bit + rows + 1 < wave::height(panel) { panel.bit + rows } else { 0 }
 }
 
 /// Height of a rung, and of the place for rungs.
-pub fn height_of(panel: &Panel, rung: usize, area: Rect) -> (usize, usize) {
+pub(super) fn height_of(panel: &Panel, rung: usize, area: Rect) -> (usize, usize) {
     let [place, ..] = places(panel, area);
     let lines = flow::rung(&panel.machine.program, rung, usize::from(place.width), &panel.machine, None);
     (lines.len(), usize::from(place.height))
 }
 
 /// How far the rungs that are seen can be scrolled to the right.
-pub fn widest(panel: &Panel, area: Rect) -> usize {
+pub(super) fn widest(panel: &Panel, area: Rect) -> usize {
     let [place, ..] = places(panel, area);
     let lines = rung_lines(panel, place);
     let widest = lines.iter().map(Vec::len).max().unwrap_or(0);
@@ -100,7 +100,7 @@ pub fn widest(panel: &Panel, area: Rect) -> usize {
 }
 
 /// The whole picture.
-pub fn view(panel: &Panel, area: Rect, look: Look) -> Buffer {
+pub(super) fn view(panel: &Panel, area: Rect, look: Look) -> Buffer {
     let mut picture = Buffer::empty(area);
     if area.width < LEAST.0 || area.height < LEAST.1 {
         let text = format!("needs {}x{}", LEAST.0, LEAST.1);

@@ -8,7 +8,7 @@ use crate::Look;
 use crate::look::{Paper, fit};
 
 /// Rows that it would fill: a head and every bit that is shown.
-pub fn height(panel: &Panel) -> usize {
+pub(super) fn height(panel: &Panel) -> usize {
     1 + bits(panel).len()
 }
 
@@ -18,7 +18,7 @@ fn bits(panel: &Panel) -> Vec<usize> {
 }
 
 /// Draws it, as many rows as there is room for.
-pub fn draw(panel: &Panel, paper: &mut Paper<'_>, look: Look) {
+pub(super) fn draw(panel: &Panel, paper: &mut Paper<'_>, look: Look) {
     let Rect { width, height, .. } = paper.area;
     let bits = bits(panel);
     let symbols = panel.machine.symbols();

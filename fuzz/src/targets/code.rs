@@ -35,22 +35,22 @@ fn asm(family: Family, data: &[u8]) {
 }
 
 /// AVR.
-pub fn asm_avr(data: &[u8]) {
+pub(crate) fn asm_avr(data: &[u8]) {
     asm(Family::Avr, data);
 }
 
 /// 8051.
-pub fn asm_8051(data: &[u8]) {
+pub(crate) fn asm_8051(data: &[u8]) {
     asm(Family::Mcs51, data);
 }
 
 /// PIC16.
-pub fn asm_pic16(data: &[u8]) {
+pub(crate) fn asm_pic16(data: &[u8]) {
     asm(Family::Pic16, data);
 }
 
 /// AP101.
-pub fn asm_ap101(data: &[u8]) {
+pub(crate) fn asm_ap101(data: &[u8]) {
     asm(Family::Ap101, data);
 }
 
@@ -79,21 +79,21 @@ fn disasm(family: Family, data: &[u8]) {
 }
 
 /// AVR.
-pub fn disasm_avr(data: &[u8]) {
+pub(crate) fn disasm_avr(data: &[u8]) {
     disasm(Family::Avr, data);
 }
 
 /// 8051.
-pub fn disasm_8051(data: &[u8]) {
+pub(crate) fn disasm_8051(data: &[u8]) {
     disasm(Family::Mcs51, data);
 }
 
 /// PIC16.
-pub fn disasm_pic16(data: &[u8]) {
+pub(crate) fn disasm_pic16(data: &[u8]) {
     disasm(Family::Pic16, data);
 }
 
 /// AP101.
-pub fn disasm_ap101(data: &[u8]) {
+pub(crate) fn disasm_ap101(data: &[u8]) {
     disasm(Family::Ap101, data);
 }

@@ -32,7 +32,7 @@ const SUBJECTS: [(&str, &str); 6] = [
 ];
 
 /// The first byte chooses the program.
-pub fn repl(data: &[u8]) {
+pub(crate) fn repl(data: &[u8]) {
     let Some((first, rest)) = data.split_first() else { return };
     let (file, chip) = SUBJECTS[usize::from(*first) % SUBJECTS.len()];
     let file = root().join(file).display().to_string();
@@ -47,7 +47,7 @@ static PROGRAMS: LazyLock<[Image; 4]> =
 
 /// The first byte chooses the chip. Lines are bodies of packets, which get their frames and check sums; one that begins with `!` goes
 /// out as it is.
-pub fn gdb(data: &[u8]) {
+pub(crate) fn gdb(data: &[u8]) {
     let Some((first, rest)) = data.split_first() else { return };
     let number = usize::from(*first) % PROGRAMS.len();
     let mut sent = Vec::new();
@@ -110,7 +110,7 @@ fn ladder() -> Result<Opened, String> {
 
 /// Requests, one a line, as in the transcripts of the tests: what begins with `<` or `#` is none. A machine that runs gets some slices
 /// of time, and then the next request.
-pub fn dap(data: &[u8]) {
+pub(crate) fn dap(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     let mut adapter = Adapter::new(&open);
     let requests = text.lines().filter(|line| !line.starts_with(['<', '#']));
@@ -138,7 +138,7 @@ pub fn dap(data: &[u8]) {
 }
 
 /// What is read is written, and read again.
-pub fn dap_frames(data: &[u8]) {
+pub(crate) fn dap_frames(data: &[u8]) {
     let mut input = BufReader::new(data);
     while let Ok(Incoming::Message(message)) = frame::read(&mut input) {
         let mut written = Vec::new();

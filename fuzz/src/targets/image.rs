@@ -15,7 +15,7 @@ use crate::omf51::right;
 const CYCLES: u64 = 5_000;
 
 /// What is read, written and read again is the same image.
-pub fn hex(data: &[u8]) {
+pub(crate) fn hex(data: &[u8]) {
     for chip in chips() {
         let Ok(loaded) = load_hex("fuzz.hex", data, chip.hex) else { continue };
         let text = written(chip, &loaded.image);
@@ -31,7 +31,7 @@ fn written(chip: &Chip, image: &Image) -> String {
 }
 
 /// Symbols, notes and lines are read too, and lines are looked up by their addresses and their names.
-pub fn elf(data: &[u8]) {
+pub(crate) fn elf(data: &[u8]) {
     _ = (avr_device(data), avr_signature(data));
     for family in [Family::Avr, Family::Mcs51] {
         let chip = chip(family);
@@ -50,17 +50,17 @@ pub fn elf(data: &[u8]) {
 }
 
 /// The name of a listing decides where its content does not.
-pub fn symbols_sdcc(data: &[u8]) {
+pub(crate) fn symbols_sdcc(data: &[u8]) {
     symbols(data, &["fuzz.rst", "fuzz.lst"], SymbolSpaces::MCS51);
 }
 
 /// Files of gputils.
-pub fn symbols_gputils(data: &[u8]) {
+pub(crate) fn symbols_gputils(data: &[u8]) {
     symbols(data, &["fuzz.lst", "fuzz.cod"], SymbolSpaces::PIC16);
 }
 
 /// Maps of Keil's linkers, of the older and of the newer one.
-pub fn symbols_keil(data: &[u8]) {
+pub(crate) fn symbols_keil(data: &[u8]) {
     symbols(data, &["fuzz.m51", "fuzz.map"], SymbolSpaces::MCS51);
 }
 
@@ -78,7 +78,7 @@ fn printable<'n>(names: impl Iterator<Item = &'n str>) {
 }
 
 /// Object files; those with wrong check sums get no further, so they are made right too.
-pub fn omf51(data: &[u8]) {
+pub(crate) fn omf51(data: &[u8]) {
     let chip = chip(Family::Mcs51);
     for bytes in [data, &right(data)] {
         let Ok(loaded) = load_omf51("fuzz.omf", bytes, chip.hex) else { continue };
@@ -88,7 +88,7 @@ pub fn omf51(data: &[u8]) {
 }
 
 /// Messages are read from the file, and carried out over a program that does nothing.
-pub fn cod_messages(data: &[u8]) {
+pub(crate) fn cod_messages(data: &[u8]) {
     let Ok(messages) = load_messages(&SymbolFile { name: "fuzz.cod", bytes: data }) else { return };
     let Ok(script) = cod::Script::read(&messages) else { return };
     let symbols = load_symbols(&[SymbolFile { name: "fuzz.cod", bytes: data }], SymbolSpaces::PIC16);

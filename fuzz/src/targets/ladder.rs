@@ -15,7 +15,7 @@ fn read(data: &[u8]) -> Option<Program> {
 }
 
 /// What is read and written is read again, and written as before.
-pub fn ld(data: &[u8]) {
+pub(crate) fn ld(data: &[u8]) {
     let Some(program) = read(data) else { return };
     _ = check(&program);
     _ = draw(&program);
@@ -25,7 +25,7 @@ pub fn ld(data: &[u8]) {
 }
 
 /// A program without faults is evaluated, and compiled for a chip of each family or refused.
-pub fn compile(data: &[u8]) {
+pub(crate) fn compile(data: &[u8]) {
     let Some(program) = read(data) else { return };
     if check(&program).iter().any(|fault| fault.is_error()) {
         return;

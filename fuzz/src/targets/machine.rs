@@ -17,7 +17,7 @@ const CYCLES: u64 = 10_000;
 const EDGES: usize = 24;
 
 /// A file that is read is written back as it was.
-pub fn snapshot(data: &[u8]) {
+pub(crate) fn snapshot(data: &[u8]) {
     if let Ok((head, state)) = snapshot::read("fuzz.snp", data) {
         assert!(snapshot::write(&head, state) == data, "it comes back as it was written");
         assert!(snapshot::read_for("fuzz.snp", data, &head).is_ok(), "it is of itself");
@@ -57,22 +57,22 @@ impl MachineVisitor for Run<'_> {
 }
 
 /// AVR.
-pub fn run_avr(data: &[u8]) {
+pub(crate) fn run_avr(data: &[u8]) {
     run(Family::Avr, data);
 }
 
 /// 8051.
-pub fn run_8051(data: &[u8]) {
+pub(crate) fn run_8051(data: &[u8]) {
     run(Family::Mcs51, data);
 }
 
 /// PIC16.
-pub fn run_pic16(data: &[u8]) {
+pub(crate) fn run_pic16(data: &[u8]) {
     run(Family::Pic16, data);
 }
 
 /// AP101.
-pub fn run_ap101(data: &[u8]) {
+pub(crate) fn run_ap101(data: &[u8]) {
     run(Family::Ap101, data);
 }
 
@@ -109,21 +109,21 @@ fn comes_back<C: Cpu>(cpu: &C, other: &C) {
 }
 
 /// AVR.
-pub fn state_avr(data: &[u8]) {
+pub(crate) fn state_avr(data: &[u8]) {
     state(Family::Avr, data);
 }
 
 /// 8051.
-pub fn state_8051(data: &[u8]) {
+pub(crate) fn state_8051(data: &[u8]) {
     state(Family::Mcs51, data);
 }
 
 /// PIC16.
-pub fn state_pic16(data: &[u8]) {
+pub(crate) fn state_pic16(data: &[u8]) {
     state(Family::Pic16, data);
 }
 
 /// AP101.
-pub fn state_ap101(data: &[u8]) {
+pub(crate) fn state_ap101(data: &[u8]) {
     state(Family::Ap101, data);
 }

@@ -14,7 +14,7 @@ use scenario::{Done, Recorder, Scenario, Value, bind, parse, parse_bytes, read_v
 use crate::machine::{chips, session};
 
 /// Its names and times are looked up on a chip of each family.
-pub fn scenario(data: &[u8]) {
+pub(crate) fn scenario(data: &[u8]) {
     if let Ok(scenario) = parse_bytes("fuzz.toml", data) {
         chips().for_each(|chip| bound(&scenario, chip));
     }
@@ -40,7 +40,7 @@ fn bound(scenario: &Scenario, chip: &'static Chip) {
 }
 
 /// What is written is read again, with as many steps.
-pub fn record(data: &[u8]) {
+pub(crate) fn record(data: &[u8]) {
     let (clocks, data) = data.split_first().map_or((0, data), |(first, rest)| (*first, rest));
     let mut recorder = Recorder::new((clocks % 16 > 0).then_some(u32::from(clocks % 16)));
     recorder.whole = clocks & 0x10 != 0;
@@ -73,7 +73,7 @@ fn text(bytes: &[u8]) -> String {
 }
 
 /// As a stimulus whose every wire is wanted, and as a drawing.
-pub fn vcd(data: &[u8]) {
+pub(crate) fn vcd(data: &[u8]) {
     if let Ok(waveform) = read_vcd("fuzz.vcd", data) {
         _ = waveform.scenario(&mut |_| true);
     }
@@ -81,12 +81,12 @@ pub fn vcd(data: &[u8]) {
 }
 
 /// A trace has lines or is refused.
-pub fn trace(data: &[u8]) {
+pub(crate) fn trace(data: &[u8]) {
     assert_ne!(emu::fuzzing::trace(data), Some(0), "an empty trace is refused");
 }
 
 /// One argument a line.
-pub fn arguments(data: &[u8]) {
+pub(crate) fn arguments(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     _ = emu::fuzzing::arguments(&text.lines().collect::<Vec<_>>());
 }
@@ -97,7 +97,7 @@ thread_local! {
 }
 
 /// Every line is tried as everything that a flag or a command takes.
-pub fn expression(data: &[u8]) {
+pub(crate) fn expression(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     for line in text.lines() {
         _ = (hertz(line), duration(line));

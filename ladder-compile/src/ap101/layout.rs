@@ -21,14 +21,14 @@ const PLAIN: u16 = 248;
 const IMAGE: u16 = 256;
 
 /// First addresses of the zones.
-pub const E: u16 = zone('E');
+pub(super) const E: u16 = zone('E');
 /// See [`E`].
-pub const R: u16 = zone('R');
+pub(super) const R: u16 = zone('R');
 /// See [`E`].
-pub const M: u16 = zone('M');
+pub(super) const M: u16 = zone('M');
 
 /// Behind the address of a module: its running bit, which resets it.
-pub const RESET: u16 = MODULES as u16;
+pub(super) const RESET: u16 = MODULES as u16;
 
 const fn zone(letter: char) -> u16 {
     let mut n = 0;
@@ -40,7 +40,7 @@ const fn zone(letter: char) -> u16 {
 
 /// Where everything is. Addresses are those of instructions, eleven bits.
 #[derive(Debug)]
-pub struct Layout {
+pub(super) struct Layout {
     /// Of each bit cell.
     pub bits: Vec<u16>,
     /// Bits that nobody looks at between scans.
@@ -67,7 +67,7 @@ pub struct Layout {
 ///
 /// # Errors
 /// More bits or modules than there are, with the figures.
-pub fn layout(job: &Job<'_>) -> Result<Layout, Vec<Refusal>> {
+pub(super) fn layout(job: &Job<'_>) -> Result<Layout, Vec<Refusal>> {
     let ir = job.ir;
     let mut refusals = Vec::new();
     let channel = |name: &str, output: bool| {
@@ -146,7 +146,7 @@ pub fn layout(job: &Job<'_>) -> Result<Layout, Vec<Refusal>> {
 }
 
 /// The place of a bit; of an output its image, which is written with the channel.
-pub fn place(addr: u16) -> Place {
+pub(super) fn place(addr: u16) -> Place {
     let (zone, offset) = (addr / ZONE * ZONE, addr % ZONE);
     let (space, offset) = match zone {
         E => ("m", IMAGE + offset),
@@ -157,7 +157,7 @@ pub fn place(addr: u16) -> Place {
 }
 
 /// The timers and counters, in order.
-pub fn modules(ir: &Ir) -> Vec<(Module, Word, Value)> {
+pub(super) fn modules(ir: &Ir) -> Vec<(Module, Word, Value)> {
     let mut found = Vec::new();
     every(ir, &mut |op, _| {
         if let Op::Module { is, word, limit } = op {
@@ -168,7 +168,7 @@ pub fn modules(ir: &Ir) -> Vec<(Module, Word, Value)> {
 }
 
 /// Calls `look` with every operation, and whether it is executed in every scan.
-pub fn every<'a>(ir: &'a Ir, look: &mut dyn FnMut(&'a Op, bool)) {
+pub(super) fn every<'a>(ir: &'a Ir, look: &mut dyn FnMut(&'a Op, bool)) {
     let rungs = ir.rungs.iter().flat_map(|rung| &rung.steps).map(|step| &step.op);
     for op in ir.begin.iter().chain(rungs).chain(&ir.end) {
         let mut always = true;
@@ -177,7 +177,7 @@ pub fn every<'a>(ir: &'a Ir, look: &mut dyn FnMut(&'a Op, bool)) {
 }
 
 /// Calls `look` with an operation and those within it.
-pub fn each<'a>(op: &'a Op, look: &mut dyn FnMut(&'a Op)) {
+pub(super) fn each<'a>(op: &'a Op, look: &mut dyn FnMut(&'a Op)) {
     look(op);
     if let Op::If { then, otherwise, .. } = op {
         then.iter().chain(otherwise).for_each(|op| each(op, look));
@@ -185,7 +185,7 @@ pub fn each<'a>(op: &'a Op, look: &mut dyn FnMut(&'a Op)) {
 }
 
 /// The bit that an operation writes.
-pub fn written(op: &Op) -> Option<Bit> {
+pub(super) fn written(op: &Op) -> Option<Bit> {
     match op {
         Op::Store { bit, .. }
         | Op::Put { bit, .. }
@@ -211,12 +211,12 @@ fn direct(ir: &Ir) -> HashSet<Bit> {
 }
 
 /// It needs an edge memory of its own, because what it counts is not what is written to its module.
-pub fn keeps_edge(is: Module) -> bool {
+pub(super) fn keeps_edge(is: Module) -> bool {
     matches!(is, Module::Counter { input: '/' | '\\', .. }) && !is_plain(is)
 }
 
 /// What the element gets is written to its module as it is.
-pub fn is_plain(is: Module) -> bool {
+pub(super) fn is_plain(is: Module) -> bool {
     match is {
         Module::Timer(_) => true,
         Module::Counter { kind, input, bounded } => input == '/' && (!bounded || kind == CounterKind::Ctc),
@@ -224,7 +224,7 @@ pub fn is_plain(is: Module) -> bool {
 }
 
 /// The preset of a module: a bounded CTD gives n > max, and a module n >= preset.
-pub fn preset(is: Module, limit: Value) -> Option<i16> {
+pub(super) fn preset(is: Module, limit: Value) -> Option<i16> {
     let Value::Const(limit) = limit else { return None };
     let below = matches!(is, Module::Counter { kind: CounterKind::Ctd, bounded: true, .. });
     i16::try_from(limit.checked_add(i32::from(below))?).ok()

@@ -9,7 +9,7 @@ use crate::ir::{Cond, Ir, Module, Op, Value, Word, bytes_of};
 use crate::target::{Job, Refusal};
 
 /// Every reason, at most one for each element, in order.
-pub fn refuse(job: &Job<'_>) -> Vec<Refusal> {
+pub(super) fn refuse(job: &Job<'_>) -> Vec<Refusal> {
     let ir = job.ir;
     let mut look = Look { ir, modules: modules(ir).iter().map(|(_, word, _)| *word).collect(), seen: Vec::new() };
     let mut told = Vec::new();

@@ -21,7 +21,7 @@ struct Rest<'a> {
 }
 
 /// Selects instructions for a scan.
-pub struct Select<'a, 'b> {
+pub(super) struct Select<'a, 'b> {
     pub asm: &'b mut Asm<Machine>,
     layout: &'a Layout,
     all: &'a [&'a Op],
@@ -40,12 +40,12 @@ pub struct Select<'a, 'b> {
 
 impl<'a, 'b> Select<'a, 'b> {
     /// `all`: the operations of the scan, which [`Select::next`] takes one after the other.
-    pub fn new(asm: &'b mut Asm<Machine>, layout: &'a Layout, all: &'a [&'a Op]) -> Self {
+    pub(super) fn new(asm: &'b mut Asm<Machine>, layout: &'a Layout, all: &'a [&'a Op]) -> Self {
         Select { asm, layout, all, inverted: false, known: None, held: None, same: HashMap::new(), passing: false }
     }
 
     /// The next operation of the scan.
-    pub fn next(&mut self) {
+    pub(super) fn next(&mut self) {
         if let Some((op, ops)) = self.all.split_first() {
             self.all = ops;
             self.op(op, &Rest { ops, then: None });
@@ -53,7 +53,7 @@ impl<'a, 'b> Select<'a, 'b> {
     }
 
     /// Brings outputs from their images to their channels.
-    pub fn outputs(&mut self) {
+    pub(super) fn outputs(&mut self) {
         for &(image, channel) in &self.layout.late {
             self.put(Kind::Ld, image);
             self.put(Kind::Sto, channel);

@@ -22,7 +22,7 @@ pub(super) struct Scan {
 
 impl Scan {
     /// All of it in one piece.
-    pub fn whole(&self) -> String {
+    pub(super) fn whole(&self) -> String {
         let mut text = self.begin.clone();
         for (number, rung) in (1..).zip(&self.rungs) {
             text += &format!("\n    /* Rung {number} */\n{rung}");
@@ -40,12 +40,12 @@ pub(super) struct Body<'a> {
 }
 
 impl<'a> Body<'a> {
-    pub fn new(ir: &'a Ir, names: &'a Spelling) -> Self {
+    pub(super) fn new(ir: &'a Ir, names: &'a Spelling) -> Self {
         Body { ir, names, text: String::new(), depth: 1 }
     }
 
     /// The whole scan between the latching of inputs and the writing of outputs, one level deep.
-    pub fn scan(mut self, texts: &[(ElementId, String)]) -> Scan {
+    pub(super) fn scan(mut self, texts: &[(ElementId, String)]) -> Scan {
         self.ops(&self.ir.begin);
         let begin = std::mem::take(&mut self.text);
         let mut rungs = Vec::new();

@@ -78,18 +78,18 @@ pub(crate) struct Plan<'a> {
 
 impl Plan<'_> {
     /// Bits of a role with their names, in the order of the intermediate code.
-    pub fn bits(&self, role: BitRole) -> impl Iterator<Item = (Bit, &str)> {
+    pub(crate) fn bits(&self, role: BitRole) -> impl Iterator<Item = (Bit, &str)> {
         let cells = self.ir.bits.iter().zip(0..);
         cells.filter(move |(cell, _)| cell.role == role).map(|(cell, n)| (Bit(n), cell.name.as_str()))
     }
 
     /// The elements with their text, in order.
-    pub fn texts(&self) -> Vec<(ElementId, String)> {
+    pub(crate) fn texts(&self) -> Vec<(ElementId, String)> {
         self.program.elements().map(|(id, element, _)| (id, ladder::element_text(element))).collect()
     }
 
     /// Symbols and memories; `bit` and `word` give number and spelling.
-    pub fn source(
+    pub(crate) fn source(
         &self,
         text: String,
         bit: impl Fn(Bit) -> (u32, String),

@@ -9,12 +9,12 @@ pub(super) struct Names {
 
 impl Names {
     /// None of `reserved` is given out.
-    pub fn new(reserved: &[&str]) -> Names {
+    pub(super) fn new(reserved: &[&str]) -> Names {
         Names { taken: reserved.iter().map(|name| (*name).to_owned()).collect() }
     }
 
     /// `prefix`, then `name` with everything that no identifier may hold as `_`, then a number where that is taken.
-    pub fn give(&mut self, prefix: &str, name: &str) -> String {
+    pub(super) fn give(&mut self, prefix: &str, name: &str) -> String {
         let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
         let first = format!("{prefix}{plain}");
         let mut given = first.clone();

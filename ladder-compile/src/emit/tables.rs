@@ -16,7 +16,7 @@ pub(super) enum Element {
 
 impl Element {
     /// The macro that reads one.
-    pub fn read(self) -> &'static str {
+    pub(super) fn read(self) -> &'static str {
         match self {
             Element::Byte => "PLC_BYTE",
             Element::Signed => "PLC_SIGNED",
@@ -35,7 +35,7 @@ impl Element {
     }
 
     /// Bytes with sign that hold what is read.
-    pub fn needs(self) -> u8 {
+    pub(super) fn needs(self) -> u8 {
         match self {
             Element::Signed => 1,
             Element::Byte | Element::Short => 2,

@@ -8,7 +8,7 @@ use super::state::Byte;
 
 /// Arithmetic of A and a byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Alu {
+pub(super) enum Alu {
     /// Sum.
     Add,
     /// Sum with carry.

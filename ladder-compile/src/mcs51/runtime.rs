@@ -12,7 +12,7 @@ use crate::code::{Asm, Label};
 use crate::ir::Ir;
 
 /// From reset on: outputs low before anything else, since reset leaves all ports high; then RAM, whatever it held.
-pub fn reset(asm: &mut Asm<Mcs51>, ir: &Ir, layout: &Layout) {
+pub(super) fn reset(asm: &mut Asm<Mcs51>, ir: &Ir, layout: &Layout) {
     let outputs = || layout.ports.iter().filter(|port| port.outputs != 0);
     for port in outputs() {
         asm.op(Kind::MovDirImm, &[port.sfr.into(), i32::from(!port.outputs)]);

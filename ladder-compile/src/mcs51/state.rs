@@ -8,7 +8,7 @@ use crate::ir::{Bit, Cond, Op};
 
 /// A bit that can be looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Flag {
+pub(super) enum Flag {
     /// A bit cell.
     Cell(Bit),
     /// F0, in which the accumulator waits while the carry works.
@@ -17,7 +17,7 @@ pub enum Flag {
 
 /// What is known of the accumulator; all of it is true at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Acc {
+pub(super) struct Acc {
     /// It is the carry, complemented if so.
     pub carry: Option<bool>,
     /// It is this bit, complemented if so.
@@ -28,7 +28,7 @@ pub struct Acc {
 
 /// A byte operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Byte {
+pub(super) enum Byte {
     /// RAM; 0 to 7 are the registers, from 80h on it is reached through R0.
     At(u8),
     /// A constant.
@@ -39,7 +39,7 @@ pub enum Byte {
 
 /// What is known at a place in the code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct State {
+pub(super) struct State {
     /// The accumulator of the intermediate code.
     pub acc: Acc,
     /// The carry.
@@ -53,20 +53,20 @@ pub struct State {
 impl State {
     /// The carry is the accumulator, complemented if so.
     #[must_use]
-    pub fn in_carry(&self) -> Option<bool> {
+    pub(super) fn in_carry(&self) -> Option<bool> {
         let constant = || Some(self.acc.known? ^ self.carry?);
         self.acc.carry.or_else(constant)
     }
 
     /// The accumulator is lost when the carry changes.
     #[must_use]
-    pub fn only_in_carry(&self) -> bool {
+    pub(super) fn only_in_carry(&self) -> bool {
         self.acc.carry.is_some() && self.acc.flag.is_none() && self.acc.known.is_none()
     }
 
     /// What is true after either; the accumulator is only kept where that gives something.
     #[must_use]
-    pub fn meet(&self, other: &State) -> State {
+    pub(super) fn meet(&self, other: &State) -> State {
         fn both<T: PartialEq>(a: Option<T>, b: Option<T>) -> Option<T> {
             if a == b { a } else { None }
         }
@@ -84,7 +84,7 @@ impl State {
 
     /// Instructions that make the carry the accumulator, complemented if `inverted`.
     #[must_use]
-    pub fn cost(&self, inverted: bool) -> u32 {
+    pub(super) fn cost(&self, inverted: bool) -> u32 {
         match (self.in_carry(), self.acc.known, self.acc.flag) {
             (Some(now), ..) => u32::from(now != inverted),
             (_, Some(_), _) => 1,
@@ -96,7 +96,7 @@ impl State {
 
 /// Whether the accumulator is read after each of `ops` before it is set, if `after` says so for the last.
 #[must_use]
-pub fn live(ops: &[&Op], after: bool) -> Vec<bool> {
+pub(super) fn live(ops: &[&Op], after: bool) -> Vec<bool> {
     let mut live = after;
     let mut all: Vec<bool> = ops
         .iter()
@@ -113,7 +113,7 @@ pub fn live(ops: &[&Op], after: bool) -> Vec<bool> {
 
 /// Whether a list reads the accumulator before it sets it.
 #[must_use]
-pub fn reads(ops: &[Op], after: bool) -> bool {
+pub(super) fn reads(ops: &[Op], after: bool) -> bool {
     ops.iter().rev().fold(after, |live, op| read_before(op, live))
 }
 

@@ -2,7 +2,7 @@
 
 /// How the counter goes, which says when the rest happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Slope {
+pub(super) enum Slope {
     /// Up to MAX; also where the mode is reserved.
     Normal,
     /// Up to TOP, cleared by the compare match.
@@ -17,7 +17,7 @@ pub enum Slope {
 
 /// Where TOP comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Top {
+pub(super) enum Top {
     /// A constant.
     Fixed(u16),
     /// OCRnA.
@@ -28,14 +28,14 @@ pub enum Top {
 
 /// A mode of waveform generation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Mode {
+pub(super) struct Mode {
     pub slope: Slope,
     pub top: Top,
 }
 
 impl Mode {
     /// The mode `wgm`: WGM02:0 of an 8-bit timer, WGM13:0 of a 16-bit one.
-    pub const fn of(wide: bool, wgm: u8) -> Mode {
+    pub(super) const fn of(wide: bool, wgm: u8) -> Mode {
         use Slope::{Ctc, Fast, Frequency, Normal, Phase};
         use Top::{Fixed, Icr, OcrA};
         let (slope, top) = match (wide, wgm) {
@@ -61,7 +61,7 @@ impl Mode {
     }
 
     /// The bits of the high byte of OCR that there are: a fixed TOP masks what is written (16.9.3, 16.9.4).
-    pub const fn high_bits(self) -> u8 {
+    pub(super) const fn high_bits(self) -> u8 {
         match self.top {
             Top::Fixed(top) => (top >> 8) as u8,
             Top::OcrA | Top::Icr => 0xFF,
@@ -69,17 +69,17 @@ impl Mode {
     }
 
     /// OCR is double buffered: the PWM modes.
-    pub const fn buffered(self) -> bool {
+    pub(super) const fn buffered(self) -> bool {
         matches!(self.slope, Slope::Fast | Slope::Phase | Slope::Frequency)
     }
 
     /// It counts up and down.
-    pub const fn dual(self) -> bool {
+    pub(super) const fn dual(self) -> bool {
         matches!(self.slope, Slope::Phase | Slope::Frequency)
     }
 
     /// What the bits COMnx1:0 make of the pin of `channel`.
-    pub const fn action(self, channel: usize, com: u8) -> Action {
+    pub(super) const fn action(self, channel: usize, com: u8) -> Action {
         match (com & 3, self.buffered()) {
             (0, _) => Action::None,
             (1, false) => Action::Toggle,
@@ -95,7 +95,7 @@ impl Mode {
 
 /// What a compare match does to the output of its channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Action {
+pub(super) enum Action {
     /// Nothing; the pin is the port's.
     None,
     /// Toggles it.

@@ -4,7 +4,7 @@ use emu_core::parts::counter::Counter;
 
 /// A counter on its way.
 #[derive(Debug, Clone, Copy)]
-pub struct Orbit {
+pub(super) struct Orbit {
     pub value: u16,
     /// It counts down; never at 0, and never with one slope.
     pub down: bool,
@@ -16,7 +16,7 @@ pub struct Orbit {
 
 impl Orbit {
     /// Steps until it goes on from the value `x`, at least 1; `None` when it never gets there.
-    pub fn leaves(&self, x: u16) -> Option<u64> {
+    pub(super) fn leaves(&self, x: u16) -> Option<u64> {
         if !self.dual {
             return self.single().leaves(x);
         }
@@ -34,13 +34,13 @@ impl Orbit {
     }
 
     /// One slope: steps until it comes to 0.
-    pub fn bottom(&self) -> u64 {
+    pub(super) fn bottom(&self) -> u64 {
         let end = if self.value <= self.top { self.top } else { self.max };
         u64::from(end - self.value) + 1
     }
 
     /// Value and direction after `steps` steps.
-    pub fn after(&self, steps: u64) -> (u16, bool) {
+    pub(super) fn after(&self, steps: u64) -> (u16, bool) {
         if !self.dual {
             return (self.single().after(steps), false);
         }

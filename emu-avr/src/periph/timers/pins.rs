@@ -6,13 +6,13 @@ use emu_core::state;
 use emu_core::state::{Damaged, State, Tape};
 
 /// Cycles from a change of a pin to the edge at which it acts: 2.5 to 3.5 by 17.1, and 3 for what changes with an edge.
-pub const DETECT: u64 = 3;
+pub(super) const DETECT: u64 = 3;
 /// Equal samples that the noise canceller wants, and the cycles by which it is later (16.6.2).
-pub const QUIET: u64 = 4;
+pub(super) const QUIET: u64 = 4;
 
 /// Changes of a line that are still on their way. No more than one counts in a cycle, and they go up and down in turn.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Pipe {
+pub(super) struct Pipe {
     times: [u64; 8],
     len: usize,
     /// The level after all of them.
@@ -30,7 +30,7 @@ impl State for Pipe {
 
 impl Pipe {
     /// The line changes at `t`; what it did before within the same cycle is not seen.
-    pub fn change(&mut self, high: bool, t: u64) {
+    pub(super) fn change(&mut self, high: bool, t: u64) {
         if high == self.level {
             return;
         }
@@ -66,17 +66,17 @@ impl Pipe {
     }
 
     /// Moves everything that is on its way by the time for which the clock stood.
-    pub fn shift(&mut self, by: u64) {
+    pub(super) fn shift(&mut self, by: u64) {
         self.times.iter_mut().for_each(|t| *t = t.saturating_add(by));
     }
 
     /// When the oldest change acts.
-    pub fn due(&self) -> u64 {
+    pub(super) fn due(&self) -> u64 {
         self.at(0).map_or(NEVER, |t| t.saturating_add(DETECT))
     }
 
     /// Takes the oldest change: true when it is a rising one.
-    pub fn take(&mut self) -> bool {
+    pub(super) fn take(&mut self) -> bool {
         let rising = self.len > 0 && self.level(0);
         self.pop();
         rising
@@ -85,7 +85,7 @@ impl Pipe {
 
 /// An edge that comes out of the capture pin's edge detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Edge {
+pub(super) struct Edge {
     pub rising: bool,
     /// It comes by way of the noise canceller.
     pub filtered: bool,
@@ -93,7 +93,7 @@ pub struct Edge {
 
 /// The capture pin. Both ways, with the noise canceller and without, are followed all the time.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Icp {
+pub(super) struct Icp {
     pub pipe: Pipe,
     /// Changes that have been told on the direct way.
     told: usize,
@@ -105,7 +105,7 @@ state! { Icp { pipe, told, quiet } if |icp, _now| icp.told <= icp.pipe.len }
 
 impl Icp {
     /// When something comes out next.
-    pub fn due(&self) -> u64 {
+    pub(super) fn due(&self) -> u64 {
         self.direct().min(self.filtered())
     }
 
@@ -118,7 +118,7 @@ impl Icp {
     }
 
     /// What comes out at [`Icp::due`], if it is an edge.
-    pub fn take(&mut self) -> Option<Edge> {
+    pub(super) fn take(&mut self) -> Option<Edge> {
         if self.direct() <= self.filtered() {
             let rising = self.pipe.at(self.told).map(|_| self.pipe.level(self.told))?;
             self.told += 1;

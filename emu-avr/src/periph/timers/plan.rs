@@ -8,7 +8,7 @@ use super::{Channel, Clock, ICF, OCFA, OCFB, OCFC, Reg, TOV, Timer, regs};
 
 /// The next thing that is done one at a time. Of several at one cycle the first kind goes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum What {
+pub(super) enum What {
     /// Something comes out of the capture pin's edge detector.
     Capture,
     /// An edge of the timer's clock, so many edges on.
@@ -23,7 +23,7 @@ pub enum What {
 
 /// When, and what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Plan {
+pub(super) struct Plan {
     pub t: u64,
     pub what: What,
 }

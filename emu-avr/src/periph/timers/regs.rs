@@ -6,21 +6,21 @@ use super::mode::{Action, Mode};
 use super::{Clock, Outbox, Reg, Tap, Timer};
 
 /// ICNCn and ICESn in TCCRnB.
-pub const ICNC: u8 = 1 << 7;
+pub(super) const ICNC: u8 = 1 << 7;
 /// Rising edges are captured.
-pub const ICES: u8 = 1 << 6;
+pub(super) const ICES: u8 = 1 << 6;
 /// AS2 in ASSR.
-pub const AS2: u8 = 1 << 5;
+pub(super) const AS2: u8 = 1 << 5;
 /// EXCLK in ASSR.
 const EXCLK: u8 = 1 << 6;
 /// Update busy bits in ASSR: of TCNT, OCRA, OCRB, TCCRA and TCCRB.
-pub const BUSY: [u8; 5] = [1 << 4, 1 << 3, 1 << 2, 1 << 1, 1 << 0];
+pub(super) const BUSY: [u8; 5] = [1 << 4, 1 << 3, 1 << 2, 1 << 1, 1 << 0];
 /// Those during which a compare unit is off.
-pub const COMPARE_BUSY: u8 = 0x1C;
+pub(super) const COMPARE_BUSY: u8 = 0x1C;
 /// Those after which a pin may be taken from its port.
-pub const CONTROL_BUSY: u8 = 0x03;
+pub(super) const CONTROL_BUSY: u8 = 0x03;
 /// Cycles by which a flag of the asynchronous timer comes after the edge that sets it (18.9).
-pub const LATE: u64 = 3;
+pub(super) const LATE: u64 = 3;
 
 const fn high(word: u16) -> u8 {
     (word >> 8) as u8

@@ -4,7 +4,7 @@ use emu_core::NEVER;
 
 /// Rising edges of TOSC1, counted since power-on. The phase of the crystal at power-on is zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Tosc {
+pub(super) struct Tosc {
     /// Edges up to the cycle `since`.
     edges: u64,
     since: u64,
@@ -26,16 +26,16 @@ emu_core::state! {
 
 impl Tosc {
     /// A crystal of 32,768 Hz; the chip has yet to say its own rate.
-    pub const NEW: Tosc =
+    pub(super) const NEW: Tosc =
         Tosc { edges: 0, since: 0, part: 0, hz: 32_768, rate: 1_000_000, external: false, stopped: false };
 
     /// Edges up to and including the cycle `t`.
-    pub fn index(&self, t: u64) -> u64 {
+    pub(super) fn index(&self, t: u64) -> u64 {
         self.split(t).0
     }
 
     /// The cycle of the `n`th edge, or one that has passed; `NEVER` where it is not known.
-    pub fn time(&self, n: u64) -> u64 {
+    pub(super) fn time(&self, n: u64) -> u64 {
         match n.checked_sub(self.edges) {
             None | Some(0) => self.since,
             Some(_) if self.still() => NEVER,
@@ -48,7 +48,7 @@ impl Tosc {
     }
 
     /// A rising edge of a clock from outside.
-    pub fn pulse(&mut self, t: u64) {
+    pub(super) fn pulse(&mut self, t: u64) {
         if self.external && !self.stopped {
             self.anchor(t);
             self.edges += 1;
@@ -56,25 +56,25 @@ impl Tosc {
     }
 
     /// Takes its edges from outside, or from the crystal.
-    pub fn set_external(&mut self, external: bool, t: u64) {
+    pub(super) fn set_external(&mut self, external: bool, t: u64) {
         self.anchor(t);
         self.external = external;
     }
 
     /// Stops the oscillator, or lets it run on.
-    pub fn set_stopped(&mut self, stopped: bool, t: u64) {
+    pub(super) fn set_stopped(&mut self, stopped: bool, t: u64) {
         self.anchor(t);
         self.stopped = stopped;
     }
 
     /// Frequency of the crystal; 0 is none.
-    pub fn set_hz(&mut self, hz: u64, t: u64) {
+    pub(super) fn set_hz(&mut self, hz: u64, t: u64) {
         self.anchor(t);
         self.hz = hz;
     }
 
     /// Cycles to a second, at least 1.
-    pub fn set_rate(&mut self, rate: u64, t: u64) {
+    pub(super) fn set_rate(&mut self, rate: u64, t: u64) {
         self.anchor(t);
         let rate = rate.max(1);
         self.part = (u128::from(self.part) * u128::from(rate) / u128::from(self.rate)) as u64;

@@ -30,12 +30,12 @@ pub(super) struct Sequence {
 }
 
 impl Sequence {
-    pub fn new(start: u64) -> Sequence {
+    pub(super) fn new(start: u64) -> Sequence {
         Sequence { start, end: start, lines: Vec::new() }
     }
 
     /// It begins where dropped code is put.
-    pub fn is_low(&self) -> bool {
+    pub(super) fn is_low(&self) -> bool {
         self.start <= LAST
     }
 }
@@ -60,13 +60,13 @@ struct Functions {
 }
 
 impl<'a, 'b> Scan<'a, 'b> {
-    pub fn new(dwarf: &'a Dwarf<Slice<'b>>, elf: &'a [u8]) -> Self {
+    pub(super) fn new(dwarf: &'a Dwarf<Slice<'b>>, elf: &'a [u8]) -> Self {
         let budget = dwarf.debug_info.reader().len() * 4 + (1 << 20);
         Scan { dwarf, elf, owners: None, budget }
     }
 
     /// The lines of those sequences that are code, and the lines of which it is not known.
-    pub fn judge(&mut self, low: Vec<Sequence>, units: &[Unit<Slice<'b>>]) -> (Vec<LineAt>, Vec<LineAt>) {
+    pub(super) fn judge(&mut self, low: Vec<Sequence>, units: &[Unit<Slice<'b>>]) -> (Vec<LineAt>, Vec<LineAt>) {
         let mut functions = Functions::default();
         for unit in units {
             // A damaged unit says nothing more.

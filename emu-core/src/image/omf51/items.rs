@@ -55,7 +55,7 @@ struct Item<'b> {
 
 impl Items {
     /// The module header.
-    pub fn header(&mut self, module: &[u8]) {
+    pub(super) fn header(&mut self, module: &[u8]) {
         self.module(module);
     }
 
@@ -70,7 +70,7 @@ impl Items {
     }
 
     /// A scope begins or ends.
-    pub fn scope(&mut self, contents: &[u8]) {
+    pub(super) fn scope(&mut self, contents: &[u8]) {
         let Some((kind, rest)) = contents.split_first() else { return self.damaged += 1 };
         let Some((name, _)) = name(rest) else { return self.damaged += 1 };
         match kind {
@@ -91,7 +91,7 @@ impl Items {
     }
 
     /// Debug items of Intel's format; `width` is that of a number of a segment.
-    pub fn items(&mut self, contents: &[u8], width: usize) {
+    pub(super) fn items(&mut self, contents: &[u8], width: usize) {
         let Some((kind, rest)) = contents.split_first() else { return self.damaged += 1 };
         match kind {
             0 | 1 => match named(rest, width, 1) {
@@ -106,7 +106,7 @@ impl Items {
     }
 
     /// Those of Keil's linkers.
-    pub fn keil(&mut self, contents: &[u8]) {
+    pub(super) fn keil(&mut self, contents: &[u8]) {
         let Some((kind, rest)) = contents.split_first() else { return self.damaged += 1 };
         match kind {
             0 | 1 => match (1..=3).find_map(|between| named(rest, 1, between)) {
@@ -119,7 +119,7 @@ impl Items {
     }
 
     /// Public definitions.
-    pub fn publics(&mut self, contents: &[u8], width: usize) {
+    pub(super) fn publics(&mut self, contents: &[u8], width: usize) {
         match named(contents, width, 1) {
             Some(items) => items.iter().for_each(|item| self.symbol(item, true)),
             None => self.damaged += 1,
@@ -127,7 +127,7 @@ impl Items {
     }
 
     /// The name of the source file of the module that is open, or comes next.
-    pub fn source(&mut self, contents: &[u8]) {
+    pub(super) fn source(&mut self, contents: &[u8]) {
         let name = contents.get(4..).unwrap_or_default();
         let name = name.split(|byte| *byte == 0).next().unwrap_or_default();
         // A length in front of the name, as other names have it, is none of its characters.
@@ -185,7 +185,7 @@ impl Items {
     }
 
     /// The symbols and lines. What could not be read is told once.
-    pub fn finish(mut self, faults: &mut Faults) -> (Vec<SymbolAt>, Vec<LineAt>) {
+    pub(super) fn finish(mut self, faults: &mut Faults) -> (Vec<SymbolAt>, Vec<LineAt>) {
         self.scopes.finish(&mut self.found, &mut Faults::new("", ""));
         if self.damaged > 0 || self.count > MOST {
             let damaged = self.damaged;

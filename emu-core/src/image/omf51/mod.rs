@@ -21,25 +21,25 @@ use items::Items;
 
 /// Types of records. Keil's linkers write those of Intel with numbers of segments of two bytes under the next odd number.
 mod kind {
-    pub const HEADER: u8 = 0x02;
-    pub const END: u8 = 0x04;
-    pub const CONTENT: u8 = 0x06;
-    pub const FIXUP: u8 = 0x08;
-    pub const SEGMENTS: u8 = 0x0E;
-    pub const SCOPE: u8 = 0x10;
-    pub const ITEMS: u8 = 0x12;
-    pub const PUBLICS: u8 = 0x16;
-    pub const EXTERNALS: u8 = 0x18;
+    pub(super) const HEADER: u8 = 0x02;
+    pub(super) const END: u8 = 0x04;
+    pub(super) const CONTENT: u8 = 0x06;
+    pub(super) const FIXUP: u8 = 0x08;
+    pub(super) const SEGMENTS: u8 = 0x0E;
+    pub(super) const SCOPE: u8 = 0x10;
+    pub(super) const ITEMS: u8 = 0x12;
+    pub(super) const PUBLICS: u8 = 0x16;
+    pub(super) const EXTERNALS: u8 = 0x18;
     /// Names and lines of Keil's linkers.
-    pub const KEIL_ITEMS: u8 = 0x22;
+    pub(super) const KEIL_ITEMS: u8 = 0x22;
     /// The source file of a module, of Keil's linkers.
-    pub const KEIL_SOURCE: u8 = 0x24;
+    pub(super) const KEIL_SOURCE: u8 = 0x24;
     /// From here on tools may have records of their own.
-    pub const FIRST_OWN: u8 = 0x20;
+    pub(super) const FIRST_OWN: u8 = 0x20;
     /// The head of a library.
-    pub const LIBRARY: u8 = 0x2C;
+    pub(super) const LIBRARY: u8 = 0x2C;
     /// The first record of a file by Keil's LX51, in another format.
-    pub const OMF2: u8 = 0x70;
+    pub(super) const OMF2: u8 = 0x70;
 }
 
 /// What a file seems to be by its first record.

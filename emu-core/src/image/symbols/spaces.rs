@@ -35,7 +35,7 @@ pub(in crate::image) enum Mem {
 
 impl Mem {
     /// The name that the chips give it.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Mem::Code => "code",
             Mem::Idata => "idata",
@@ -50,7 +50,7 @@ impl Mem {
     }
 
     /// The last address.
-    pub const fn last(self) -> u32 {
+    pub(crate) const fn last(self) -> u32 {
         match self {
             Mem::Code | Mem::Xdata => 0xFFFF,
             Mem::Idata | Mem::Sfr | Mem::Bit | Mem::Eeprom => 0xFF,

@@ -44,7 +44,7 @@ emu_core::state! {
 
 impl Hold {
     /// An empty, open one, with a source of `ohms`.
-    pub fn new(network: Network, ohms: u32, hz: u64) -> Hold {
+    pub(super) fn new(network: Network, ohms: u32, hz: u64) -> Hold {
         let (hz, tau_fs) = (hz.max(1), (u64::from(ohms) + network.inner_ohms) * network.capacity_ff);
         let charge_fs = u128::from(tau_fs) * u128::from(network.constants_e6) / 1_000_000;
         let settle_fs = u128::from(network.settle_ns) * 1_000_000;
@@ -55,14 +55,14 @@ impl Hold {
     }
 
     /// Another source impedance from `t` on; `source` is the voltage of the source, in microvolts as everywhere here.
-    pub fn set_ohms(&mut self, ohms: u32, t: u64, source: u64) {
+    pub(super) fn set_ohms(&mut self, ohms: u32, t: u64, source: u64) {
         self.disturb(t, source);
         let new = Hold::new(self.network, ohms, self.hz);
         *self = Hold { microvolts: self.microvolts, connected: self.connected, from: self.from, ..new };
     }
 
     /// The voltage at `t`.
-    pub fn at(&self, t: u64, source: u64) -> u64 {
+    pub(super) fn at(&self, t: u64, source: u64) -> u64 {
         let charged = t.saturating_sub(self.from);
         if self.connected.is_none() || charged == 0 {
             return self.microvolts;
@@ -76,25 +76,25 @@ impl Hold {
     }
 
     /// The source is about to change at `t`: charging begins anew from what there is.
-    pub fn disturb(&mut self, t: u64, source: u64) {
+    pub(super) fn disturb(&mut self, t: u64, source: u64) {
         self.microvolts = self.at(t, source);
         self.from = self.from.max(t);
     }
 
     /// Opens at `t` and keeps what there is.
-    pub fn open(&mut self, t: u64, source: u64) {
+    pub(super) fn open(&mut self, t: u64, source: u64) {
         self.microvolts = self.at(t, source);
         self.connected = None;
     }
 
     /// Connects at `at`, which may be to come. Whatever has been on it so far must have been opened or disturbed.
-    pub fn connect(&mut self, at: u64) {
+    pub(super) fn connect(&mut self, at: u64) {
         self.connected = Some(at);
         self.from = at.saturating_add(self.dead);
     }
 
     /// Connects to another source at `t`, or when it was to connect anyway if that is later.
-    pub fn switch(&mut self, t: u64, source: u64) {
+    pub(super) fn switch(&mut self, t: u64, source: u64) {
         self.disturb(t, source);
         if let Some(at) = self.connected {
             self.connect(at.max(t));
@@ -102,12 +102,12 @@ impl Hold {
     }
 
     /// It is connected or about to be.
-    pub fn is_connected(&self) -> bool {
+    pub(super) fn is_connected(&self) -> bool {
         self.connected.is_some()
     }
 
     /// The time of the acquisition equation has passed at `t` since it was connected.
-    pub fn acquired(&self, t: u64) -> bool {
+    pub(super) fn acquired(&self, t: u64) -> bool {
         self.connected.is_some_and(|at| t >= at.saturating_add(self.dead).saturating_add(self.full))
     }
 }

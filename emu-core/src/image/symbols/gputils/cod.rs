@@ -79,7 +79,7 @@ pub(super) struct Cod<'b> {
 
 impl<'b> Cod<'b> {
     /// Looks at the directories; nothing where they are damaged or for a chip of another family, which is told.
-    pub fn new(bytes: &'b [u8], faults: &mut Faults) -> Option<Self> {
+    pub(super) fn new(bytes: &'b [u8], faults: &mut Faults) -> Option<Self> {
         if !bytes.len().is_multiple_of(BLOCK) || bytes.is_empty() {
             let cause = || format!("the file has {} bytes, which is no whole number of blocks of {BLOCK}", bytes.len());
             faults.error("SYM013", Pos::default(), cause, "the file is cut off: assemble or link anew");
@@ -113,7 +113,7 @@ impl<'b> Cod<'b> {
 
     /// The blocks of a table of one directory, with their numbers; none where there is no such table. Blocks that the file
     /// does not have are a fault.
-    pub fn table(&self, directory: usize, at: usize, what: &str, faults: &mut Faults) -> Vec<(usize, &'b [u8])> {
+    pub(super) fn table(&self, directory: usize, at: usize, what: &str, faults: &mut Faults) -> Vec<(usize, &'b [u8])> {
         let entry = |at| self.block(directory).and_then(|block| word(block, at)).map_or(0, usize::from);
         let (first, last) = (entry(at), entry(at + 2));
         if first == 0 {
@@ -129,7 +129,7 @@ impl<'b> Cod<'b> {
     }
 
     /// The blocks of a table that only the first directory has.
-    pub fn main_table(&self, at: usize, what: &str, faults: &mut Faults) -> Vec<(usize, &'b [u8])> {
+    pub(super) fn main_table(&self, at: usize, what: &str, faults: &mut Faults) -> Vec<(usize, &'b [u8])> {
         self.table(0, at, what, faults)
     }
 }

@@ -49,30 +49,30 @@ pub(in crate::image) struct Scopes {
 
 impl Scopes {
     /// A module begins; `stem` is the name of its object file without extension, if it is known.
-    pub fn module(&mut self, name: &str, stem: Option<&str>, found: &mut Found, faults: &mut Faults) {
+    pub(crate) fn module(&mut self, name: &str, stem: Option<&str>, found: &mut Found, faults: &mut Faults) {
         self.finish(found, faults);
         *self = Scopes { module: stem.unwrap_or(name).to_owned(), ..Scopes::default() };
     }
 
     /// The source file of the module.
-    pub fn source(&mut self, file: &str) {
+    pub(crate) fn source(&mut self, file: &str) {
         self.compiled |= file.to_ascii_lowercase().ends_with(".c");
         self.file = Some(file.to_owned());
     }
 
     /// The module ends. Lines that come behind it are still its own.
-    pub fn end_module(&mut self) {
+    pub(crate) fn end_module(&mut self) {
         self.end_function();
         self.ended = true;
     }
 
     /// The module that began last, if nothing has ended it.
-    pub fn open_module(&self) -> Option<&str> {
+    pub(crate) fn open_module(&self) -> Option<&str> {
         Some(self.module.as_str()).filter(|module| !self.ended && !module.is_empty())
     }
 
     /// A function begins.
-    pub fn function(&mut self, name: &str) {
+    pub(crate) fn function(&mut self, name: &str) {
         self.compiled = true;
         let plain = plain(name);
         let name = self.spelled.get(&plain.to_uppercase()).map_or(plain, |spelled| spelled);
@@ -81,36 +81,36 @@ impl Scopes {
     }
 
     /// The function that begins at an address.
-    pub fn function_at(&mut self, addr: u32) {
+    pub(crate) fn function_at(&mut self, addr: u32) {
         if let Some(name) = self.starts.get(&addr).cloned() {
             self.function(&name);
         }
     }
 
     /// A function ends.
-    pub fn end_function(&mut self) {
+    pub(crate) fn end_function(&mut self) {
         self.function = None;
         self.blocks.clear();
     }
 
     /// A block within a function begins.
-    pub fn block(&mut self) {
+    pub(crate) fn block(&mut self) {
         self.counted = self.counted.saturating_add(1);
         self.blocks.push(self.counted);
     }
 
     /// A block ends.
-    pub fn end_block(&mut self) {
+    pub(crate) fn end_block(&mut self) {
         self.blocks.pop();
     }
 
     /// All blocks end but so many.
-    pub fn leave_blocks(&mut self, open: usize) {
+    pub(crate) fn leave_blocks(&mut self, open: usize) {
         self.blocks.truncate(open);
     }
 
     /// A name that all modules know.
-    pub fn public(&mut self, mem: Mem, addr: u32, name: &str, pos: Pos, found: &mut Found, faults: &mut Faults) {
+    pub(crate) fn public(&mut self, mem: Mem, addr: u32, name: &str, pos: Pos, found: &mut Found, faults: &mut Faults) {
         self.spell(mem, addr, name);
         // A register of the chip has a name of its own in every module, of which two may differ.
         let own = matches!(mem, Mem::Sfr | Mem::Bit) && addr >= 0x80;
@@ -123,7 +123,7 @@ impl Scopes {
     }
 
     /// A name that the module, function or block alone knows.
-    pub fn local(&mut self, mem: Mem, addr: u32, name: &str, pos: Pos, found: &mut Found, faults: &mut Faults) {
+    pub(crate) fn local(&mut self, mem: Mem, addr: u32, name: &str, pos: Pos, found: &mut Found, faults: &mut Faults) {
         // Compilers put it into every module for the debugger's use.
         if name == "_ICE_DUMMY_" {
             self.compiled = true;
@@ -146,12 +146,12 @@ impl Scopes {
     }
 
     /// A line whose code begins at an address.
-    pub fn line(&mut self, addr: u32, line: u32, pos: Pos) {
+    pub(crate) fn line(&mut self, addr: u32, line: u32, pos: Pos) {
         self.lines.push((addr, line, pos));
     }
 
     /// Hands over the lines of the module, whose file is known by now.
-    pub fn finish(&mut self, found: &mut Found, faults: &mut Faults) {
+    pub(crate) fn finish(&mut self, found: &mut Found, faults: &mut Faults) {
         if self.lines.is_empty() {
             return;
         }
